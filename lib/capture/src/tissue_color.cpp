@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A tissue's albedo as solid noise of several sizes, and vessels as the zero lines of a noise,
-// whose distance is its value over its slope.
+// A tissue's albedo as solid noise of several sizes, with vessels at two depths below it, whose
+// trees (vessel_tile.h) lie on the planes of the axes: each place sees those of the planes that it
+// faces.
 #include "tissue_color.h"
 
 #include <algorithm>
@@ -34,35 +35,43 @@ TissueAlbedo::TissueAlbedo(const TissueLook& look)
       grain_(kSeed + 3, look.grain_mm),
       fine_grain_(kSeed + 4, look.grain_mm / 1.9),
       bend_(kSeed + 5, 3),
-      large_{
-          look.large, {kSeed + 6, look.large.spacing_mm}, {kSeed + 7, 1.6 * look.large.spacing_mm}},
-      small_{look.small,
-             {kSeed + 8, look.small.spacing_mm},
-             {kSeed + 9, 2.5 * look.small.spacing_mm}} {}
+      large_(make_vessels(look.large, kSeed + 6)),
+      small_(make_vessels(look.small, kSeed + 8)) {}
 
-// Lines run where the noise of their course is zero; their distance is its value over its slope
-// along the surface.
-float TissueAlbedo::cover_of(const Lines& lines, const Vector3d& point,
-                             const Vector3d& normal) const {
-  const TissueVessels& vessels = lines.vessels;
-  if (!(vessels.share > 0)) return 0;
-  const double level = level_of(vessels.share);
-  const double shows =
-      smooth_step(level, level + 0.6 * kNoiseDeviation, lines.patches.value(point));
+TissueAlbedo::Vessels TissueAlbedo::make_vessels(const TissueVessels& look, std::uint64_t seed) {
+  constexpr double kSpacings = 9;  // of a tile's side
+  Vessels vessels{look, {seed + 1, 2.2 * look.spacing_mm}, nullptr};
+  if (look.share > 0)
+    vessels.tile =
+        std::make_shared<VesselTile>(VesselTreeOptions{.side_mm = kSpacings * look.spacing_mm,
+                                                       .spacing_mm = look.spacing_mm,
+                                                       .width_mm = look.width_mm,
+                                                       .seed = seed});
+  return vessels;
+}
+
+// Between the planes of two axes vessels fade out, as where they dive.
+float TissueAlbedo::cover_of(const Vessels& vessels, const Vector3d& point,
+                             const Vector3d& normal) {
+  if (!vessels.tile) return 0;
+  const double level = level_of(vessels.look.share);
+  const double shows = smooth_step(level - 0.3 * kNoiseDeviation, level + 0.5 * kNoiseDeviation,
+                                   vessels.patches.value(point));
   if (!(shows > 0)) return 0;
-  const NoiseSample course = lines.course.sample(point);
-  const Vector3d along = course.gradient_per_mm - course.gradient_per_mm.dot(normal) * normal;
-  const double slope = std::max(along.norm(), 0.02 / vessels.spacing_mm);
-  const double away_mm = std::abs(course.value) / slope;
-  // Thinner where they begin and end.
-  const double half_mm = 0.5 * vessels.width_mm * (0.4 + 0.6 * shows);
-  return static_cast<float>(vessels.cover * shows *
-                            (1 - smooth_step(0.4 * half_mm, 1.6 * half_mm, away_mm)));
+  double sum = 0, weights = 0;
+  for (int plane = 0; plane < 3; ++plane) {
+    const double facing = normal[plane] * normal[plane], weight = facing * facing * facing;
+    weights += weight;
+    if (weight < 0.02) continue;
+    sum += weight *
+           vessels.tile->cover(Eigen::Vector2d(point[(plane + 1) % 3], point[(plane + 2) % 3]));
+  }
+  return static_cast<float>(vessels.look.cover * shows * sum / std::max(weights, 1e-6));
 }
 
 Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
   constexpr double kUnit = 1 / kNoiseDeviation;
-  // Lines wind: their place is bent by a noise of a few millimetres.
+  // Vessels wind: their place is bent by a noise of a few millimetres.
   const Vector3d bent = point + 1.2 * bend_.value(point) * Vector3d(1.3, -0.9, 1.1);
   const double tone =
       look_.mottle * kUnit * (0.8 * mottle_.value(point) + 0.6 * fine_mottle_.value(point));
@@ -72,9 +81,9 @@ Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
   Vector3f color = look_.albedo * share;
   color = color.cwiseProduct(Vector3f::Ones() + static_cast<float>(tint) * look_.tint);
   color += static_cast<float>(0.5 * std::clamp(grain, -2.0, 2.5)) * look_.grain;
-  for (const Lines* lines : {&small_, &large_}) {
-    const float cover = cover_of(*lines, bent, normal);
-    color += cover * (lines->vessels.color - color);
+  for (const Vessels* vessels : {&small_, &large_}) {
+    const float cover = cover_of(*vessels, bent, normal);
+    color += cover * (vessels->look.color - color);
   }
   return color.cwiseMax(0.1f * look_.albedo).cwiseMin(1);
 }

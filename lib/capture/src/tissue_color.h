@@ -2,9 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <memory>
 
 #include "organbake/capture/solid_noise.h"
 #include "organbake/capture/tissue_look.h"
+#include "vessel_tile.h"
 
 namespace organbake {
 
@@ -20,16 +23,18 @@ class TissueAlbedo {
   double detail_mm() const { return 2 * look_.grain_mm; }
 
  private:
-  struct Lines {
-    TissueVessels vessels;
-    SolidNoise course, patches;
+  struct Vessels {
+    TissueVessels look;
+    SolidNoise patches;
+    std::shared_ptr<const VesselTile> tile;  // none: no vessels
   };
-  float cover_of(const Lines& lines, const Eigen::Vector3d& point,
-                 const Eigen::Vector3d& normal) const;
+  static Vessels make_vessels(const TissueVessels& look, std::uint64_t seed);
+  static float cover_of(const Vessels& vessels, const Eigen::Vector3d& point,
+                        const Eigen::Vector3d& normal);
 
   TissueLook look_;
   SolidNoise mottle_, fine_mottle_, tint_, grain_, fine_grain_, bend_;
-  Lines large_, small_;
+  Vessels large_, small_;
 };
 
 }  // namespace organbake

@@ -11,9 +11,11 @@ using Eigen::Vector3f;
 
 const std::vector<Lighting::Lobe> kWet = wet_gloss();
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
+// One wide, blown highlight with a soft rim on skin without bumps.
+const std::vector<Lighting::Lobe> kSmooth = {{5, 500}, {0.5, 60}, {0.08, 12}};
 
 // Red light goes farthest below the surface before it comes out again.
-const Vector3d kSoft(0.25, 0.12, 0.1);
+const Vector3d kSoft(0.32, 0.12, 0.1);
 
 // Colours by source:
 //  (a) medians over areas of one frame of a laparoscopy (RViMLab/endoscopy,
@@ -27,44 +29,44 @@ const Vector3d kSoft(0.25, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.160f, 0.040f, 0.041f},  // (a), by hue as it is drawn
-          .tint = {0.0f, 0.05f, 0.11f},
-          .mottle = 0.14,
-          .mottle_mm = 8,
-          .grain = {0.03f, 0.013f, 0.011f},
-          .grain_mm = 1.1,
-          .large = {{0.32f, 0.16f, 0.14f}, 16, 0.5, 0.12, 0.35},  // fibres of the capsule
-          .small = {{0.11f, 0.016f, 0.018f}, 5, 0.45, 0.35, 0.45},
+  return {.albedo = {0.165f, 0.033f, 0.035f},  // (a), by hue as it is drawn
+          .tint = {-0.02f, 0.1f, 0.15f},
+          .mottle = 0.09,
+          .mottle_mm = 13,
+          .grain = {0.018f, 0.008f, 0.008f},
+          .grain_mm = 1.3,
+          .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
+          .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.6, kSoft, 0.12}};
+          .finish = {0.16, 1.3, kSoft, 0.12, {0.08, 0.12, 0.12}, 0.6}};
 }
 
 TissueLook gallbladder() {
-  return {.albedo = {0.60f, 0.42f, 0.31f},  // (a), two areas
-          .tint = {-0.02f, 0.04f, 0.09f},
-          .mottle = 0.07,
-          .mottle_mm = 14,
+  return {.albedo = {0.60f, 0.36f, 0.25f},  // (a), over four frames
+          .tint = {-0.06f, -0.02f, 0.16f},
+          .mottle = 0.06,
+          .mottle_mm = 15,
           .grain = {0.03f, 0.03f, 0.025f},
           .grain_mm = 0.9,
-          .large = {{0.42f, 0.13f, 0.14f}, 13, 0.45, 0.5, 0.6},
-          .small = {{0.45f, 0.17f, 0.16f}, 5, 0.3, 0.45, 0.55},
-          .gloss = kWet,
-          .finish = {0.05, 3, kSoft, 0.12}};
+          .large = {{0.40f, 0.10f, 0.11f}, 7, 0.55, 0.6, 0.65},
+          .small = {{0.40f, 0.20f, 0.24f}, 4.5, 0.7, 0.45, 0.4},  // bluish, below
+          .gloss = kSmooth,
+          .finish = {0.05, 3, kSoft, 0.12, {0.03, 0.05, 0.06}, 0.5}};
 }
 
 TissueLook spleen() {
   TissueLook look = liver();
-  look.albedo = {0.125f, 0.031f, 0.046f};  // (b)
-  look.grain = {0.02f, 0.008f, 0.01f};
+  look.albedo = {0.125f, 0.028f, 0.044f};  // (b)
+  look.grain = {0.016f, 0.007f, 0.009f};
   look.grain_mm = 0.8;
-  look.large.share = 0.05;
+  look.large.share = 0.1;
   return look;
 }
 
 TissueLook kidney() {
   TissueLook look = liver();
-  look.albedo = {0.235f, 0.072f, 0.055f};                   // (b)
-  look.small = {{0.16f, 0.03f, 0.03f}, 4, 0.35, 0.6, 0.5};  // stellate veins
+  look.albedo = {0.235f, 0.072f, 0.055f};                     // (b)
+  look.small = {{0.16f, 0.03f, 0.03f}, 3.5, 0.35, 0.6, 0.5};  // stellate veins
   look.finish.relief_slope = 0.07;
   return look;
 }
@@ -76,23 +78,33 @@ TissueLook stomach() {
           .mottle_mm = 18,
           .grain = {0.04f, 0.035f, 0.03f},
           .grain_mm = 1.3,
-          .large = {{0.36f, 0.09f, 0.1f}, 22, 0.9, 0.35, 0.6},
-          .small = {{0.5f, 0.2f, 0.17f}, 8, 0.35, 0.35, 0.45},
+          .large = {{0.36f, 0.09f, 0.1f}, 16, 1.1, 0.5, 0.6},
+          .small = {{0.5f, 0.2f, 0.17f}, 6, 0.4, 0.5, 0.45},
           .gloss = kWet,
-          .finish = {0.08, 2.5, kSoft, 0.12}};
+          .finish = {0.08, 2.5, kSoft, 0.12, {0.04, 0.07, 0.07}, 0.6}};
+}
+
+// Paler and pinker than the stomach, its vessels in dense arcades.
+TissueLook bowel() {
+  TissueLook look = stomach();
+  look.albedo = {0.60f, 0.30f, 0.24f};  // (c)
+  look.large = {{0.38f, 0.07f, 0.08f}, 8, 0.8, 0.7, 0.6};
+  look.small = {{0.5f, 0.17f, 0.15f}, 3.5, 0.3, 0.7, 0.45};
+  look.finish.relief_slope = 0.1;
+  return look;
 }
 
 TissueLook fat() {
-  return {.albedo = {0.66f, 0.37f, 0.15f},  // (a): the omentum's hue, paler as where it is lit
-          .tint = {-0.02f, 0.05f, 0.1f},
+  return {.albedo = {0.66f, 0.29f, 0.10f},  // (a): the omentum's hue, paler as where it is lit
+          .tint = {-0.02f, 0.08f, 0.14f},
           .mottle = 0.1,
           .mottle_mm = 7,
-          .grain = {0.06f, 0.05f, 0.03f},
+          .grain = {0.06f, 0.04f, 0.025f},
           .grain_mm = 3,
-          .large = {{0.4f, 0.09f, 0.07f}, 15, 0.6, 0.4, 0.65},
-          .small = {{0.5f, 0.18f, 0.09f}, 6, 0.3, 0.3, 0.5},
+          .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
+          .small = {{0.5f, 0.13f, 0.07f}, 5, 0.35, 0.45, 0.5},
           .gloss = kMoist,
-          .finish = {0.14, 3.5, {0.3, 0.2, 0.12}, 0.2}};
+          .finish = {0.14, 3.5, {0.3, 0.2, 0.12}, 0.2, {0.05, 0.07, 0.1}, 0.7}};
 }
 
 // A cast training organ: even, faintly mottled pigment, moist.
@@ -112,8 +124,8 @@ TissueLook silicone() {
 }  // namespace
 
 const TissueLook& tissue_look(Tissue tissue) {
-  static const std::array<TissueLook, 7> kLooks = {liver(),   gallbladder(), spleen(),  kidney(),
-                                                   stomach(), fat(),         silicone()};
+  static const std::array<TissueLook, 8> kLooks = {liver(),   gallbladder(), spleen(), kidney(),
+                                                   stomach(), bowel(),       fat(),    silicone()};
   if (tissue == Tissue::plain) throw std::logic_error("tissue_look: the plain material has none");
   return kLooks[static_cast<std::size_t>(tissue) - 1];
 }

@@ -67,6 +67,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
             {"spleen", Tissue::spleen},
             {"kidney", Tissue::kidney},
             {"stomach", Tissue::stomach},
+            {"bowel", Tissue::bowel},
             {"fat", Tissue::fat},
             {"silicone", Tissue::silicone}})
       .add("exemplar_mm_per_pixel", &o.exemplar_mm_per_pixel,
@@ -93,7 +94,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
 Stage capture_stage() {
   return {
       .name = "capture",
-      .version = 11,
+      .version = 12,
       .summary = "bake depth, colour and microstructure for each virtual camera",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {"proxy", InputKind::mesh, "the proxy"},

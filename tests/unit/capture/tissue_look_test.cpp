@@ -9,6 +9,7 @@
 #include "organbake/core/error.h"
 #include "tissue_color.h"
 #include "unit/capture/scenes.h"
+#include "vessel_tile.h"
 
 namespace organbake {
 namespace {
@@ -16,9 +17,9 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr Tissue kTissues[] = {Tissue::liver,   Tissue::gallbladder, Tissue::spleen,
-                               Tissue::kidney,  Tissue::stomach,     Tissue::fat,
-                               Tissue::silicone};
+constexpr Tissue kTissues[] = {Tissue::liver,  Tissue::gallbladder, Tissue::spleen,
+                               Tissue::kidney, Tissue::stomach,     Tissue::bowel,
+                               Tissue::fat,    Tissue::silicone};
 
 // Points of a plane, half a millimetre apart.
 std::vector<Vector3f> patch_of(Tissue tissue, int side = 160) {
@@ -65,13 +66,13 @@ TEST(Tissue, TheMedianOfAPatchIsItsAlbedo) {
   }
 }
 
-// Of the frame that the albedo comes from: 13 %, 28 % and 27 % of the mean; a patch of 80 mm may
-// have a half more or less.
+// Of the frame that the albedo comes from, as its light is divided out: 13 %, 28 % and 27 % of the
+// mean at most; the light's own slow changes are among them, so that a patch may have half of it.
 TEST(Tissue, LiverVariesAsTheLiverOfAFrameDoes) {
   const std::vector<Vector3f> colors = patch_of(Tissue::liver);
-  EXPECT_NEAR(deviation(colors, 0) / 0.170, 0.16, 0.08);
-  EXPECT_NEAR(deviation(colors, 1) / 0.036, 0.28, 0.14);
-  EXPECT_NEAR(deviation(colors, 2) / 0.037, 0.27, 0.14);
+  EXPECT_NEAR(deviation(colors, 0) / 0.170, 0.12, 0.06);
+  EXPECT_NEAR(deviation(colors, 1) / 0.036, 0.24, 0.14);
+  EXPECT_NEAR(deviation(colors, 2) / 0.037, 0.24, 0.14);
 }
 
 TEST(Tissue, VesselsShowOnAboutTheirShareAsThinLines) {
@@ -86,9 +87,28 @@ TEST(Tissue, VesselsShowOnAboutTheirShareAsThinLines) {
     for (double x = 0; x < 120; x += 0.2, ++count)
       dark += albedo.at({x, y, 7.7}, Vector3d::UnitZ()).x() < 0.5f * look.albedo.x();
   const double share = double(dark) / count;
-  // Zero lines of noise whose cells are 10 mm are about 0.1…0.2 mm long per mm².
-  EXPECT_GT(share, 0.02);
+  // Twigs that lie 10 mm apart, of 1 mm at most: 0.1…0.2 mm of them on each mm².
+  EXPECT_GT(share, 0.01);
   EXPECT_LT(share, 0.16);
+}
+
+// Wide near a root, a fifth of that at the last twigs, and on again over the tile's border.
+TEST(Tissue, VesselsTaperAndRepeatWithoutASeam) {
+  const VesselTile tile({.side_mm = 40, .spacing_mm = 5, .width_mm = 1, .seed = 3});
+  double covered = 0;
+  float largest_step = 0, seam = 0;
+  for (double y = 0; y < 40; y += 0.1)
+    for (double x = 0; x < 40; x += 0.1) {
+      const float here = tile.cover({x, y});
+      EXPECT_EQ(here, tile.cover({x + 40, y - 80}));
+      covered += here > 0.5f;
+      largest_step = std::max(largest_step, std::abs(here - tile.cover({x + 0.02, y})));
+    }
+  for (double y = 0; y < 40; y += 0.1)
+    seam = std::max(seam, std::abs(tile.cover({39.99, y}) - tile.cover({40.01, y})));
+  EXPECT_GT(covered, 0.02 * 400 * 400);
+  EXPECT_LT(covered, 0.2 * 400 * 400);
+  EXPECT_LE(seam, largest_step);
 }
 
 TEST(Tissue, TheNamedMaterialIsAlbedoTimesItsLight) {

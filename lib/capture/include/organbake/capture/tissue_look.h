@@ -19,16 +19,17 @@ enum class Tissue : std::uint8_t {
   spleen,
   kidney,
   stomach,
+  bowel,
   fat,
   silicone
 };
 
-// Lines of constant width along a tissue's surface, that come and go: vessels, a capsule's fibres.
+// Vessels that branch and taper along a tissue's surface, and come and go.
 struct TissueVessels {
   Eigen::Vector3f color = Eigen::Vector3f::Zero();  // linear
-  double spacing_mm = 10, width_mm = 0.4;
-  double share = 0;  // of the surface on which they show, 0…1
-  double cover = 0;  // of the colour below, 0…1
+  double spacing_mm = 10, width_mm = 0.4;           // of twigs, about; of the widest
+  double share = 0;                                 // of the surface on which they show, 0…1
+  double cover = 0;                                 // of the colour below, 0…1
 };
 
 // How one tissue looks. Albedo varies by slow mottles of brightness and of tint, and by a grain.
