@@ -46,7 +46,9 @@ class Cutting {
       spans = find_spans(one, *recipe, video);
     } catch (const CancelledError&) {
       throw;
-    } catch (const Error&) {
+    } catch (const Error& error) {
+      context_.warn("no spans are found in " + video.string() + ": " + error.what() +
+                    "; the video is baked whole");
       return result_.cases.push_back(one);
     }
     // A clip that is hardly longer than a span is one.
