@@ -4,11 +4,11 @@
 # tell no shape are declined in words, and a bake of theirs goes on with shading.
 source "$(dirname "$0")/assert.sh"
 
-# 640 × 360: 48 frames of a slide, a scope that stands still, a pure turn.
+# 640 × 360: 36 frames of a slide, a scope that stands still, a pure turn.
 clip() {
   expect 0 organbake phantom --kind laparoscopy --frame-width-px 640 --frame-height-px 360 "$@"
 }
-clip --path slide --frames 48 -o slide
+clip --path slide --frames 36 -o slide
 clip --path still --frames 12 -o still
 clip --path turn --frames 24 -o turn
 
@@ -45,7 +45,7 @@ expect_same moved again
 
 # A length that is known makes the scene that large, and it is said how sure that is.
 for mm in 10 20; do
-  expect 0 organbake motion slide/frames --intrinsics slide/cameras.json --halvings 0 --key-frames 3 \
+  expect 0 organbake motion slide/frames --intrinsics slide/cameras.json --halvings 2 --key-frames 3 \
     --known-distance 0,240,150,420,210,$mm -o known_$mm
   expect_err "by known_distance to"
 done
@@ -62,10 +62,10 @@ ratio = extent("known_20/cameras.json") / extent("known_10/cameras.json")
 assert abs(ratio - 2) < 1e-6, ratio
 END
 refused 2 "FRAME,X1,Y1,X2,Y2,MM" organbake motion slide/frames --known-distance 1,2 -o made
-refused 2 "no pose" organbake motion slide/frames --intrinsics slide/cameras.json --halvings 0 \
+refused 2 "no pose" organbake motion slide/frames --intrinsics slide/cameras.json --halvings 2 \
   --key-frames 3 --known-distance 900,240,150,420,210,10 -o made
 refused 65 "no key frame shows a straight shaft" organbake motion slide/frames \
-  --intrinsics slide/cameras.json --halvings 0 --key-frames 3 --shaft-mm 5 -o made
+  --intrinsics slide/cameras.json --halvings 2 --key-frames 3 --shaft-mm 5 -o made
 
 # The maps go on to fuse.
 expect 0 organbake fuse moved --poses moved/cameras.json --light camera -o fused.ply

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "organbake/core/random.h"
 #include "organbake/fusion/fuse_views.h"
@@ -48,28 +49,41 @@ inline Eigen::Vector3d random_way(RandomStream& random) {
   return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
 }
 
-inline OrganViews organ_views(int count, int size, const ViewFaults& faults,
-                              std::uint64_t seed = 1) {
+// Without faults; drawn once in a program.
+inline const OrganViews& exact_views(int count, int size) {
+  static std::map<std::pair<int, int>, OrganViews> drawn;
+  OrganViews& result = drawn[{count, size}];
+  if (!result.views.empty()) return result;
   OrganPhantomOptions options;
   options.photo_count = count;
   options.photo_size = size;
   const OrganPhantom phantom(options);
-  OrganViews result{phantom.surface(6), {}};
-  const RayScene scene(result.truth);
+  static const TriangleMesh truth = phantom.surface(6);
+  result.truth = truth;
+  const RayScene scene(truth);
+  for (const PosedCamera& camera : phantom.photo_cameras())
+    result.views.push_back({"view " + std::to_string(result.views.size()),
+                            camera,
+                            depth_seen(scene, camera),
+                            {},
+                            phantom.photograph(camera),
+                            camera.intrinsics});
+  return result;
+}
+
+inline OrganViews organ_views(int count, int size, const ViewFaults& faults,
+                              std::uint64_t seed = 1) {
+  OrganViews result = exact_views(count, size);
   std::size_t i = 0;
-  for (const PosedCamera& camera : phantom.photo_cameras()) {
-    DepthView view{"view " + std::to_string(i), camera, depth_seen(scene, camera), {}, {}, {}};
+  for (DepthView& view : result.views) {
     RandomStream random(seed, i++);
     for (float& z : view.depth_mm.values)
       if (std::isfinite(z)) z *= static_cast<float>(1 + faults.noise * random.normal());
-    view.color = phantom.photograph(camera);
-    view.color_lens = camera.intrinsics;
     // Turned about its own place, and shifted.
     RigidTransform& pose = view.camera.camera_from_world;
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(faults.angle_rad, random_way(random)).toRotationMatrix();
     pose = RigidTransform{turn, faults.place_mm * random_way(random)} * pose;
-    result.views.push_back(std::move(view));
   }
   return result;
 }

@@ -59,9 +59,11 @@ inline BumpyView look_at_scene(const BumpyScene& scene, const PosedCamera& camer
       const Eigen::Vector3d ray = world.rotation * unproject(lens, {x + 0.5, y + 0.5});
       // Along a ray that is steeper than the surface the crossing draws near by itself.
       double depth = 60;
-      for (int i = 0; i < 40; ++i) {
+      double step = 1;
+      for (int i = 0; i < 40 && std::abs(step) > 1e-7; ++i) {
         const Eigen::Vector3d at = world.translation + depth * ray;
-        depth += (scene.height_mm(at.x(), at.y()) - at.z()) / ray.z();
+        step = (scene.height_mm(at.x(), at.y()) - at.z()) / ray.z();
+        depth += step;
       }
       const Eigen::Vector3d at = world.translation + depth * ray;
       const Eigen::Vector3d back = world.translation - at;

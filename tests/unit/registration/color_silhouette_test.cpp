@@ -83,14 +83,11 @@ double apart_px(const RegisteredSurface& surface, const Intrinsics& lens, const 
 
 // From 20 mm and 15° off, 12 to 28 px, with an own outline of a pixel's blur.
 void expect_found(PhotoToRegister photo, const RegistrationOptions& options, double within_px) {
-  for (const std::uint64_t seed : {1, 2}) {
-    photo.start = disturbed(bracket(), bracket_pose(), 20, 15, seed);
-    const auto found = register_photo(bracket(), photo, options);
-    EXPECT_LT(apart_px(bracket(), kBracketLens, bracket_pose(), found.camera.camera_from_world),
-              within_px)
-        << "seed " << seed;
-    EXPECT_EQ(found.quality.verdict, Verdict::doubtful) << found.quality.reason;
-  }
+  photo.start = disturbed(bracket(), bracket_pose(), 20, 15, 1);
+  const auto found = register_photo(bracket(), photo, options);
+  EXPECT_LT(apart_px(bracket(), kBracketLens, bracket_pose(), found.camera.camera_from_world),
+            within_px);
+  EXPECT_EQ(found.quality.verdict, Verdict::doubtful) << found.quality.reason;
 }
 
 RegistrationOptions by_silhouette_alone() {

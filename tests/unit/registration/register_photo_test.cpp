@@ -38,8 +38,10 @@ TEST(RegisterPhoto, FindsThePoseFromAStartFarOff) {
 
 TEST(RegisterPhoto, TextureVignetteAndHighlightsDoLittleHarm) {
   const Sensor sensor{.gain = 0.9, .vignette = 0.4};
-  const auto found =
-      register_photo(lamp_studio().surface, started(lamp_studio().textured, sensor, 8, 6, 3), {});
+  RegistrationOptions options;
+  options.light = LightModel::camera;
+  const auto found = register_photo(lamp_studio().surface,
+                                    started(lamp_studio().textured, sensor, 8, 6, 3), options);
   EXPECT_LT(error_mm(found), 0.6) << "0.7 px";
   EXPECT_NE(found.quality.verdict, Verdict::failed) << found.quality.reason;
 }
@@ -69,6 +71,7 @@ TEST(RegisterPhoto, FindsTheFocalLength) {
   photo.intrinsics.fx *= 1.1;
   photo.intrinsics.fy *= 1.1;
   RegistrationOptions options;
+  options.light = LightModel::camera;
   options.free_focal = true;
   const auto found = register_photo(lamp_studio().surface, photo, options);
   EXPECT_NEAR(found.camera.intrinsics.fx / lamp_studio().cameras[0].intrinsics.fx, 1, 0.02);
@@ -114,7 +117,9 @@ TEST(RegisterPhoto, AnUnmaskedShaftDrawsNoPoseItsWay) {
       const double round = std::sqrt(1 - across * across);
       std::fill_n(photo.image.at(x, y), 3, static_cast<std::uint8_t>(40 + 170 * round));
     }
-  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, {})), 0.5);
+  RegistrationOptions options;
+  options.light = LightModel::camera;
+  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, options)), 0.5);
 }
 
 TEST(RegisterPhoto, SameResultForAnyNumberOfThreads) {

@@ -41,7 +41,9 @@ double frame_error_mm(int frame, const RegisteredPhoto& found) {
 }
 
 TEST(PoseTracker, FollowsAndFindsAgainWhatWasLost) {
-  PoseTracker tracker(lamp_studio().surface, lamp_studio().cameras[0].intrinsics, {});
+  RegistrationOptions options;
+  options.light = LightModel::camera;
+  PoseTracker tracker(lamp_studio().surface, lamp_studio().cameras[0].intrinsics, options);
   tracker.start_from(camera_at(0).camera_from_world);
   for (int i = 0; i < 4; ++i) {
     const auto found = tracker.next(frame_at(i));

