@@ -99,7 +99,29 @@ echo '{"width": 64, "height": 64, "fx": 400, "fy": 400, "cx": 32, "cy": 32}' >na
 expect 65 organbake register p/truth.ply grey.png --intrinsics narrow.json --init start.json \
   --depth shaded -o x.json
 expect_err "not one camera's"
-mkdir none
+mkdir metres none
+python3 - <<'END'
+lines = open("p/truth.ply", "rb").read()
+head, body = lines.split(b"end_header\n", 1)
+assert b"binary_little_endian" in head
+import re, struct
+count = int(re.search(rb"element vertex (\d+)", head)[1])
+kinds = re.findall(rb"property (\w+) \w+", head.split(b"element face")[0])
+form = "<" + "".join({b"double": "d", b"float": "f", b"uchar": "B", b"uint8": "B"}[k] for k in kinds)
+size = struct.calcsize(form)
+made = b"".join(struct.pack(form, *(v / 1000 if i < 3 else v for i, v in enumerate(row)))
+                for row in struct.iter_unpack(form, body[:count * size]))
+open("metres/surface.ply", "wb").write(head + b"end_header\n" + made + body[count * size:])
+import json
+cameras = json.load(open("p/photos/cameras.json"))
+for camera in cameras["cameras"]:
+    pose = camera["camera_from_world"]
+    pose["translation_mm"] = [x / 1000 for x in pose["translation_mm"]]
+json.dump(cameras, open("metres/cameras.json", "w"))
+END
+expect 65 organbake register p/truth.ply $photo --intrinsics K.json --init off.json \
+  --depth metres/surface.ply -o x.json
+expect_err "are they in another unit?"
 echo nothing >none/notes.txt
 expect 65 organbake register p/truth.ply $photo --intrinsics K.json --depth none -o x.json
 expect_err "holds no depth map"

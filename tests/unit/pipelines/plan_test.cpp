@@ -85,6 +85,21 @@ TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
   EXPECT_EQ(with.steps.back().inputs[3].given, "p/cameras.json");
 }
 
+TEST_F(PlanTest, DepthThatTwoEyesTellGoesIntoThePose) {
+  std::vector<std::string> settings = {"surface=s.ply", "unposed=p/cameras.json"};
+  const auto maker_of_depth = [&]() -> std::string {
+    const Plan made = plan("", settings);
+    for (const Step& step : made.steps)
+      for (const InputSource& input : step.inputs)
+        if (step.stage->name == "register" && input.name == "scope_depth")
+          return made.steps[input.step].stage->name;
+    return "none";
+  };
+  EXPECT_EQ(maker_of_depth(), "none");
+  settings.insert(settings.end(), {"left=left.mp4", "right=right.mp4", "calibration=rig.yml"});
+  EXPECT_EQ(maker_of_depth(), "stereo");
+}
+
 // What stages make is in millimetres and LPS, whatever the input was in.
 TEST_F(PlanTest, TheUnitIsThatOfWhatIsGiven) {
   const auto unit_of = [](const Plan& plan, const std::string& stage) -> std::string {
