@@ -79,18 +79,20 @@ class FollowedVideo {
                 const RegistrationOptions& options, const RunContext& context)
       : surface_(surface), clip_(clip), options_(options), context_(context) {}
 
-  // Calls take(frame, picture) for each frame in turn.
+  // Calls take(frame, picture) for each frame in turn, up to where the video is damaged.
   template <class Take>
   void each_frame(const Take& take) {
     VideoReader video(clip_.video);
     StoredPicture stored;
-    for (std::size_t frame = 0; video.next(stored); ++frame) {
+    for (std::size_t frame = 0; next_of(video, frame, stored); ++frame) {
       context_.throw_if_cancelled();
       if (frame == 0)
         lens_ = lens_of_photo(clip_.intrinsics, frame_name(clip_.video, 0), stored.color, context_);
       take(frame, stored.color);
     }
   }
+
+  const std::string& damage() const { return damage_; }
 
   ScenePose register_key(const KeyMap& key, const Rgb8Image& picture,
                          const std::optional<RigidTransform>& start) const {
@@ -118,11 +120,22 @@ class FollowedVideo {
   }
 
  private:
+  bool next_of(VideoReader& video, std::size_t frame, StoredPicture& stored) {
+    try {
+      return video.next(stored);
+    } catch (const BadDataError& error) {
+      if (frame == 0) throw;
+      damage_ = error.what();
+      return false;
+    }
+  }
+
   const RegisteredSurface& surface_;
   const ClipToTrack& clip_;
   const RegistrationOptions& options_;
   const RunContext& context_;
   Intrinsics lens_;
+  std::string damage_;
 };
 
 bool surer(const ScenePose& a, const ScenePose& b) {
@@ -213,6 +226,7 @@ std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const Cli
     }
     poses.push_back({name, video.at_frame(surest, motions, frame)});
   });
+  report.bad_data = video.damage();
   report.add("scene_frame", surest.frame);
   report.add("drift_mm", drift_mm);
   report.add("jitter_mm", jitter_mm(surface, surest, motions));

@@ -55,14 +55,13 @@ void bind(OptionList& list, RegisterStageOptions& o) {
 Stage register_stage() {
   return {
       .name = "register",
-      .version = 7,
+      .version = 8,
       .summary = "find a photograph's pose on the surface, with a verdict",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {.name = "photo",
                   .kind = InputKind::file,
-                  .help =
-                      "photographs, PNG or JPEG, or one video: each frame starts from the last, or "
-                      "follows the motion that depth tells",
+                  .help = "photographs, PNG or JPEG, or one video, whose frames follow the scope's "
+                          "motion; where it tells none, each starts from the last",
                   .unless = "unposed",
                   .many = true},
                  {.name = "intrinsics",
@@ -88,7 +87,8 @@ Stage register_stage() {
                  {.name = "scope_depth",
                   .kind = InputKind::frames,
                   .help = "what is known of the photo's depth: a folder or depth map of stereo, "
-                          "motion or shade, or a fused surface; of a video the folder of motion",
+                          "motion or shade, or a fused surface; of a video the folder of motion, "
+                          "else motion runs first",
                   .required = false,
                   .made_from = "left",
                   .flag = "depth"},

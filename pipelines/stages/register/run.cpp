@@ -17,6 +17,7 @@
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/registration/overlay.h"
 #include "stages/register/follow_motion.h"
+#include "stages/register/motion_of_clip.h"
 #include "stages/register/options.h"
 #include "stages/register/photo_depth.h"
 #include "stages/register/pose_document.h"
@@ -126,9 +127,35 @@ void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs:
   write_file_atomically(folder / "colmap" / "points3D.txt", colmap_points_text());
 }
 
+// Neighbours of one verdict and reason are told together: frames of one rigid scene share theirs.
+void tell_not_ok(const std::vector<NamedPose>& poses, StageReport& report) {
+  const auto alike = [](const NamedPose& a, const NamedPose& b) {
+    const PoseQuality &p = a.registered.quality, &q = b.registered.quality;
+    return p.verdict == q.verdict && p.reason == q.reason;
+  };
+  for (auto pose = poses.begin(); pose != poses.end();) {
+    const auto last =
+        std::find_if_not(pose, poses.end(),
+                         [&](const NamedPose& other) { return alike(*pose, other); }) -
+        1;
+    const PoseQuality& q = pose->registered.quality;
+    if (q.verdict != Verdict::ok) {
+      const bool one = pose == last;
+      const std::string what =
+          one ? "photo " + pose->image : "photos " + pose->image + " to " + last->image;
+      const std::string told = std::string(name_of(q.verdict)) + ": " + q.reason;
+      report.skipped.push_back({what, told});
+      if (!report.quality_gate.empty()) report.quality_gate += "; ";
+      report.quality_gate += what + (one ? " is " : " are ") + told;
+    }
+    pose = last + 1;
+  }
+}
+
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   std::vector<double> correlations, uncertainties_mm, depth_shares, depth_scales;
   std::vector<std::string> verdicts, lights;
+  std::size_t registered = 0;
   for (const NamedPose& pose : poses) {
     const PoseQuality& q = pose.registered.quality;
     verdicts.push_back(pose.image + ": " + name_of(q.verdict));
@@ -139,14 +166,11 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
       depth_shares.push_back(q.depth->share);
       depth_scales.push_back(q.depth->scale);
     }
-    if (q.verdict == Verdict::ok) continue;
-    const std::string what = "photo " + pose.image;
-    report.skipped.push_back({what, std::string(name_of(q.verdict)) + ": " + q.reason});
-    if (!report.quality_gate.empty()) report.quality_gate += "; ";
-    report.quality_gate += what + " is " + name_of(q.verdict) + ": " + q.reason;
+    registered += q.verdict == Verdict::ok;
   }
+  tell_not_ok(poses, report);
   report.add("photos", poses.size());
-  report.add("registered", poses.size() - report.skipped.size());
+  report.add("registered", registered);
   report.add("verdicts", verdicts);
   report.add("lights", lights);
   report.add("correlations", correlations);
@@ -167,6 +191,29 @@ std::optional<fs::path> clip_of(const StageCall& call) {
   return video->second;
 }
 
+// By the clip's motion where it tells one, and depth then finds the surface; else frame by frame.
+std::vector<NamedPose> track_without_depth(const StageCall& call, const RegisteredSurface& surface,
+                                           const ClipToTrack& clip,
+                                           const RegistrationOptions& options,
+                                           const fs::path& beside, StageReport& report) {
+  const fs::path motion = beside / "motion";
+  std::string why = find_motion_of_clip(clip, motion, call.context);
+  if (why.empty()) {
+    StageReport followed;
+    std::vector<NamedPose> poses =
+        follow_motion(surface, clip, motion, options, beside, call.context, followed);
+    const PoseQuality quality = poses.empty() ? PoseQuality() : poses.front().registered.quality;
+    if (quality.verdict != Verdict::failed) {
+      report = std::move(followed);
+      return poses;
+    }
+    why = "the depth that its motion tells does not find the surface (" + quality.reason + ")";
+  }
+  fs::remove_all(motion);
+  call.context.info("the frames are registered one by one: " + why);
+  return track_clip(surface, clip, options, beside, call.context, report.bad_data);
+}
+
 std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& surface,
                              const fs::path& video, const RegistrationOptions& options,
                              const fs::path& beside, StageReport& report) {
@@ -176,7 +223,7 @@ std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& sur
     clip.start = start_for(read_camera_file(*init), video.stem().string() + "_000000.png", *init);
   if (const auto* motion = call.input("scope_depth"))
     return follow_motion(surface, clip, *motion, options, beside, call.context, report);
-  return track_clip(surface, clip, options, beside, call.context, report.bad_data);
+  return track_without_depth(call, surface, clip, options, beside, report);
 }
 
 std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurface& surface,
