@@ -22,7 +22,7 @@ constexpr double kDepthLeastShare = 0.35, kDepthSureShare = 0.6;
 constexpr double kDepthMostPierced = 0.25, kDepthSurePierced = 0.1;
 constexpr double kDepthLargestNoise = 0.0125, kDepthLargestSurfaceSd_mm = 1.0;
 constexpr double kDepthLeastMargin = 0.06;
-constexpr double kDepthLeastVisible = 0.25;
+constexpr double kDepthLeastVisible = 0.1, kDepthSureVisible = 0.25;
 
 std::string in_percent(double share) { return to_text(100 * share, 0) + " %"; }
 
@@ -77,6 +77,9 @@ void judge_with_depth(PoseQuality& q) {
       {!(d.pierced_share <= kDepthMostPierced), Verdict::failed,
        "the surface would stand before what is seen in " + in_percent(d.pierced_share) +
            " of where it lies"},
+      {!(q.visible_share >= kDepthSureVisible), Verdict::doubtful,
+       "only " + in_percent(q.visible_share) + " of the facing surface is in the picture, " +
+           in_percent(kDepthSureVisible) + " are sure"},
       {!(d.share >= kDepthSureShare), Verdict::doubtful,
        "only " + in_percent(d.share) + " of the surface in view lies where the depth is, " +
            in_percent(kDepthSureShare) + " should"},
