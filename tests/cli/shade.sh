@@ -23,7 +23,7 @@ python3 -c 'import json; f = json.load(open("out"))["report"]["figures"] if "rep
   || fail "the surface does not lie where the range says"
 
 # The surface has the tissue's own colour, with the light that it is seen in beside it; or the frame's.
-[ -s s/albedo.png ] && [ -s s/lighting.json ] || fail "the light was not divided out"
+[ -s s/albedo.png ] && [ -s s/lighting.json ] && [ -s s/photo/camera.json ] || fail "the light was not divided out"
 python3 - <<END || fail "light is left in the albedo"
 import json
 f = json.load(open("s/report.json"))["figures"]

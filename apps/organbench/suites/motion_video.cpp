@@ -142,7 +142,8 @@ void write_for_colmap(const fs::path& video, const ColmapRun& run) {
     const Rgb8Image& color = frame.color;
     const Mask field = field_of_view(color, kRim_px);
     Mask counts = without(field, dilated(find_highlights(color, field), kHighlight_px));
-    counts = without(counts, find_instruments(color, field));
+    if (const auto instruments = find_instruments(color, field))
+      counts = without(counts, *instruments);
     for (std::uint8_t& value : counts.values) value = value ? 255 : 0;
     write_png(run.frames / name, color, 1);
     write_file_atomically(run.masks / (name.string() + ".png"),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/masks.h"
@@ -23,9 +24,9 @@ double share_of(const Mask& mask) {
 
 void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   field_ = field_of_view(half, 2);
-  colourless_ = is_colourless(half, field_);
-  const Mask instruments =
-      colourless_ ? Mask(half.width, half.height) : find_instruments(half, field_);
+  const std::optional<Mask> found = find_instruments(half, field_);
+  colourless_ = !found;
+  const Mask instruments = found.value_or(Mask(half.width, half.height));
   instruments_now_ = share_of(instruments);
   instruments_sum_ += instruments_now_;
   ++looked_;

@@ -11,6 +11,7 @@
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/own_pixels.h"
 #include "stages/shade/options.h"
 #include "stages/shade/shade_clip.h"
 #include "stages/shared/albedo_output.h"
@@ -111,22 +112,19 @@ Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, d
 
 // The key frame in its own pixels, coloured as the surface is.
 void write_own_pixels(const ClipResult& result, const Clip& clip, const ShadeStageOptions& options,
-                      const Rgb8Image& surface_color, double mm_per_unit, const StageCall& call) {
+                      const Rgb8Image& surface_color, const StageCall& call) {
   const KeyFrame& key = *result.key;
   if (options.frame.halvings == 0)
     return write_scope_photo(call.output_folder, surface_color, key.frame.camera);
-  FrameOptions whole = options.frame;
-  whole.halvings = 0;
-  whole.piecewise_albedo = false;
-  const PreparedFrame frame =
-      prepare_frame(result.key_picture, lens_of(clip, options, result.key_picture.color), whole,
-                    clip.instruments ? &*clip.instruments : nullptr);
-  const Rgb8Image color = divides_light_out(options)
-                              ? divide_light_out(frame, enlarged(*key.depth, frame.tissue),
-                                                 options.shading.laparoscope, mm_per_unit)
-                                    .color
-                              : frame.color;
-  write_scope_photo(call.output_folder, color, frame.camera);
+  const StoredPicture& picture = result.key_picture;
+  const PreparedFrame whole = prepare_frame(picture, lens_of(clip, options, picture.color),
+                                            {.masks = false, .piecewise_albedo = false});
+  write_scope_photo(
+      call.output_folder,
+      divides_light_out(options)
+          ? with_own_pixels(surface_color, key.frame, whole.color, options.frame.halvings)
+          : whole.color,
+      whole.camera);
 }
 
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
@@ -137,7 +135,7 @@ void write_surface(const ClipResult& result, const Clip& clip, const ShadeStageO
   Plane depth = key.depth->depth;
   const double mm_per_unit = key.depth->metric ? 1 : kAssumedRange_mm;
   const Rgb8Image color = surface_color(key, options, mm_per_unit, call, report);
-  write_own_pixels(result, clip, options, color, mm_per_unit, call);
+  write_own_pixels(result, clip, options, color, call);
   if (!key.depth->metric) {
     for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
     call.context.warn(

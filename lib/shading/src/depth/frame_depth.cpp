@@ -3,15 +3,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/light_estimate.h"
@@ -182,33 +179,6 @@ FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options
   } else {
     shade_far(frame, options, previous, result);
   }
-  return result;
-}
-
-FrameDepth enlarged(const FrameDepth& depth, const Mask& tissue) {
-  std::array<Plane, 4> planes;  // depth, then the normals' components
-  planes.fill(depth.depth);
-  for (std::size_t k = 0; k < depth.normals.size(); ++k)
-    for (int c = 0; c < 3; ++c) planes[c + 1].values[k] = depth.normals[k][c];
-  Mask known(depth.depth.width, depth.depth.height);
-  for (std::size_t k = 0; k < known.size(); ++k)
-    known.values[k] = std::isfinite(depth.depth.values[k]);
-  for (Plane& plane : planes) {
-    fill_outside(plane, known);
-    cv::Mat fine;
-    cv::resize(cv_view(plane), fine, {tissue.width, tissue.height}, 0, 0, cv::INTER_LINEAR);
-    plane = Plane(tissue.width, tissue.height);
-    fine.copyTo(cv_view(plane));
-  }
-  FrameDepth result;
-  result.metric = depth.metric;
-  result.normals.resize(tissue.size());
-  for (std::size_t k = 0; k < tissue.size(); ++k) {
-    const Eigen::Vector3f normal(planes[1].values[k], planes[2].values[k], planes[3].values[k]);
-    result.normals[k] = normal.normalized();
-    if (!tissue.values[k]) planes[0].values[k] = std::numeric_limits<float>::infinity();
-  }
-  result.depth = std::move(planes[0]);
   return result;
 }
 

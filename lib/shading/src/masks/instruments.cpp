@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "masks/shaft_search.h"
 #include "organbake/core/median.h"
@@ -93,11 +94,11 @@ void paint(const Shaft& shaft, double scale, cv::Mat& mask) {
 
 }  // namespace
 
-Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
-  Mask found(frame.width, frame.height);
-  if (frame.width == 0 || frame.height == 0) return found;
+std::optional<Mask> find_instruments(const Rgb8Image& frame, const Mask& inside) {
+  if (frame.width == 0 || frame.height == 0) return std::nullopt;
   const ShaftView view = shaft_view(frame, inside);
-  if (view.hue.empty()) return found;
+  if (view.hue.empty()) return std::nullopt;
+  Mask found(frame.width, frame.height);
   cv::Mat mask = cv_view(found);
   for (const Shaft& shaft : find_shafts(view))
     paint(shaft, double(frame.width) / view.hue.cols, mask);

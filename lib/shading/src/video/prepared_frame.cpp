@@ -65,9 +65,13 @@ void find_masks(std::optional<Mask> given_instruments, bool wanted, PreparedFram
   frame.highlights = frame.instruments = Mask(width, height);
   if (wanted) {
     frame.field = field_of_view(frame.color, std::max(1, width / 150));
-    frame.colourless = is_colourless(frame.color, frame.field);
-    if (!given_instruments && !frame.colourless)
-      frame.instruments = find_instruments(frame.color, frame.field);
+    if (given_instruments) {
+      frame.colourless = is_colourless(frame.color, frame.field);
+    } else {
+      std::optional<Mask> found = find_instruments(frame.color, frame.field);
+      frame.colourless = !found;
+      if (found) frame.instruments = std::move(*found);
+    }
   }
   if (given_instruments) frame.instruments = std::move(*given_instruments);
   frame.tissue = without(frame.field, frame.instruments);

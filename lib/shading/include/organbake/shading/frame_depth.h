@@ -56,8 +56,4 @@ struct FrameDepth {
 FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,
                        const FrameDepth* previous = nullptr);
 
-// Depth and normals of a frame that was halved, for its pixels before that, over their tissue.
-// Nothing else is filled in.
-[[nodiscard]] FrameDepth enlarged(const FrameDepth& depth, const Mask& tissue);
-
 }  // namespace organbake

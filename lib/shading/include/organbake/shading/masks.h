@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+
 #include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
 
@@ -36,8 +38,8 @@ namespace organbake {
 // Shafts of metal and plastic: strips between two straight, sharp borders that come in from the rim
 // of what is inside, longer than wide, greyer than what lies on both sides of them (of the
 // picture's own usual hue: pale, smoky and tinted pictures are the same here), and streaked along.
-// What is doubtful stays tissue. Non-zero = instrument.
-[[nodiscard]] Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
+// What is doubtful stays tissue. Non-zero = instrument. Nothing where the picture is_colourless().
+[[nodiscard]] std::optional<Mask> find_instruments(const Rgb8Image& frame, const Mask& inside);
 
 // Whether the usual hue of all that is lit is grey. Colour then tells nothing.
 [[nodiscard]] bool is_colourless(const Rgb8Image& frame, const Mask& inside);
