@@ -20,7 +20,7 @@ void cut_in_two(Player& player) {
 }
 
 TEST(PlayerCuts, SpringsAreRefusedAndSaySo) {
-  Player player(organ_to_cut());
+  Player player(organ_to_cut(), {.solver = TissueSolver::springs});
   try {
     player.step({blade_at(0.5)});
     FAIL();
@@ -96,7 +96,9 @@ TEST(PlayerCuts, ResetMakesItWhole) {
 
 // From springs to tetrahedra and, cut in two, back: each plays as a player made for it does.
 TEST(PlayerCuts, ChangesItsSolver) {
-  Player player(organ_to_cut()), springs(organ_to_cut()), elements(organ_to_cut(), with_fem());
+  const DeformOptions by_choice = {.solver = TissueSolver::springs};
+  Player player(organ_to_cut(), by_choice), springs(organ_to_cut(), by_choice),
+      elements(organ_to_cut());
   const Script poke = short_script(6);
   const std::vector<std::uint8_t> by_springs = bytes_of(springs, poke);
   EXPECT_EQ(bytes_of(player, poke), by_springs);
