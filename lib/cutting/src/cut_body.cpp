@@ -72,28 +72,40 @@ void CutBody::measure() {
     }
     boxes_.push_back(box);
   }
-  build_cells();
+  cells_.sort_in(body_, mean_edge_mm_);
+  fine_cells_.sort_in(body_, 2 * kFineBody_mm);
 }
 
-void CutBody::build_cells() {
-  const Bounds box = bounds_of(body_);
-  low_mm_ = box.min;
+void CutBody::Cells::sort_in(const TetrahedralBody& body, double least_mm) {
+  const Bounds box = bounds_of(body);
+  low_mm = box.min;
   constexpr double kMostCells = 64;  // a side
-  cell_mm_ = std::max(mean_edge_mm_, (box.max - box.min).maxCoeff() / kMostCells);
-  cells_ = ((box.max - box.min) / cell_mm_).array().floor().cast<int>() + 1;
-  in_cell_.assign(static_cast<std::size_t>(cells_.prod()), {});
-  for (std::uint32_t t = 0; t < body_.tetrahedra.size(); ++t) {
+  size_mm = std::max(least_mm, (box.max - box.min).maxCoeff() / kMostCells);
+  count = ((box.max - box.min) / size_mm).array().floor().cast<int>() + 1;
+  tetrahedra.assign(static_cast<std::size_t>(count.prod()), {});
+  for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
     Bounds own;
-    for (const std::uint32_t n : body_.tetrahedra[t].nodes) own.add(body_.nodes_mm[n]);
-    const Eigen::Array3i first =
-        ((own.min - low_mm_) / cell_mm_).array().floor().cast<int>().max(0);
+    for (const std::uint32_t n : body.tetrahedra[t].nodes) own.add(body.nodes_mm[n]);
+    const Eigen::Array3i first = ((own.min - low_mm) / size_mm).array().floor().cast<int>().max(0);
     const Eigen::Array3i last =
-        ((own.max - low_mm_) / cell_mm_).array().floor().cast<int>().min(cells_ - 1);
+        ((own.max - low_mm) / size_mm).array().floor().cast<int>().min(count - 1);
     for (int z = first.z(); z <= last.z(); ++z)
       for (int y = first.y(); y <= last.y(); ++y)
         for (int x = first.x(); x <= last.x(); ++x)
-          in_cell_[(std::size_t(z) * cells_.y() + y) * cells_.x() + x].push_back(t);
+          tetrahedra[(std::size_t(z) * count.y() + y) * count.x() + x].push_back(t);
   }
+}
+
+template <class Use>
+void CutBody::Cells::each_near(const Eigen::Vector3d& at_mm, int reach, const Use& use) const {
+  const Eigen::Array3i cell =
+      ((at_mm - low_mm) / size_mm).array().floor().max(-1).min(1e6).cast<int>();
+  const Eigen::Array3i first = (cell - reach).max(0), last = (cell + reach).min(count - 1);
+  for (int z = first.z(); z <= last.z(); ++z)
+    for (int y = first.y(); y <= last.y(); ++y)
+      for (int x = first.x(); x <= last.x(); ++x)
+        for (const std::uint32_t t : tetrahedra[(std::size_t(z) * count.y() + y) * count.x() + x])
+          use(t);
 }
 
 bool CutBody::add(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
@@ -135,20 +147,12 @@ std::uint32_t CutBody::tetrahedron_at(const Eigen::Vector3d& at_mm) const {
     const double here = least(weights_in(t, at_mm));
     if (here > best_least) best_least = here, best = t;
   };
-  const Eigen::Array3i cell =
-      ((at_mm - low_mm_) / cell_mm_).array().floor().max(-1).min(1e6).cast<int>();
-  const auto look_round = [&](int reach) {
-    for (int z = std::max(0, cell.z() - reach); z <= std::min(cells_.z() - 1, cell.z() + reach);
-         ++z)
-      for (int y = std::max(0, cell.y() - reach); y <= std::min(cells_.y() - 1, cell.y() + reach);
-           ++y)
-        for (int x = std::max(0, cell.x() - reach); x <= std::min(cells_.x() - 1, cell.x() + reach);
-             ++x)
-          for (const std::uint32_t t : in_cell_[(std::size_t(z) * cells_.y() + y) * cells_.x() + x])
-            look_at(t);
-  };
-  look_round(0);
-  if (best_least < -kRoundedWeight) look_round(1);
+  // All that hold the place share its cell, in either grid; only outside the body others count.
+  fine_cells_.each_near(at_mm, 0, look_at);
+  if (best_least >= 0) return best;
+  best = 0, best_least = -std::numeric_limits<double>::infinity();
+  cells_.each_near(at_mm, 0, look_at);
+  if (best_least < -kRoundedWeight) cells_.each_near(at_mm, 1, look_at);
   if (best_least < -1) {
     for (std::uint32_t t = 0; t < body_.tetrahedra.size(); ++t) look_at(t);
   }

@@ -66,7 +66,6 @@ class CutBody {
   bool refine(std::span<const CutSheet::Triangle> triangles, std::size_t first_new);
   void add_barriers(std::span<const CutSheet::Triangle> triangles);
   void measure();
-  void build_cells();
   NodeSource place_of(std::uint32_t tetrahedron, std::uint32_t node,
                       const std::vector<Eigen::Vector3d>& nodes_mm, std::uint32_t copy) const;
 
@@ -85,11 +84,18 @@ class CutBody {
   };
   std::vector<Barrier> barriers_;                          // the sheets' triangles
   std::vector<std::vector<std::uint32_t>> near_barriers_;  // by tetrahedron
-  // Tetrahedra by the cells of a regular grid that their boxes touch.
-  Eigen::Vector3d low_mm_ = Eigen::Vector3d::Zero();
-  Eigen::Array3i cells_ = Eigen::Array3i::Ones();
-  double cell_mm_ = 1;
-  std::vector<std::vector<std::uint32_t>> in_cell_;
+  // Tetrahedra by the cells of a regular grid that their boxes touch, in increasing order.
+  struct Cells {
+    Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
+    Eigen::Array3i count = Eigen::Array3i::Ones();
+    double size_mm = 1;
+    std::vector<std::vector<std::uint32_t>> tetrahedra;
+
+    void sort_in(const TetrahedralBody& body, double least_mm);
+    template <class Use>
+    void each_near(const Eigen::Vector3d& at_mm, int reach, const Use& use) const;
+  };
+  Cells cells_, fine_cells_;  // as the body was baked, and as it is beside cuts
 };
 
 }  // namespace organbake
