@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The window, used by a mouse and a keyboard: a poke, overlays, pictures, a saved interaction that
-# plays back to the same picture; the start page; no display, no window.
+# plays back to the same picture; undo; leaving; the start page; no display, no window.
 source "$(dirname "$0")/assert.sh"
 if [ ! -e "$BIN/../lib/organbake/organplay_window.so" ]; then
   echo "SKIPPED: organplay was built without its window"
@@ -54,7 +54,7 @@ quits() { # KEY…
 open_window b
 press p
 appears frame_001.png
-xdotool mousemove 400 330 mousedown 1
+xdotool mousemove 400 270 mousedown 1
 for _ in 1 2 3 4 5 6 7 8; do xdotool mousemove_relative -- 3 4; sleep 0.05; done
 sleep 0.3
 press space # time stands still, the tool is held
@@ -66,10 +66,17 @@ appears interaction_001.json
 xdotool mouseup 1
 for key in 1 2 3 w; do press $key; done
 appears window_001.png
+press z # the touch is undone, and the organ as it was
+press p
+appears frame_003.png
+cmp -s frame_001.png frame_003.png || fail "undo leaves a trace"
+press Escape
+press Escape # asked, and stayed
 press r
-quits q
+kill -0 $player || fail "Escape leaves at once"
+quits Escape Return
 expect_equal "$(sort said | tr '\n' ' ')" \
-  "./frame_001.png ./frame_002.png ./interaction_001.json ./window_001.png "
+  "./frame_001.png ./frame_002.png ./frame_003.png ./interaction_001.json ./window_001.png "
 
 expect 0 organbake verify interaction_001.json
 expect 0 "$BIN/organplay" b --script interaction_001.json --out frames
@@ -81,8 +88,8 @@ for solver in springs fem; do
   open_window cuttable --solver $solver
   press p
   press c
-  xdotool mousemove 330 300 mousedown 1
-  for _ in 1 2 3 4 5 6 7 8; do xdotool mousemove_relative -- 15 0; sleep 0.1; done
+  xdotool mousemove 340 270 mousedown 1
+  for _ in 1 2 3 4 5 6 7 8; do xdotool mousemove_relative -- 12 0; sleep 0.1; done
   xdotool mouseup 1
   sleep 0.5
   press s
@@ -95,5 +102,5 @@ open_window # the start page
 xdotool type nowhere
 press Return # there is no such folder: it says so, and stays
 kill -0 $player || fail "the start page is gone: $(cat err)"
-quits Escape Escape
+quits Escape Escape Return # the first leaves the field
 expect 66 "$BIN/organplay" nowhere

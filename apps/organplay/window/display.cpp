@@ -7,10 +7,12 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "organbake/core/error.h"
+#include "organbake/player/panel_layout.h"
 
 namespace organbake {
 namespace {
@@ -39,6 +41,9 @@ struct Display::Impl {
   GLFWwindow* window = nullptr;
   GLuint texture = 0;
   Eigen::Vector2i picture_size = Eigen::Vector2i::Zero();
+  Eigen::Vector2i picture_corner = Eigen::Vector2i::Zero();
+  Eigen::Vector4i before_full_screen;  // x, y, width, height
+  double letters = 0;                  // the scale that they were made for
   std::function<void(const Rgb8Image&)> take;
   std::vector<int> pressed;  // GLFW's names of keys since the last frame
 };
@@ -57,7 +62,6 @@ Display::Display(const std::string& title, int width, int height)
   });
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;  // leaves nothing in the user's folder
-  ImGui::StyleColorsDark();
   ImGui_ImplGlfw_InitForOpenGL(impl_->window, true);
   ImGui_ImplOpenGL2_Init();
   ::glGenTextures(1, &impl_->texture);
@@ -78,13 +82,16 @@ bool Display::begin_frame() {
   impl_->pressed.clear();
   ::glfwPollEvents();
   if (::glfwWindowShouldClose(impl_->window)) return false;
+  fit_letters();
   ImGui_ImplOpenGL2_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   if (impl_->picture_size.x() > 0) {
-    const ImVec2 size(float(impl_->picture_size.x()), float(impl_->picture_size.y()));
+    const Eigen::Vector2f from = impl_->picture_corner.cast<float>();
+    const Eigen::Vector2f to = from + impl_->picture_size.cast<float>();
     ImGui::GetBackgroundDrawList()->AddImage(
-        reinterpret_cast<ImTextureID>(std::uintptr_t(impl_->texture)), {0, 0}, size);
+        reinterpret_cast<ImTextureID>(std::uintptr_t(impl_->texture)), {from.x(), from.y()},
+        {to.x(), to.y()});
   }
   return true;
 }
@@ -103,7 +110,10 @@ void Display::end_frame() {
 
 bool Display::pressed(char key) const {
   if (ImGui::GetIO().WantTextInput) return false;
-  const int wanted = key == kEscape ? GLFW_KEY_ESCAPE : key;  // the others are their own names
+  const int wanted = key == kEscape  ? GLFW_KEY_ESCAPE
+                     : key == kEnter ? GLFW_KEY_ENTER
+                     : key == kF11   ? GLFW_KEY_F11
+                                     : key;  // the others are their own names
   return std::count(impl_->pressed.begin(), impl_->pressed.end(), wanted) > 0;
 }
 
@@ -115,7 +125,54 @@ Eigen::Vector2i Display::size_px() const {
   return {std::max(1, width), std::max(1, height)};
 }
 
-void Display::set_picture(const Rgb8Image& picture) {
+double Display::scale() const {
+  float x = 1, y = 1;
+  ::glfwGetWindowContentScale(impl_->window, &x, &y);
+  return panel_scale(size_px(), double(std::max(x, y)));
+}
+
+// ImGui's own letters, made anew where they have to be larger: enlarged ones would be blurred.
+void Display::fit_letters() {
+  const double wanted = scale();
+  if (wanted == impl_->letters) return;
+  impl_->letters = wanted;
+  ImGuiStyle style;
+  ImGui::StyleColorsDark(&style);
+  style.WindowRounding = 0;
+  style.WindowBorderSize = 0;
+  style.ScaleAllSizes(float(wanted));
+  ImGui::GetStyle() = style;
+  ImFontConfig letters;
+  constexpr double kLetters_px = 13;
+  letters.SizePixels = float(std::floor(kLetters_px * wanted));
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  atlas.Clear();
+  atlas.AddFontDefault(&letters);
+  ImGui_ImplOpenGL2_DestroyFontsTexture();
+  ImGui_ImplOpenGL2_CreateFontsTexture();
+}
+
+void Display::toggle_full_screen() {
+  Eigen::Vector4i& kept = impl_->before_full_screen;
+  if (::glfwGetWindowMonitor(impl_->window)) {
+    ::glfwSetWindowMonitor(impl_->window, nullptr, kept[0], kept[1], kept[2], kept[3], 0);
+    return;
+  }
+  GLFWmonitor* monitor = ::glfwGetPrimaryMonitor();
+  const GLFWvidmode* mode = monitor ? ::glfwGetVideoMode(monitor) : nullptr;
+  if (!mode) return;
+  ::glfwGetWindowPos(impl_->window, &kept[0], &kept[1]);
+  ::glfwGetWindowSize(impl_->window, &kept[2], &kept[3]);
+  ::glfwSetWindowMonitor(impl_->window, monitor, 0, 0, mode->width, mode->height,
+                         mode->refreshRate);
+}
+
+void Display::move_picture(const Eigen::Vector2i& corner_px) { impl_->picture_corner = corner_px; }
+
+void Display::hide_picture() { impl_->picture_size.setZero(); }
+
+void Display::set_picture(const Rgb8Image& picture, const Eigen::Vector2i& corner_px) {
+  move_picture(corner_px);
   ::glBindTexture(GL_TEXTURE_2D, impl_->texture);
   ::glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   const Eigen::Vector2i size(picture.width, picture.height);

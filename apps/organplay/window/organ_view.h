@@ -8,29 +8,32 @@
 #include "organbake/player/live_session.h"
 #include "window/display.h"
 #include "window/truth_pictures.h"
+#include "window/window_state.h"
 
 namespace organbake {
 
-// One bundle in the window: the mouse's meaning, the picture, the panels.
+// Organs in the window: the mouse's meaning, the picture, and the panels round it.
 class OrganView {
  public:
-  // Reads the bundle. Screenshots and interactions are saved into `save_folder`.
+  // Reads the bundles. Screenshots and interactions are saved into `save_folder`.
   OrganView(const std::vector<std::filesystem::path>& bundles, std::filesystem::path save_folder,
             std::optional<TissueSolver> solver, std::optional<DrawnLight> light);
 
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);
+  bool unsaved() const { return session_.record_end() > saved_steps_; }
 
  private:
+  PixelRect picture_rect() const;  // of what can be touched, in the window
   void follow_mouse();
-  void follow_keys(Display& display);
-  void choose(const InstrumentKind& kind);
+  void follow_keys(const Display& display);
   void advance(Display& display);
-  Rgb8Image swiped(const Eigen::Vector2i& size);
+  Rgb8Image composed();
+  void swipe(Rgb8Image& picture);
+  void put_at_rest_beside(Rgb8Image& picture);
   void draw_overlays() const;
-  void controls(Display& display);
-  void readings() const;
-  void save_window(Display& display);
+  void show_panels();
+  void follow_asks(Display& display);
   void save_picture(const Rgb8Image& picture, const std::string& kind);
   void save_interaction();
   std::filesystem::path free_name(const std::string& stem, const std::string& ending) const;
@@ -39,20 +42,14 @@ class OrganView {
   Player player_;
   LiveSession session_;
   TruthPictures truth_;
+  WindowState state_;
+  PanelLayout layout_;
   PlayedFrame last_;
+  Frame rest_frame_;
   bool frame_shown_ = false;  // the display has the session's frame, and nothing else
-  DrawOptions options_;
-  std::string message_;
-
-  bool paused_ = false, step_once_ = false;
-  int slowness_ = 1, tick_ = 0;   // one time step every so many pictures
-  InstrumentKind kind_ = Ball{};  // of the next touch
+  int tick_ = 0;
   enum class Drag { none, tool, turn, shift } drag_ = Drag::none;
-  bool proxy_lines_ = false, camera_lines_ = false, manifold_lines_ = false;
-  Against against_ = Against::nothing;
-  float swipe_share_ = 0.5f;
-  bool screenshot_asked_ = false;
-  double force_n_ = 0, largest_force_n_ = 0;
+  std::size_t saved_steps_ = 0;
 };
 
 }  // namespace organbake

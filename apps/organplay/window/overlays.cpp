@@ -6,13 +6,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace organbake {
 namespace {
 
 constexpr ImU32 kProxyFront = IM_COL32(120, 220, 255, 170),
                 kProxyBack = IM_COL32(120, 220, 255, 40);
-constexpr ImU32 kIdle = IM_COL32(150, 150, 150, 110), kManifold = IM_COL32(200, 160, 60, 110);
+constexpr ImU32 kIdle = IM_COL32(150, 150, 150, 110), kManifold = IM_COL32(200, 160, 60, 110),
+                kCells = IM_COL32(150, 255, 170, 60);
 
 double share_of(const ViewWeights& active, std::size_t camera) {
   double share = 0;
@@ -24,34 +26,56 @@ double share_of(const ViewWeights& active, std::size_t camera) {
 
 ImU32 bright(double share) { return IM_COL32(255, 200, 60, int(90 + 165 * share)); }
 
-// A line of the world, cut where it comes before the near plane.
-void draw_line(const View& view, Eigen::Vector3d a, Eigen::Vector3d b, ImU32 color) {
-  a = view.camera.camera_from_world * a;
-  b = view.camera.camera_from_world * b;
+}  // namespace
+
+Overlay::Overlay(const View& view, const Eigen::Vector2i& corner_px, const Eigen::Vector2i& size_px)
+    : view_(view), corner_px_(corner_px.cast<double>()) {
+  const Eigen::Vector2i end_px = corner_px + size_px;
+  ImGui::GetBackgroundDrawList()->PushClipRect({float(corner_px.x()), float(corner_px.y())},
+                                               {float(end_px.x()), float(end_px.y())});
+}
+
+Overlay::~Overlay() { ImGui::GetBackgroundDrawList()->PopClipRect(); }
+
+// Cut where it comes before the near plane.
+void Overlay::draw_line(Eigen::Vector3d a, Eigen::Vector3d b, std::uint32_t color) const {
+  a = view_.camera.camera_from_world * a;
+  b = view_.camera.camera_from_world * b;
   if (a.z() > b.z()) std::swap(a, b);
-  if (b.z() <= view.near_mm) return;
-  if (a.z() < view.near_mm) a += (view.near_mm - a.z()) / (b.z() - a.z()) * (b - a);
-  const Eigen::Vector2d from = project(view.camera.intrinsics, a);
-  const Eigen::Vector2d to = project(view.camera.intrinsics, b);
+  if (b.z() <= view_.near_mm) return;
+  if (a.z() < view_.near_mm) a += (view_.near_mm - a.z()) / (b.z() - a.z()) * (b - a);
+  const Eigen::Vector2d from = corner_px_ + project(view_.camera.intrinsics, a);
+  const Eigen::Vector2d to = corner_px_ + project(view_.camera.intrinsics, b);
   ImGui::GetBackgroundDrawList()->AddLine({float(from.x()), float(from.y())},
                                           {float(to.x()), float(to.y())}, color);
 }
 
-}  // namespace
-
-void draw_proxy(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& positions,
-                const View& view) {
-  const Eigen::Vector3d eye = view.camera.center_world_mm();
+void Overlay::draw_proxy(const TriangleMesh& proxy,
+                         const std::vector<Eigen::Vector3d>& positions) const {
+  const Eigen::Vector3d eye = view_.camera.center_world_mm();
   for (const auto& [a, b, c] : proxy.faces) {
     const Eigen::Vector3d normal = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
     const ImU32 color = normal.dot(eye - positions[a]) > 0 ? kProxyFront : kProxyBack;
-    draw_line(view, positions[a], positions[b], color);
-    draw_line(view, positions[b], positions[c], color);
-    draw_line(view, positions[c], positions[a], color);
+    draw_line(positions[a], positions[b], color);
+    draw_line(positions[b], positions[c], color);
+    draw_line(positions[c], positions[a], color);
   }
 }
 
-void draw_cameras(const CameraSet& cameras, const ViewWeights& active, const View& view) {
+// Each edge once.
+void Overlay::draw_tetrahedra(const TetrahedralBody& body,
+                              const std::vector<Eigen::Vector3d>& nodes_mm) const {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const auto& tetrahedron : body.tetrahedra)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < i; ++j)
+        edges.push_back(std::minmax(tetrahedron.nodes[i], tetrahedron.nodes[j]));
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  for (const auto& [a, b] : edges) draw_line(nodes_mm[a], nodes_mm[b], kCells);
+}
+
+void Overlay::draw_cameras(const CameraSet& cameras, const ViewWeights& active) const {
   constexpr double kDepthShare = 0.12;  // of the way to the organ
   for (std::size_t i = 0; i < cameras.cameras.size(); ++i) {
     const PosedCamera& camera = cameras.cameras[i];
@@ -67,18 +91,18 @@ void draw_cameras(const CameraSet& cameras, const ViewWeights& active, const Vie
     const double share = share_of(active, i);
     const ImU32 color = share > 0 ? bright(share) : kIdle;
     for (int c = 0; c < 4; ++c) {
-      draw_line(view, eye, corners[c], color);
-      draw_line(view, corners[c], corners[(c + 1) % 4], color);
+      draw_line(eye, corners[c], color);
+      draw_line(corners[c], corners[(c + 1) % 4], color);
     }
   }
 }
 
-void draw_manifold(const CameraSet& cameras, const ViewWeights& active, const View& view) {
+void Overlay::draw_manifold(const CameraSet& cameras, const ViewWeights& active) const {
   for (const auto& triangle : cameras.manifold.triangles) {
     const bool used = std::all_of(triangle.begin(), triangle.end(),
                                   [&](std::uint32_t c) { return share_of(active, c) > 0; });
     for (int c = 0; c < 3; ++c) {
-      draw_line(view, cameras.cameras[triangle[c]].center_world_mm(),
+      draw_line(cameras.cameras[triangle[c]].center_world_mm(),
                 cameras.cameras[triangle[(c + 1) % 3]].center_world_mm(),
                 used ? bright(0.5) : kManifold);
     }

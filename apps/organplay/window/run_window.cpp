@@ -8,6 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "window/display.h"
+#include "window/leave_question.h"
 #include "window/organ_view.h"
 #include "window/start_page.h"
 
@@ -38,10 +39,12 @@ void run_window(const WindowCommand& command, const RunContext& context) {
   if (!command.bundles.empty()) view = open(command.bundles);
   Display display("organplay", command.width, command.height);
   StartPage start;
+  LeaveQuestion leave;
   std::string problem;
   Pace pace;
   while (!context.cancelled() && display.begin_frame()) {
-    if (display.pressed('Q') || display.pressed(Display::kEscape)) display.ask_to_close();
+    if (display.pressed('Q')) display.ask_to_close();
+    leave.show(display, view && view->unsaved());
     try {
       if (view) {
         view->show(display);
@@ -50,6 +53,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
       }
     } catch (const Error& error) {  // of a bundle, perhaps of a camera that came late
       view.reset();
+      display.hide_picture();
       problem = error.what();
     }
     display.end_frame();

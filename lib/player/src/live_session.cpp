@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "organbake/core/stopwatch.h"
+#include "organbake/player/framing.h"
 
 namespace organbake {
 namespace {
@@ -21,6 +22,8 @@ constexpr double kNeedle_mm = 60, kNeedleRadius_mm = 0.6;
 constexpr double kSnipDepth_mm = 6, kScissors_mm = 24, kScissorsRadius_mm = 0.8;
 constexpr double kWidestOpening_mm = 20;
 constexpr double kLeastDrag_mm = 1;  // shorter ones have no direction yet
+constexpr double kNarrowest_deg = 5, kWidest_deg = 120;
+constexpr double kSeek_ms = 10;  // of a picture's time
 
 double smaller_side(const View& view) {
   return std::min(view.camera.intrinsics.width, view.camera.intrinsics.height);
@@ -32,8 +35,11 @@ LiveSession::LiveSession(Player& player, double time_step_s)
     : player_(&player),
       time_step_s_(time_step_s),
       tool_radius_mm_(player.bundle().mechanics.instrument_radius_mm),
+      front_(framing_pose(player)),
+      pose_(front_),
       tools_(player),
-      placed_tools_(player) {
+      placed_tools_(player),
+      record_(time_step_s) {
   player.reset();
   view_ = orbit_view(player.bundle().cameras, pose_, 1, 1);
 }
@@ -53,13 +59,48 @@ void LiveSession::shift(const Eigen::Vector2d& by_px) {
 }
 
 void LiveSession::zoom(double steps) {
-  pose_.distance = std::clamp(pose_.distance * std::pow(kZoomPerStep, steps), kNearest, kFarthest);
+  // A scope may be nearer already, and several organs farther away.
+  const double nearest = std::min(kNearest, pose_.distance);
+  const double farthest = std::max(kFarthest, 2 * front_.distance);
+  pose_.distance = std::clamp(pose_.distance * std::pow(kZoomPerStep, steps), nearest, farthest);
 }
 
-void LiveSession::face_front() { pose_ = {}; }
+void LiveSession::face_front() { pose_ = front_; }
+
+std::optional<double> LiveSession::scope_distance_mm() const {
+  const Intrinsics& picture = view_.camera.intrinsics;
+  const std::size_t middle =
+      std::size_t(picture.height / 2) * picture.width + std::size_t(picture.width / 2);
+  if (middle >= frame_.depth_mm.size() || frame_.cover[middle] == Cover::solid ||
+      !std::isfinite(frame_.depth_mm[middle]))
+    return std::nullopt;
+  return frame_.depth_mm[middle];
+}
+
+void LiveSession::set_scope_distance_mm(double distance_mm) {
+  const std::optional<double> now_mm = scope_distance_mm();
+  if (!now_mm) return;
+  const CameraSet& cameras = player_->bundle().cameras;
+  const double unit_mm =
+      (cameras.cameras.front().center_world_mm() - cameras.manifold.center_world_mm).norm();
+  const double least = 1e-3;  // a pose lies before what it looks at
+  pose_.distance = std::max(
+      least, pose_.distance + (std::max(kNearestScope_mm, distance_mm) - *now_mm) / unit_mm);
+}
+
+double LiveSession::view_angle_deg() const {
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const double focal = view_.camera.intrinsics.fx;
+  return view_angle_deg_.value_or(2 * kDegrees * std::atan(0.5 * smaller_side(view_) / focal));
+}
+
+void LiveSession::set_view_angle_deg(double angle_deg) {
+  view_angle_deg_ = std::clamp(angle_deg, kNarrowest_deg, kWidest_deg);
+}
 
 bool LiveSession::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) {
-  if (!find_touched(at_px)) return false;
+  if (seeking() || !find_touched(at_px)) return false;
+  go_on_from_here();
   take_tool(kind);
   return true;
 }
@@ -93,12 +134,13 @@ void LiveSession::take_tool(const InstrumentKind& kind) {
   tool.axis_mm = -length_mm * sight_;
   tips_.push_back(tool);
   const Eigen::Matrix3d world_from_camera = view_.camera.camera_from_world.inverse().rotation;
-  InstrumentPath& record = tool_record_.emplace_back();
+  InstrumentPath record;
   record.name = mode_of(kind);
   record.instrument = tool;
   if (Scissors* scissors = std::get_if<Scissors>(&record.instrument.kind)) {
     scissors->opening_mm = world_from_camera.col(0);
   }
+  record_.begin_touch(std::move(record));
 }
 
 void LiveSession::drag(const Eigen::Vector2d& to_px) { pointer_px_ = to_px; }
@@ -128,7 +170,7 @@ Eigen::Vector3d LiveSession::tip_position_mm() const {
 // Along the drag as it began, by twice its length: either blade goes with the pointer.
 void LiveSession::open_scissors() {
   const Eigen::Vector3d dragged = dragged_mm();
-  Eigen::Vector3d& along = std::get<Scissors>(tool_record_.back().instrument.kind).opening_mm;
+  Eigen::Vector3d& along = std::get<Scissors>(record_.last_touch().instrument.kind).opening_mm;
   if (opening_mm_ == 0 && dragged.norm() >= kLeastDrag_mm) along = dragged;
   if (opening_mm_ > 0 || dragged.norm() >= kLeastDrag_mm)
     opening_mm_ = std::clamp(2 * dragged.dot(along.normalized()), 0.0, kWidestOpening_mm);
@@ -140,65 +182,146 @@ void LiveSession::let_go() {
   holding_ = false;
   depth_mm_ = 0;
   tips_.back().active = false;
-  std::vector<Waypoint>& path = tool_record_.back().path;
-  if (path.empty()) {  // let go before time went on: as if it had not been
-    tips_.pop_back();
-    tool_record_.pop_back();
-    return;
-  }
-  // A tip is away from its last waypoint on.
-  Waypoint last = path.back();
-  last.time_s = double(steps_) * time_step_s_;
-  if (steps_ < kMostRecorded) path.push_back(last);
+  record_.end_touch();
+  tips_.resize(record_.touch_count());
 }
 
 void LiveSession::record_step() {
-  if (steps_ < kMostRecorded) {
-    camera_record_.push_back({static_cast<int>(steps_), pose_});
-    if (holding_) {
-      Waypoint here;
-      here.time_s = double(steps_) * time_step_s_;
-      here.position_mm = tips_.back().position_mm;
-      here.opening_mm = opening_mm_;
-      tool_record_.back().path.push_back(here);
-    }
+  std::optional<Waypoint> held;
+  if (holding_) {
+    held.emplace();
+    held->time_s = record_.time_s(steps_);
+    held->position_mm = tips_.back().position_mm;
+    held->opening_mm = opening_mm_;
   }
+  record_.add_step(pose_, held);
   ++steps_;
+}
+
+StepReport LiveSession::step_live() {
+  record_step();
+  return player_->step(tips_);
+}
+
+StepReport LiveSession::step_recorded() {
+  tips_ = record_.tools_at(steps_);
+  ++steps_;
+  return player_->step(tips_);
+}
+
+StepReport LiveSession::approach_target() {
+  StepReport report;
+  Stopwatch watch;
+  for (double spent_ms = 0; steps_ < *target_ && spent_ms < kSeek_ms; spent_ms += watch.lap())
+    report = step_recorded();
+  if (steps_ == *target_) target_.reset();
+  return report;
 }
 
 PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions options) {
   PlayedFrame played;
-  const double time_s = double(steps_) * time_step_s_;  // at which the step begins
+  const double time_s = record_.time_s(steps_);  // at which the step begins
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
     if (tips_.back().is<Scissors>()) open_scissors();
     depth_mm_ = (tips_.back().position_mm - touched_mm_).dot(sight_) + tips_.back().radius_mm;
   }
   Stopwatch watch;
-  if (step) {
-    record_step();
-    played.step = player_->step(tips_);
+  if (target_) {
+    played.step = approach_target();
+  } else if (step && replaying_) {
+    pose_ = record_.pose_at(steps_);
+    played.step = step_recorded();
+    replaying_ = steps_ < record_end();
+  } else if (step && steps_ >= record_.steps()) {
+    played.step = step_live();
   }
   played.deform_ms = watch.lap();
-  view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
-  options.keep_depth = true;
-  options.solids = tools_.solids(tips_, view_, time_s);
-  const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
-  options.solids.insert(options.solids.end(), placed.begin(), placed.end());
-  if (holding_) tool_record_.back().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
-  played.draw = player_->draw(view_, options, frame_);
+  draw(width, height, options, time_s, played);
   played.draw_ms = watch.lap();
   return played;
 }
 
-void LiveSession::reset() {
-  let_go();
+void LiveSession::draw(int width, int height, DrawOptions& options, double time_s,
+                       PlayedFrame& played) {
+  view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
+  if (view_angle_deg_) {
+    const double half_rad = *view_angle_deg_ * std::numbers::pi / 360;
+    Intrinsics& lens = view_.camera.intrinsics;
+    lens.fx = lens.fy = 0.5 * std::min(width, height) / std::tan(half_rad);
+  }
+  options.keep_depth = true;
+  options.solids = tools_.solids(tips_, view_, time_s);
+  const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
+  options.solids.insert(options.solids.end(), placed.begin(), placed.end());
+  if (holding_) record_.last_touch().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
+  played.draw = player_->draw(view_, options, frame_);
+}
+
+void LiveSession::begin_anew() {
   player_->reset();
   tips_.clear();
-  placed_.clear();
-  camera_record_.clear();
-  tool_record_.clear();
+  tools_ = HeldTools(*player_);
   steps_ = 0;
+}
+
+void LiveSession::reset() {
+  let_go();
+  begin_anew();
+  placed_.clear();
+  record_ = SessionRecord(time_step_s_);
+  target_.reset();
+  stopped_at_.reset();
+  replaying_ = false;
+}
+
+void LiveSession::set_solver(TissueSolver solver) {
+  if (solver == player_->solver()) return;
+  const std::size_t position = bound_for();
+  let_go();
+  player_->set_solver(solver);
+  if (position > record_.steps() || (solver == TissueSolver::springs && record_.has_blades()))
+    return reset();
+  begin_anew();
+  seek(position);
+}
+
+void LiveSession::stop_recording() {
+  let_go();
+  stopped_at_ = record_.steps();
+}
+
+void LiveSession::seek(std::size_t step) {
+  let_go();
+  if (lost_track()) return;
+  replaying_ = false;
+  target_ = std::min(step, record_.steps());
+  if (*target_ < steps_) begin_anew();
+}
+
+void LiveSession::undo() {
+  let_go();
+  if (can_undo()) seek(*record_.begin_before(bound_for()));
+}
+
+void LiveSession::redo() {
+  if (can_redo()) seek(record_.begin_behind(bound_for()));
+}
+
+void LiveSession::replay() {
+  seek(0);
+  target_.reset();
+  replaying_ = steps_ < record_end();
+}
+
+// What lay ahead in the record will not happen any more.
+void LiveSession::go_on_from_here() {
+  replaying_ = false;
+  if (steps_ >= record_.steps()) return;
+  record_.cut_short(steps_);
+  if (stopped_at_) stopped_at_ = std::min(*stopped_at_, steps_);
+  tips_.resize(record_.touch_count());
+  for (Instrument& tip : tips_) tip.active = false;
 }
 
 Script LiveSession::record(const std::string& name) const {
@@ -206,20 +329,12 @@ Script LiveSession::record(const std::string& name) const {
   script.name = name;
   script.time_step_s = time_step_s_;
   script.solver = player_->solver();
-  script.frames = static_cast<int>(std::clamp<std::size_t>(steps_, 1, kMostRecorded));
+  script.frames = static_cast<int>(std::max<std::size_t>(record_end(), 1));
   script.width = view_.camera.intrinsics.width;
   script.height = view_.camera.intrinsics.height;
-  script.camera = camera_record_;
+  if (view_angle_deg_) script.lens = view_.camera.intrinsics;
+  record_.write(script, record_end());
   if (script.camera.empty()) script.camera.push_back({0, pose_});
-  for (const InstrumentPath& tool : tool_record_) {
-    if (tool.path.empty()) continue;
-    script.instruments.push_back(tool);
-    // Still held: it must not be away before the last step.
-    std::vector<Waypoint>& path = script.instruments.back().path;
-    Waypoint last = path.back();
-    last.time_s = double(script.frames) * time_step_s_;
-    if (holding_ && &tool == &tool_record_.back()) path.push_back(last);
-  }
   return script;
 }
 

@@ -202,6 +202,25 @@ DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& fra
   return paper_->draw(organ.bundle, organ.positions, view, options, frame);
 }
 
+DrawReport Player::draw_at_rest(const View& view, const DrawOptions& options, Frame& frame) {
+  if (resting_.empty())
+    for (const Organ& organ : organs_) resting_.push_back(organ.warper.beside(organ.bundle));
+  if (organs_.size() == 1)
+    return resting_.front().draw(organs_.front().bundle.proxy.vertices, view, options, frame);
+  std::vector<JointDrawing::Organ> drawn;
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    const Bundle& bundle = organs_[o].bundle;
+    drawn.push_back({resting_[o], bundle.proxy.vertices, bundle.proxy, bundle.lighting});
+  }
+  return resting_drawing_.draw(drawn, view, options, frame);
+}
+
+std::vector<Eigen::Vector3d> Player::node_positions(std::size_t organ) const {
+  organ_at(organ);
+  if (options_.solver != TissueSolver::fem) return {};
+  return deformer_.node_positions(organ);
+}
+
 DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
   if (options.method != WarpMethod::bound) {
     throw UsageError("the paper's own warp draws one organ alone");

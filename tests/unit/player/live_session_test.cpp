@@ -137,5 +137,128 @@ TEST(LiveSession, ResetForgetsWhatWasDone) {
   EXPECT_TRUE(s.session.record("empty").instruments.empty());
 }
 
+// Two touches, each followed by rest.
+struct TwoTouches : Seen {
+  std::vector<std::vector<Eigen::Vector3d>> positions;  // after each step
+  std::size_t second = 0;                               // its first step
+
+  TwoTouches() {
+    for (const double down_px : {20.0, 34.0}) {
+      second = session.position();
+      EXPECT_TRUE(session.touch(kMiddle, Ball{}));
+      for (int i = 0; i < 15; ++i) {
+        if (i < 8) session.drag(kMiddle + Eigen::Vector2d(0, down_px * (i + 1) / 8));
+        if (i == 10) session.let_go();
+        step();
+      }
+    }
+  }
+  void step() {
+    advance();
+    positions.push_back(player.proxy_positions());
+  }
+  void arrive() {
+    while (session.seeking()) advance();
+  }
+};
+
+TEST(LiveSession, UndoBringsTheOrganBackToBeforeTheTouchAndRedoBehindIt) {
+  TwoTouches s;
+  ASSERT_TRUE(s.session.can_undo());
+  EXPECT_FALSE(s.session.can_redo());
+  s.session.undo();
+  s.arrive();
+  EXPECT_EQ(s.session.position(), s.second);
+  EXPECT_EQ(s.player.proxy_positions(), s.positions[s.second - 1]);
+  s.advance();  // time stands still there
+  EXPECT_EQ(s.session.position(), s.second);
+  s.session.undo();
+  s.arrive();
+  EXPECT_EQ(s.player.proxy_positions(), s.player.bundle().proxy.vertices);
+  EXPECT_FALSE(s.session.can_undo());
+  s.session.redo();
+  s.session.redo();  // while it is still on its way
+  s.arrive();
+  EXPECT_EQ(s.player.proxy_positions(), s.positions.back());
+  EXPECT_FALSE(s.session.can_redo());
+}
+
+TEST(LiveSession, ATouchInThePastForgetsWhatFollowedAndTheRecordStillPlaysBack) {
+  TwoTouches s;
+  s.session.seek(s.second + 5);  // the second tool is still held there
+  s.arrive();
+  EXPECT_EQ(s.player.proxy_positions(), s.positions[s.second + 4]);
+  s.positions.resize(s.second + 5);
+  s.advance(false);
+  ASSERT_TRUE(s.session.touch(kMiddle + Eigen::Vector2d(3, 0), Grasper{}));
+  EXPECT_FALSE(s.session.can_redo());
+  for (int i = 0; i < 12; ++i) {
+    s.session.drag(kMiddle + Eigen::Vector2d(3 + i, 0));
+    s.step();
+  }
+  const Script script = script_from_json(script_to_json(s.session.record("past")), "record");
+  ASSERT_EQ(std::size_t(script.frames), s.positions.size());
+  EXPECT_EQ(script.instruments.size(), 3u);
+  Player again(organ_to_play());
+  play(again, script, {}, [&](int i, const Frame&) {
+    EXPECT_EQ(again.proxy_positions(), s.positions[i]) << "step " << i;
+  });
+}
+
+TEST(LiveSession, ReplaysItsRecordAsItWasSeen) {
+  TwoTouches s;
+  s.session.turn({30, 0});
+  s.step();
+  const View last = s.session.view();
+  s.session.turn({0, 20});
+  s.session.replay();
+  EXPECT_EQ(s.session.position(), 0u);
+  for (const auto& expected : s.positions) {
+    ASSERT_TRUE(s.session.replaying());
+    s.advance();
+    EXPECT_EQ(s.player.proxy_positions(), expected);
+  }
+  EXPECT_FALSE(s.session.replaying());
+  EXPECT_TRUE(s.session.view() == last);
+}
+
+TEST(LiveSession, WhatFollowsTheEndOfARecordingIsNoPartOfIt) {
+  TwoTouches s;
+  s.session.seek(s.second);
+  s.arrive();
+  s.session.seek(s.session.recorded_steps());
+  s.arrive();
+  s.session.stop_recording();
+  const std::size_t end = s.session.record_end();
+  ASSERT_TRUE(s.session.touch(kMiddle, Ball{}));
+  for (int i = 0; i < 5; ++i) s.advance();
+  EXPECT_FALSE(s.session.records());
+  const Script script = s.session.record("stopped");
+  EXPECT_EQ(std::size_t(script.frames), end);
+  EXPECT_EQ(script.instruments.size(), 2u);
+  s.session.reset();
+  EXPECT_TRUE(s.session.records());
+}
+
+TEST(LiveSession, TheScopeComesAsNearAsAskedAndTheLensSeesAsWide) {
+  Seen s;
+  const double before = s.session.view_angle_deg();
+  for (const double mm : {40.0, 12.0, 3.0}) {
+    for (int i = 0; i < 6; ++i) {  // the skin ahead is another one from each place
+      s.session.set_scope_distance_mm(mm);
+      s.advance(false);
+    }
+    ASSERT_TRUE(s.session.scope_distance_mm());
+    EXPECT_NEAR(*s.session.scope_distance_mm(), mm, 0.05 * mm + 0.2);
+  }
+  s.session.set_view_angle_deg(before + 20);
+  s.advance();
+  EXPECT_NEAR(s.session.view_angle_deg(), before + 20, 1e-9);
+  const Script script = script_from_json(script_to_json(s.session.record("lens")), "record");
+  std::vector<std::uint8_t> played;
+  play(s.player, script, {}, [&](int, const Frame& frame) { played = frame.color.pixels; });
+  EXPECT_EQ(played, s.session.frame().color.pixels);
+}
+
 }  // namespace
 }  // namespace organbake

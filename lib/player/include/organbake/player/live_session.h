@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
+#include "organbake/player/session_record.h"
 
 namespace organbake {
 
@@ -23,7 +26,15 @@ class LiveSession {
   void turn(const Eigen::Vector2d& by_px);   // the organ follows the pointer round its centre
   void shift(const Eigen::Vector2d& by_px);  // the organ follows the pointer across the picture
   void zoom(double steps);                   // > 0 comes nearer
-  void face_front();                         // the view the session began with
+  void face_front();  // the view the session began with, in which all organs are seen
+  // From the lens to the skin straight ahead in the last picture; nothing where there is none.
+  std::optional<double> scope_distance_mm() const;
+  // Brings the lens there, along its sight; no nearer than kNearestScope_mm.
+  void set_scope_distance_mm(double distance_mm);
+  static constexpr double kNearestScope_mm = 1;
+  // Across the smaller side of the picture: of virtual camera 0, unless another lens is set.
+  double view_angle_deg() const;
+  void set_view_angle_deg(double angle_deg);
 
   // Puts a tool of a kind onto the tissue at the pointer; false when there is none. A ball presses
   // along the line of sight, as deep as the pointer is then dragged away; a grasper carries
@@ -42,18 +53,41 @@ class LiveSession {
   void set_cut_width_mm(double width_mm) { cut_width_mm_ = width_mm; }
 
   // One time step, and what it looks like: frame(), with its depth. Without `step` time stands
-  // still and only the picture is made.
+  // still and only the picture is made. While the organ is on its way to another step of the record
+  // (seek()), it gets there by as many steps at once as take about 10 ms.
   PlayedFrame advance(bool step, int width, int height, DrawOptions options);
   const Frame& frame() const { return frame_; }
   // Tools in the next pictures that push nothing, beside those that hands hold; until the reset.
   void place_tools(std::vector<Instrument> tools) { placed_ = std::move(tools); }
 
   void reset();  // the organ at rest, a new record
+  // The same organ under another solver: what was done so far is done to it again. Springs cannot
+  // follow blades: then it is reset. Throws as Player::set_solver().
+  void set_solver(TissueSolver solver);
+
   // All steps since the start or the last reset, as a script that play() repeats to the last bit.
-  // At most kMostRecorded steps; later ones are not kept.
+  // At most SessionRecord::kMostSteps; later ones are not kept.
   Script record(const std::string& name) const;
-  std::size_t recorded_steps() const { return steps_; }
-  static constexpr std::size_t kMostRecorded = 100'000;
+  std::size_t recorded_steps() const { return record_.steps(); }
+  bool records() const { return !stopped_at_; }
+  void stop_recording();  // what follows is no part of record(), until the reset
+  std::size_t record_end() const {
+    return std::min(record_.steps(), stopped_at_.value_or(record_.steps()));
+  }
+
+  // Back and forth in what was done. Before the end of the record time stands still, until it is
+  // played on or tissue is touched: what was recorded from there on is then forgotten. Steps beyond
+  // the longest record cannot be undone.
+  std::size_t position() const { return steps_; }  // steps from rest
+  void seek(std::size_t step);
+  bool seeking() const { return target_.has_value(); }
+  bool can_undo() const { return !lost_track() && record_.begin_before(bound_for()).has_value(); }
+  bool can_redo() const { return !lost_track() && bound_for() < record_.steps(); }
+  void undo();  // the last touch, and what followed it
+  void redo();
+  void replay();  // from rest to the record's end, as it was seen
+  bool replaying() const { return replaying_; }
+  void stop_replay() { replaying_ = false; }
 
   const View& view() const { return view_; }
   double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
@@ -65,11 +99,20 @@ class LiveSession {
   Eigen::Vector3d tip_position_mm() const;
   void open_scissors();
   void record_step();
+  StepReport step_live();
+  StepReport step_recorded();
+  StepReport approach_target();
+  void go_on_from_here();
+  void begin_anew();
+  std::size_t bound_for() const { return target_.value_or(steps_); }
+  bool lost_track() const { return steps_ > record_.steps(); }
+  void draw(int width, int height, DrawOptions& options, double time_s, PlayedFrame& played);
 
   Player* player_;
   double time_step_s_;
   double tool_radius_mm_, cut_width_mm_ = 0;
-  OrbitPose pose_;
+  OrbitPose front_, pose_;
+  std::optional<double> view_angle_deg_;
   View view_;  // of the last picture
   Frame frame_;
   HeldTools tools_, placed_tools_;
@@ -81,9 +124,10 @@ class LiveSession {
   Eigen::Vector3d sight_ = Eigen::Vector3d::UnitZ();      // unit, from the eye to it
   View touch_view_;
   double pushed_mm_ = 0, depth_mm_ = 0, opening_mm_ = 0;
+  SessionRecord record_;
   std::size_t steps_ = 0;
-  std::vector<CameraKeyframe> camera_record_;
-  std::vector<InstrumentPath> tool_record_;
+  std::optional<std::size_t> target_, stopped_at_;
+  bool replaying_ = false;
 };
 
 }  // namespace organbake

@@ -64,6 +64,9 @@ class Player {
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  // The organs as they were baked, at rest and whole, whatever has been done to them since: to be
+  // shown beside what draw() shows. Not by the paper's own warp.
+  DrawReport draw_at_rest(const View& view, const DrawOptions& options, Frame& frame);
   // Another warper of the first organ, with its samples, for a thread of its own (BatchDrawing).
   // Throws UsageError for one that blades have cut.
   Warper warper_beside() const;
@@ -107,6 +110,8 @@ class Player {
   const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
     return organ_at(organ).positions;
   }
+  // Where the nodes of the tetrahedra of bundle_now() are, mm; none under the solver springs.
+  std::vector<Eigen::Vector3d> node_positions(std::size_t organ = 0) const;
   // How its cuts' lips stand apart when it is drawn; none of an organ that is whole.
   const LipGape* gape(std::size_t organ = 0) const {
     return is_cut(organ) ? &organ_at(organ).cutting->gape() : nullptr;
@@ -166,6 +171,8 @@ class Player {
   Deformer deformer_;
   std::unique_ptr<PaperWarp> paper_;  // made when first asked for
   JointDrawing joint_drawing_;        // of several organs
+  std::vector<Warper> resting_;       // made when first asked for, as the next
+  JointDrawing resting_drawing_;
   CuttingEdges cutting_edges_;
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.

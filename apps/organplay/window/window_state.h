@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <variant>
+
+#include "organbake/instruments/instrument.h"
+#include "organbake/player/live_session.h"
+#include "organbake/player/panel_layout.h"
+#include "organbake/player/player.h"
+#include "window/truth_pictures.h"
+
+namespace organbake {
+
+enum class FalseColors { none, displacement, strain };
+
+// What the person in front of the window has chosen, and asks for in this picture.
+struct WindowState {
+  OpenPanels panels;
+  bool prefer_readings = false;  // where there is room for one side alone
+
+  bool paused = false, step_once = false;
+  int slowness = 1;              // one time step every so many pictures
+  InstrumentKind kind = Ball{};  // of the next touch
+  DrawOptions drawing;
+  FalseColors colors = FalseColors::none;
+  double most_displacement_mm = 10, most_strain = 0.3;  // of the colours' range
+  bool proxy_lines = false, tetrahedra_lines = false, camera_lines = false, manifold_lines = false;
+  bool at_rest_beside = false;
+  Against against = Against::nothing;
+  float swipe_share = 0.5f;
+
+  double force_n = 0, largest_force_n = 0;
+  std::string message;
+
+  struct Asks {
+    bool picture = false, window = false, interaction = false, full_screen = false;
+  } asks;
+
+  // Chosen again, it pokes again. Leaves a message where the organ cannot be cut.
+  void choose(const InstrumentKind& chosen, const Player& player);
+  void restart(LiveSession& session);  // the organ at rest, and a new record
+};
+
+// In the order of instrument_kinds().
+struct ToolButton {
+  char key;  // 0: none of its own
+  const char* label;
+};
+inline constexpr std::array<ToolButton, std::variant_size_v<InstrumentKind>> kToolButtons = {
+    {{0, "poke"}, {'G', "grab (G)"}, {'C', "cut (C)"}, {'X', "scissors (X)"}, {'N', "needle (N)"}}};
+
+}  // namespace organbake
