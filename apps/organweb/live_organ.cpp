@@ -8,6 +8,7 @@
 
 #include "organbake/bundle/map_code.h"
 #include "organbake/core/error.h"
+#include "organbake/player/eye_inside.h"
 #include "organbake/player/instrument_motion.h"
 #include "organbake/player/play.h"
 #include "organbake/player/tip_instruments.h"
@@ -77,6 +78,8 @@ void LiveOrgan::advance(bool step, int width, int height) {
   size.check();
   last_ = session_->advance(step, width, height, drawing_);
   if (last_.step.recovered) ++recovered_;
+  if (!last_.draw.unchanged)
+    inside_ = why_empty(*player_, session_->view(), last_.draw).has_value();
   show(session_->frame());
 }
 
@@ -131,8 +134,13 @@ void LiveOrgan::set_solver(TissueSolver solver) {
 }
 
 void LiveOrgan::reset() {
-  if (player_->solver() == usual_solver()) return session_->reset();
-  set_solver(usual_solver());
+  if (player_->solver() == chosen_.value_or(usual_solver())) return session_->reset();
+  set_solver(chosen_.value_or(usual_solver()));
+}
+
+void LiveOrgan::choose_solver(TissueSolver solver) {
+  session_->set_solver(solver);
+  chosen_ = solver;
 }
 
 void LiveOrgan::set_light(int light) {
@@ -176,6 +184,20 @@ double LiveOrgan::figure(Figure which) const {
       return static_cast<double>(player_->piece_count());
     case Figure::cut_width_mm:
       return session_->cut_width_mm();
+    case Figure::solver:
+      return player_->solver() == TissueSolver::fem ? 1 : 0;
+    case Figure::can_undo:
+      return session_->can_undo() ? 1 : 0;
+    case Figure::can_redo:
+      return session_->can_redo() ? 1 : 0;
+    case Figure::seeking:
+      return session_->seeking() ? 1 : 0;
+    case Figure::scope_mm:
+      return session_->scope_distance_mm().value_or(0);
+    case Figure::view_angle_deg:
+      return session_->view_angle_deg();
+    case Figure::inside:
+      return inside_ ? 1 : 0;
   }
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ class LiveOrgan {
                                               bool on_nodes);
 
   void reset();
+  // Who plays the organ from now on, and after resets; what was done is done again under it. Throws
+  // UsageError for finite elements where there are no tetrahedra.
+  void choose_solver(TissueSolver solver);
   void set_light(int light);  // a DrawnLight; throws UsageError
   void set_background(int red, int green, int blue);
   LiveSession& session() { return *session_; }
@@ -68,11 +72,20 @@ class LiveOrgan {
     recovered,  // how often a lost state went back to rest
     can_cut,    // 1: blades may touch it
     pieces,     // that blades have cut it into; 1 when whole
-    cut_width_mm
+    cut_width_mm,
+    solver,    // 0 springs, 1 finite elements
+    can_undo,  // 1: there is a touch to undo
+    can_redo,  // 1: one was undone
+    seeking,   // 1: pictures are on their way to what was undone or redone
+    scope_mm,  // from the lens to the skin straight ahead; 0 where there is none
+    view_angle_deg,
+    inside  // 1: nothing is seen, since the eye is inside the organ or touches it
   };
   double figure(Figure which) const;
 
  private:
+  // What resets bring back, in the place of the usual one.
+  std::optional<TissueSolver> chosen_;
   bool has_tetrahedra() const { return player_->bundle().mechanics.body.has_value(); }
   TissueSolver usual_solver() const {
     return has_tetrahedra() ? TissueSolver::fem : TissueSolver::springs;
@@ -89,6 +102,7 @@ class LiveOrgan {
   std::vector<std::uint8_t> rgba_;
   std::uint64_t shown_ = 0;  // serial of the frame that they are of
   int recovered_ = 0;
+  bool inside_ = false;
 };
 
 }  // namespace organbake

@@ -260,6 +260,26 @@ ORGAN_EXPORT(organ_let_go) void organ_let_go() {
 ORGAN_EXPORT(organ_reset) void organ_reset() {
   with_organ([](LiveOrgan& organ) { return organ.reset(), 0; });
 }
+// The last touch; pictures then bring the organ there.
+ORGAN_EXPORT(organ_undo) void organ_undo() {
+  with_organ([](LiveOrgan& organ) { return organ.session().undo(), 0; });
+}
+ORGAN_EXPORT(organ_redo) void organ_redo() {
+  with_organ([](LiveOrgan& organ) { return organ.session().redo(), 0; });
+}
+// 0 springs, 1 finite elements; −1 where there are no tetrahedra.
+ORGAN_EXPORT(organ_set_solver) int organ_set_solver(int solver) {
+  return with_organ([&](LiveOrgan& organ) {
+    organ.choose_solver(solver == 1 ? TissueSolver::fem : TissueSolver::springs);
+    return 0;
+  });
+}
+ORGAN_EXPORT(organ_set_scope) void organ_set_scope(double mm) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().set_scope_distance_mm(mm), 0; });
+}
+ORGAN_EXPORT(organ_set_view_angle) void organ_set_view_angle(double deg) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().set_view_angle_deg(deg), 0; });
+}
 // Of the next touch.
 ORGAN_EXPORT(organ_set_radius) void organ_set_radius(double mm) {
   with_organ([&](LiveOrgan& organ) { return organ.session().set_tool_radius_mm(mm), 0; });

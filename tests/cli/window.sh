@@ -102,5 +102,5 @@ open_window # the start page
 xdotool type nowhere
 press Return # there is no such folder: it says so, and stays
 kill -0 $player || fail "the start page is gone: $(cat err)"
-quits Escape Escape Return # the first leaves the field
+quits Escape Return
 expect 66 "$BIN/organplay" nowhere

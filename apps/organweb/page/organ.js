@@ -5,11 +5,13 @@
 //   const organ = await Organ.open(moduleBytes, packBytes);
 //   if (organ.draw(true, 640, 480)) context.putImageData(organ.picture(), 0, 0);
 
+export const Solver = { springs: 0, fem: 1 };
 export const Light = { baked: 0, world: 1, scope: 2 };
 const kTools = ["poke", "grab", "cut", "snip", "pierce"];
 const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, light: 5, lights: 6,
                  cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10,
-                 can_cut: 11, pieces: 12, cut_width_mm: 13 };
+                 can_cut: 11, pieces: 12, cut_width_mm: 13, solver: 14, can_undo: 15,
+                 can_redo: 16, seeking: 17, scope_mm: 18, view_angle_deg: 19, inside: 20 };
 
 // The lists of a mesh in the module's order, and their kinds of number.
 const kMeshLists = [
@@ -234,6 +236,13 @@ export class Organ {
   push(mm) { this.#exports.organ_push(mm); }  // a held tool, away from the eye when > 0
   letGo() { this.#exports.organ_let_go(); }
   reset() { this.#exports.organ_reset(); }  // the organ at rest
+  // The last touch; the next pictures bring the organ there, as long as `seeking`.
+  undo() { this.#exports.organ_undo(); }
+  redo() { this.#exports.organ_redo(); }
+  // Who plays the organ, also after resets; what was done is done again under it.
+  set solver(solver) { this.#call("organ_set_solver", solver); }
+  set scopeMm(mm) { this.#exports.organ_set_scope(mm); }  // from the lens to the skin straight ahead
+  set viewAngle(degrees) { this.#exports.organ_set_view_angle(degrees); }  // across the smaller side
   set radius(mm) { this.#exports.organ_set_radius(mm); }  // of the next touch
   set cutWidth(mm) { this.#exports.organ_set_cut_width(mm); }  // that the next "cut" takes away
   set light(light) { this.#call("organ_set_light", light); }
@@ -254,5 +263,12 @@ export class Organ {
   get canCut() { return this.#figure(Figure.can_cut) === 1; }
   get pieces() { return this.#figure(Figure.pieces); }
   get cutWidth() { return this.#figure(Figure.cut_width_mm); }
+  get solver() { return this.#figure(Figure.solver); }
+  get canUndo() { return this.#figure(Figure.can_undo) === 1; }
+  get canRedo() { return this.#figure(Figure.can_redo) === 1; }
+  get seeking() { return this.#figure(Figure.seeking) === 1; }
+  get scopeMm() { return this.#figure(Figure.scope_mm); }  // 0 where there is no skin ahead
+  get viewAngle() { return this.#figure(Figure.view_angle_deg); }
+  get inside() { return this.#figure(Figure.inside) === 1; }  // nothing is seen for being too near
   get memoryBytes() { return this.#exports.memory.buffer.byteLength; }
 }

@@ -4,8 +4,10 @@ const element = (id) => document.getElementById(id);
 const canvas = element("canvas"), stage = element("stage"), cross = element("cross");
 const context = canvas.getContext("2d", { alpha: false });
 const kStep = 1000 / 60, kBudget = 14;     // ms: a time step; what a picture may take
-const kMostPixels = 1.4e6, kFewestPixels = 9e4;
-const kCalm = 2500;                         // ms without a touch until an organ at rest is left alone
+const kSlowBudget = 30;                     // ms of pictures that are coarse already
+const kMostPixels = 1.4e6, kCoarsePixels = 3.5e5, kFewestPixels = 9e4;
+const kFine = 200;                          // ms of rest until the picture is as fine as the screen
+const kCalm = 2500;                         // ms of rest until the organ is left alone
 // organ.html#pixels=200000 keeps to so many, whatever the machine can do.
 const kAsked = Number(new URLSearchParams(location.hash.slice(1)).get("pixels")) || 0;
 
@@ -48,23 +50,49 @@ function fit(most) {
   return true;
 }
 
-// Fewer pixels at once when a picture takes too long; more, slowly, when there is time.
+// Fewer pixels at once when a picture takes too long; more, slowly, when there is time. Half the
+// pictures a second are less of a loss than a picture that looks unlike the fine one.
 function adapt(ms) {
   if (kAsked) return;
   busy = busy ? 0.9 * busy + 0.1 * ms : ms;
-  if (busy > kBudget) pixels = Math.max(kFewestPixels, pixels * 0.85);
+  const budget = pixels > kCoarsePixels ? kBudget : kSlowBudget;
+  if (busy > budget) pixels = Math.max(kFewestPixels, pixels * 0.85);
   else if (busy < 0.55 * kBudget) pixels = Math.min(kMostPixels, pixels * 1.02);
   else return;
-  if (busy > kBudget) busy = 0.8 * kBudget;
+  if (busy > budget) busy = 0.8 * budget;
 }
 
 function figures() {
   const parts = [`${canvas.width} × ${canvas.height}`, `${(organ.stepMs + organ.drawMs).toFixed(1)} ms`];
   if (held !== null) parts.push(`${organ.depthMm.toFixed(1)} mm`, `${organ.forceN.toFixed(2)} N`);
+  if (organ.inside) parts.push("The eye is inside the organ: zoom out, or press V");
   if (organ.pieces > 1) parts.push(`${organ.pieces} pieces`);
   if (organ.pieces !== pieces) say(`The organ is in ${pieces = organ.pieces} piece${pieces > 1 ? "s" : ""}.`);
   element("figures").textContent = parts.join(" · ");
+  element("undo").disabled = !organ.canUndo;
+  element("redo").disabled = !organ.canRedo;
+  if (document.activeElement !== element("scope")) show_scope(organ.scopeMm);
 }
+
+// The slider goes by equal shares, from 1 to 400 mm.
+const kFarthest = 400;
+function show_scope(mm) {
+  element("scope").disabled = mm === 0;
+  if (mm > 0) element("scope").value = 100 * Math.log(mm) / Math.log(kFarthest);
+  element("scope-text").textContent = mm > 0 ? `${mm.toFixed(0)} mm` : "no skin";
+}
+function bring_scope(mm) {
+  organ.scopeMm = mm;
+  element("scope-text").textContent = `${mm.toFixed(0)} mm`;
+}
+function play_by(solver) {
+  letGo();
+  organ.solver = solver;
+  element("solver").value = String(organ.solver);
+  say(`The tissue is played by ${element("solver").selectedOptions[0].text}.`);
+}
+function undo() { letGo(); organ.undo(); say("Undone."); }
+function redo() { letGo(); organ.redo(); say("Done again."); }
 
 // Draws, after a time step when it is asked for; whether there was anything new to show.
 function show(step) {
@@ -79,14 +107,15 @@ function tick(now) {
   if (now < due - 2) return;  // a screen of more than 60 pictures a second
   due = now - due > 4 * kStep ? now + kStep : due + kStep;
   try {
-    const calm = now - calmSince > kCalm;  // then as fine as the screen, a held tool or not
-    const anew = fit(kAsked || (calm ? kMostPixels : pixels));
+    const fine = now - calmSince > kFine;  // a held tool or not
+    const anew = fit(kAsked || (fine ? kMostPixels : pixels));
     const start = performance.now();
-    if (show(true) && !(calm && anew)) {
+    if (show(true) && !(fine && anew)) {
       calmSince = now;
       // A step in which a cut grows takes as long for any number of pixels.
-      if (!calm && organ.stepMs < kBudget) adapt(performance.now() - start);
+      if (!fine && organ.stepMs < kBudget) adapt(performance.now() - start);
     }
+    if (organ.seeking) calmSince = now;
     figures();
     if (held === null && now - calmSince > kCalm) running = false;  // until it is touched
   } catch (error) {
@@ -112,6 +141,7 @@ function place(event) {
 // picture, however fine the next ones are.
 function hold(at, tool, by) {
   if (!organ.touch(...at, tool)) return false;
+  element("solver").value = String(organ.solver);  // a blade has finite elements play it
   held = by;
   grid = [canvas.width, canvas.height];
   return true;
@@ -185,8 +215,10 @@ for (const end of ["pointerup", "pointercancel"]) {
   });
 }
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+// Inside somebody else's page the wheel is theirs until the organ was touched.
+const embedded = window.self !== window.top;
 canvas.addEventListener("wheel", (event) => {
-  if (!organ) return;
+  if (!organ || embedded && document.activeElement !== canvas) return;
   event.preventDefault();
   const steps = -event.deltaY / (event.deltaMode === 0 ? 100 : 3);
   if (held !== null) organ.push(2 * steps);
@@ -219,6 +251,9 @@ const kKeys = {
   " ": press, p: () => choose("poke"), g: () => choose("grab"),
   c: () => choose("cut"), x: () => choose("snip"), n: () => choose("pierce"), t: () => choose("turn"),
   r: () => reset(), v: () => organ.faceFront(), l: () => next_light(), f: () => full(), s: () => save(),
+  z: undo, y: redo, m: () => { if (organ.canCut) play_by(1 - organ.solver); },
+  ",": () => organ.scopeMm && bring_scope(organ.scopeMm / 1.15),
+  ".": () => organ.scopeMm && bring_scope(organ.scopeMm * 1.15),
   "[": () => resize_tool(Number(element("radius").value) - 1),
   "]": () => resize_tool(Number(element("radius").value) + 1),
   h: () => { element("about").open = !element("about").open; },
@@ -257,6 +292,7 @@ canvas.addEventListener("blur", () => {
 function reset() {
   letGo();
   organ.reset();
+  element("solver").value = String(organ.solver);
   say("The organ is at rest.");
 }
 function next_light() {
@@ -280,7 +316,7 @@ function save() {
     say("The picture is saved.");
   });
 }
-const press_of = { reset, front: () => organ.faceFront(), save, full };
+const press_of = { reset, undo, redo, front: () => organ.faceFront(), save, full };
 for (const [id, act] of Object.entries(press_of)) {
   element(id).addEventListener("click", () => { if (organ) act(), wake(); });
 }
@@ -292,18 +328,16 @@ element("width").addEventListener("input", () => {
   element("width-text").textContent = `${Number(element("width").value).toFixed(1)} mm`;
 });
 element("light").addEventListener("change", () => { if (organ) organ.light = Number(element("light").value), wake(); });
+element("scope").addEventListener("input", () => {
+  if (organ) bring_scope(kFarthest ** (Number(element("scope").value) / 100)), wake();
+});
+element("solver").addEventListener("change", () => { if (organ) play_by(Number(element("solver").value)), wake(); });
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) running = false;
   else wake();
 });
 new ResizeObserver(() => { shown = false; wake(); }).observe(stage);
-const dark = matchMedia("(prefers-color-scheme: dark)");
-const ground = () => dark.matches ? [22, 23, 26] : [236, 238, 241];
-dark.addEventListener("change", () => {
-  if (!organ) return;
-  organ.background = ground();
-  wake();
-});
+const ground = [22, 23, 26];  // of the stage, in a light page as in a dark one
 
 async function unpacked(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -315,7 +349,7 @@ try {
     throw new Error("this browser is too old for it; any of the last two years shows it");
   const opened = await Organ.open(await unpacked(bytesOf("module")), bytesOf("pack"));
   fit(pixels);
-  opened.background = ground();
+  opened.background = ground;
   await opened.drawn(false, canvas.width, canvas.height);
   context.putImageData(opened.picture(), 0, 0);
   stage.classList.remove("loading");
@@ -325,6 +359,8 @@ try {
   element("light").value = String(organ.light);
   element("lights").hidden = organ.lights < 2;
   for (const blade of kBlades) document.querySelector(`[data-mode=${blade}]`).hidden = !organ.canCut;
+  element("solvers").hidden = !organ.canCut;
+  element("solver").value = String(organ.solver);
   element("loading").hidden = true;
   window.organ = organ;  // for whoever writes a script in the browser's console
   wake();

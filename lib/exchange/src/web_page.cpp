@@ -91,8 +91,9 @@ WebPlayer read_web_player(const fs::path& folder) {
   const fs::path module = folder / "organ.wasm";
   if (!fs::exists(module)) {
     throw NoInputError(module,
-                       "the player for pages has not been built; 'scripts/setup --web && "
-                       "scripts/build web' builds it");
+                       "the player for pages has not been built; 'scripts/setup --web' installs "
+                       "its compiler (once, 1.3 GB), 'scripts/build web' builds it (five minutes "
+                       "of a processor)");
   }
   return {read_text_file(folder / "page.html"), read_text_file(folder / "page.css"),
           read_text_file(folder / "organ.js"), read_text_file(folder / "page.js"),

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "organbake/core/text.h"
+#include "organbake/geometry/nearest_on_triangle.h"
 
 namespace organbake {
 
@@ -26,13 +27,31 @@ bool eye_is_inside(const Player& player, const View& view) {
   return false;
 }
 
+bool lens_touches_skin(const Player& player, const View& view) {
+  const Eigen::Vector3d eye = view.camera.center_world_mm();
+  // Skin is drawn from the near plane on, which is farther away at the picture's corners.
+  const double reach_mm = 2 * view.near_mm;
+  for (std::size_t o = 0; o < player.organ_count(); ++o) {
+    const TriangleMesh skin = player.bundle_now(o).shell().posed(player.proxy_positions(o));
+    for (const auto& [i, j, k] : skin.faces) {
+      const Eigen::Vector3d &a = skin.vertices[i], &b = skin.vertices[j], &c = skin.vertices[k];
+      const Eigen::Vector3d weights = nearest_on_triangle(eye, a, b, c);
+      const Eigen::Vector3d nearest = weights[0] * a + weights[1] * b + weights[2] * c;
+      if ((nearest - eye).norm() < reach_mm) return true;
+    }
+  }
+  return false;
+}
+
 std::optional<std::string> why_empty(const Player& player, const View& view,
                                      const DrawReport& report) {
   if (report.unchanged || report.sample_pixels + report.base_pixels > 0) return std::nullopt;
-  if (!eye_is_inside(player, view)) return std::nullopt;
-  return "the eye is inside the organ, whose skin is seen from outside alone: go back, or leave at "
-         "least " +
-         to_text(kNearest_mm) + " mm between the lens and the skin";
+  const std::string go_back =
+      ": go back, or leave at least " + to_text(kNearest_mm) + " mm between the lens and the skin";
+  if (eye_is_inside(player, view))
+    return "the eye is inside the organ, whose skin is seen from outside alone" + go_back;
+  if (lens_touches_skin(player, view)) return "the lens touches the skin" + go_back;
+  return std::nullopt;
 }
 
 }  // namespace organbake
