@@ -63,3 +63,28 @@ organ.letGo();
 await draw(12);
 if (organ.recovered > 0) throw new Error("the tissue's state was lost");
 console.log(`cut, snipped, pierced: ${organ.pieces} piece, ${(organ.memoryBytes / 1e6).toFixed(0)} MB`);
+
+// A poke that is undone leaves nothing; the other solver does what was done again.
+organ.reset();
+await draw(1);
+const arrive = async () => {
+  while (organ.seeking) await draw(1);
+  return draw(1);
+};
+if (organ.canUndo) throw new Error("a reset organ has something to undo");
+const usual = organ.solver;
+if (!organ.touch(...kMiddle, "poke")) throw new Error("a probe meets no tissue");
+await draw(15, () => organ.push(0.5));
+organ.letGo();
+const poked = await draw(2);
+organ.undo();
+if (!(await arrive()).equals(rest)) throw new Error("what was undone leaves a trace");
+organ.redo();
+if (!(await arrive()).equals(poked)) throw new Error("what was done again looks otherwise");
+organ.solver = 1 - usual;
+const by_other = await arrive();
+if (organ.solver === usual || by_other.equals(poked)) throw new Error("the solver is the same");
+organ.scopeMm = 30;
+await draw(1);
+if (!(organ.scopeMm > 15 && organ.scopeMm < 45)) throw new Error(`the scope is at ${organ.scopeMm} mm`);
+console.log("undone, done again, by both solvers");

@@ -2,6 +2,7 @@
 #include "organbake/player/eye_inside.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -27,17 +28,32 @@ bool eye_is_inside(const Player& player, const View& view) {
   return false;
 }
 
+namespace {
+
+// How far the relief stands over a face of the skin at most, mm; as the base layer tells it.
+double relief_mm(const BaseLayer& base, std::size_t face) {
+  const std::size_t nodes = base.face_count == 0 ? 0 : base.nodes_per_face();
+  double highest = 0;
+  for (std::size_t n = face * nodes; n < std::min((face + 1) * nodes, base.height_mm.size()); ++n)
+    highest = std::max(highest, double(base.height_mm[n]));
+  return highest;
+}
+
+}  // namespace
+
 bool lens_touches_skin(const Player& player, const View& view) {
   const Eigen::Vector3d eye = view.camera.center_world_mm();
   // Skin is drawn from the near plane on, which is farther away at the picture's corners.
   const double reach_mm = 2 * view.near_mm;
   for (std::size_t o = 0; o < player.organ_count(); ++o) {
-    const TriangleMesh skin = player.bundle_now(o).shell().posed(player.proxy_positions(o));
-    for (const auto& [i, j, k] : skin.faces) {
+    const Bundle& now = player.bundle_now(o);
+    const TriangleMesh skin = now.shell().posed(player.proxy_positions(o));
+    for (std::size_t f = 0; f < skin.faces.size(); ++f) {
+      const auto& [i, j, k] = skin.faces[f];
       const Eigen::Vector3d &a = skin.vertices[i], &b = skin.vertices[j], &c = skin.vertices[k];
       const Eigen::Vector3d weights = nearest_on_triangle(eye, a, b, c);
       const Eigen::Vector3d nearest = weights[0] * a + weights[1] * b + weights[2] * c;
-      if ((nearest - eye).norm() < reach_mm) return true;
+      if ((nearest - eye).norm() < reach_mm + relief_mm(now.base, f)) return true;
     }
   }
   return false;
