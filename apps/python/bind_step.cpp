@@ -83,7 +83,7 @@ void bind_step(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<SharedPl
       "that cuts is a blade whose edge is its axis; one that snips a pair of scissors, whose "
       "axis leads from the closed blades' tips to their pivot: they cut as opening_mm, (n, "
       "3), from the one tip to the other, becomes less. What is cut parts a few steps later, "
-      "of the solver fem alone; cut_width_mm is taken away across the blade's way. One that "
+      "of finite elements alone; cut_width_mm is taken away across the blade's way. One that "
       "pierces is a needle along its axis. Returns a Step. Raises ValueError for a tip that "
       "makes no sense.");
   def_with_tips(
