@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
+#include "organbake/options/options.h"
 #include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/case_estimate.h"
-#include "organbake/options/options.h"
 
 namespace organbake {
 

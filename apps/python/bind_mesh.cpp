@@ -54,7 +54,8 @@ void def_proxy(MeshClass& mesh) {
 
 void def_solid(MeshClass& mesh) {
   def_list(mesh, "nodes_mm", &Mesh::nodes_mm,
-           "(k, 3): the nodes of the tetrahedra at rest; none of an organ that was baked with mechanics.fem=false.");
+           "(k, 3): the nodes of the tetrahedra at rest; none of an organ that was baked with "
+           "mechanics.fem=false.");
   def_list(mesh, "tetrahedra", &Mesh::tetrahedra, "(t, 4) uint32: nodes, of positive volume.");
   def_list(mesh, "fill", &Mesh::fill,
            "(t,): the share of each that is tissue, of its stiffness and mass.");

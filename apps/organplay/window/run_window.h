@@ -15,7 +15,7 @@ struct WindowCommand {
   std::vector<std::filesystem::path> bundles;  // none: the start page
   std::filesystem::path save_folder = ".";
   std::optional<TissueSolver> solver = {};  // nothing: what the organs have
-  std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
+  std::optional<DrawnLight> light;          // to begin with; else what the organ is meant for
   int width = 1280, height = 720;
 };
 

@@ -47,7 +47,8 @@ void ReferenceFrames::check(double threshold_db) const {
   throw Error(ExitCode::quality_gate, "frame " + std::to_string(worst_frame_) + " differs from " +
                                           (folder_ / frame_file_name(worst_frame_)).string() +
                                           ": PSNR " + to_text(least_psnr_db_, 2) +
-                                          " dB, --threshold-db asks for " + to_text(threshold_db, 2));
+                                          " dB, --threshold-db asks for " +
+                                          to_text(threshold_db, 2));
 }
 
 }  // namespace organbake

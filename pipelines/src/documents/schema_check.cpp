@@ -9,8 +9,8 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
-#include "organbake/options/meant_number.h"
 #include "organbake/core/nearest_name.h"
+#include "organbake/options/meant_number.h"
 
 namespace organbake {
 namespace {

@@ -14,8 +14,8 @@
 namespace organbake {
 namespace {
 
-// An organ that cannot have tetrahedra is played by springs, unless some were asked for by more than
-// the default.
+// An organ that cannot have tetrahedra is played by springs, unless some were asked for by more
+// than the default.
 MechanicsModel model_of(const TriangleMesh& proxy, MechanicsOptions options,
                         const RunContext& context) {
   if (!options.fem || options.fit_to_fem || options.fem_cell_mm > 0)

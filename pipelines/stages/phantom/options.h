@@ -3,10 +3,10 @@
 
 #include <string>
 
+#include "organbake/options/options.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/phantom/moving_clip.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/options/options.h"
 
 namespace organbake {
 

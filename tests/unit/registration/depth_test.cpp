@@ -86,8 +86,9 @@ TEST_F(Depth, OfWhatStandsBehindTheOrganMatchesNothing) {
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (matches[i].kind != DepthMatch::Kind::on) continue;
     ++on;
-    elsewhere += std::abs(depth_row(depth.points[i], matches[i], true_state(), half_.center())
-                              .distance) > kElsewhere;
+    elsewhere +=
+        std::abs(depth_row(depth.points[i], matches[i], true_state(), half_.center()).distance) >
+        kElsewhere;
   }
   EXPECT_GT(on, 100);
   EXPECT_LT(elsewhere, 0.02 * on);

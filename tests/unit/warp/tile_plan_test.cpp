@@ -8,8 +8,8 @@
 namespace organbake {
 namespace {
 
-constexpr int kWidth = 400, kHeight = 300;  // tiles of whole size, and cut ones
-const TileGrid kGrid(kWidth, kHeight);
+constexpr int kTiledWidth = 400, kTiledHeight = 300;  // tiles of whole size, and cut ones
+const TileGrid kGrid(kTiledWidth, kTiledHeight);
 
 // Tile 1 holds much, tile 5 little, the others nothing.
 std::size_t items_of(int tile) { return tile == 1 ? 1000 : tile == 5 ? 100 : 0; }
@@ -22,7 +22,7 @@ std::vector<TilePart> parts_for(int threads, DirtyCells& cells) {
 
 DirtyCells all_dirty() {
   DirtyCells cells;
-  cells.reset(kWidth, kHeight, true);
+  cells.reset(kTiledWidth, kTiledHeight, true);
   return cells;
 }
 
@@ -36,11 +36,11 @@ TEST(TilePlan, OneThreadDrawsWholeTiles) {
 TEST(TilePlan, PartsCoverEachPixelOnce) {
   for (const int threads : {1, 2, 3, 8, 64}) {
     DirtyCells cells = all_dirty();
-    std::vector<int> drawn(std::size_t(kWidth) * kHeight, 0);
+    std::vector<int> drawn(std::size_t(kTiledWidth) * kTiledHeight, 0);
     for (const TilePart& part : parts_for(threads, cells)) {
       EXPECT_EQ(intersected(part.box, kGrid.box(part.tile)), part.box);
       for (int y = part.box.y0; y < part.box.y1; ++y)
-        for (int x = part.box.x0; x < part.box.x1; ++x) ++drawn[std::size_t(y) * kWidth + x];
+        for (int x = part.box.x0; x < part.box.x1; ++x) ++drawn[std::size_t(y) * kTiledWidth + x];
     }
     EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 1), std::ssize(drawn)) << threads;
   }
@@ -72,7 +72,7 @@ TEST(TilePlan, GoesByWhatTheLastFrameTook) {
 
 TEST(TilePlan, DrawsWhatMovedAlone) {
   DirtyCells cells;
-  cells.reset(kWidth, kHeight, false);
+  cells.reset(kTiledWidth, kTiledHeight, false);
   cells.mark({200, 10, 210, 20});
   for (const int threads : {1, 8}) {
     const std::vector<TilePart> parts = parts_for(threads, cells);

@@ -13,8 +13,8 @@ struct SeenDepth {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // camera axes of the photograph
     // Of what is seen there, towards the camera; zero where too few neighbours tell it.
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    double trust = 1;                                 // 0…1
-    int column = 0, row = 0;                          // of the neighbourhood in the view's grid
+    double trust = 1;         // 0…1
+    int column = 0, row = 0;  // of the neighbourhood in the view's grid
   };
   std::vector<Point> points;
   int columns = 0, rows = 0;
