@@ -36,7 +36,7 @@ cmp -s one/frame_0019.png pushed/frame_0019.png && fail "the blade leaves no tra
 grep -q '"recovered": true' one.json && fail "the tissue was lost"
 
 refuse() {  # CODE TEXT ARGUMENTS…
-  expect "$1" play "${@:3}"
+  expect "$1" play "${@:3}" --quiet
   expect_err "$2"
   expect_sentence
   expect_gone none

@@ -28,7 +28,7 @@ grep -q '"organbake/lighting/1"' plain/lighting.json || fail "the plain material
 for tissue in liver gallbladder spleen kidney stomach fat silicone; do
   bake "$tissue" --set capture.material="$tissue"
   expect 0 organbake verify "$tissue"
-  grep -q '"organbake/lighting/2"' "$tissue/lighting.json" || fail "$tissue: no light at the scope"
+  grep -qE '"organbake/lighting/[23]"' "$tissue/lighting.json" || fail "$tissue: no light at the scope"
   cmp -s plain/cam_000/color.exr "$tissue/cam_000/color.exr" && fail "$tissue looks plain"
 done
 expect 0 organbake schema lighting

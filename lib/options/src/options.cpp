@@ -41,10 +41,19 @@ std::string number_text(double value) {
 // What the names of options in a unit end in; empty for a unit that no name tells, such as one that
 // depends on the volume.
 std::string name_ending(const std::string& unit) {
-  static const std::map<std::string, std::string> kEndings = {
-      {"mm", "_mm"}, {"px", "_px"},      {"deg", "_deg"},         {"s", "_s"},
-      {"HU", "_hu"}, {"kPa", "_kpa"},    {"kg/m³", "_kg_per_m3"}, {"mm²", "_mm2"},
-      {"dB", "_db"}, {"mm, LPS", "_mm"}, {"voxels", "_voxels"},   {"Mbit/s", "_mbit_per_s"}};
+  static const std::map<std::string, std::string> kEndings = {{"mm", "_mm"},
+                                                              {"px", "_px"},
+                                                              {"deg", "_deg"},
+                                                              {"s", "_s"},
+                                                              {"HU", "_hu"},
+                                                              {"kPa", "_kpa"},
+                                                              {"kg/m³", "_kg_per_m3"},
+                                                              {"mm²", "_mm2"},
+                                                              {"dB", "_db"},
+                                                              {"N", "_n"},
+                                                              {"mm, LPS", "_mm"},
+                                                              {"voxels", "_voxels"},
+                                                              {"Mbit/s", "_mbit_per_s"}};
   const auto found = kEndings.find(unit);
   return found == kEndings.end() ? std::string() : found->second;
 }
