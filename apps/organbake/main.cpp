@@ -37,13 +37,12 @@ std::string overview(const Session& session) {
 }
 
 void tell_version(const Session& session) {
-  const std::string text = "organbake " ORGANBAKE_VERSION;
-  if (!session.json()) return write_to_stdout(text + "\n");
+  if (!session.json()) return write_to_stdout(version_text("organbake", false));
   unloadable_modules();  // so that their libraries can be asked; doctor tells what cannot be loaded
-  session.print_result(text, {{"organbake", ORGANBAKE_VERSION},
-                              {"released", ORGANBAKE_RELEASE_DATE},
-                              {"compiler", __VERSION__},
-                              {"libraries", library_versions()}});
+  session.print_result({}, {{"organbake", ORGANBAKE_VERSION},
+                            {"released", ORGANBAKE_RELEASE_DATE},
+                            {"compiler", __VERSION__},
+                            {"libraries", library_versions()}});
 }
 
 int dispatch(Arguments arguments, Session& session) {

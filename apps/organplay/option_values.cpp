@@ -4,10 +4,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 #include <optional>
 
 #include "organbake/core/error.h"
+#include "organbake/options/options.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
@@ -35,7 +35,7 @@ std::optional<std::vector<double>> number_list(const std::string& text) {
 }
 
 double radians_of(const AngleOption& option, double angle) {
-  return option.in_degrees ? angle * (std::numbers::pi / 180) : angle;
+  return option.in_degrees ? radians(angle) : angle;
 }
 
 std::string limits_of(const AngleOption& option) {

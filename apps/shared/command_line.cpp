@@ -204,7 +204,7 @@ OptionList SharedFlags::options() {
       .add("json", &json, {.help = "the result as JSON"})
       .add("quiet", &quiet, {.help = "say nothing but warnings and errors", .short_flag = "-q"})
       .add("verbose", &verbose, {.help = "say more", .short_flag = "-v"})
-      .add("version", &version, {.help = "print the version; with --json the libraries' too"})
+      .add("version", &version, {.help = "print the version; with --json more about it"})
       .add("help", &help, {.help = "print this", .short_flag = "-h"});
   return list;
 }
