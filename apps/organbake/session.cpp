@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "session.h"
 
-#include <tbb/global_control.h>
-
 #include <atomic>
 #include <nlohmann/json.hpp>
 
@@ -17,11 +15,6 @@ namespace {
 const std::atomic<bool>* stop_asked = nullptr;  // since catch_signals()
 
 }  // namespace
-
-struct Session::Threads {
-  explicit Threads(int count) : limit(tbb::global_control::max_allowed_parallelism, count) {}
-  tbb::global_control limit;
-};
 
 Session::Session() : shared_(flags_.options()) {}
 Session::~Session() = default;
@@ -39,7 +32,7 @@ void Session::obey_shared_flags() {
                           : flags_.quiet ? Verbosity::quiet
                                          : Verbosity::normal);
   if (flags_.threads > 0 && !thread_limit_)
-    thread_limit_ = std::make_unique<Threads>(flags_.threads);
+    thread_limit_ = std::make_unique<ThreadLimit>(flags_.threads);
 }
 
 std::optional<std::vector<std::string>> Session::read_command(Arguments arguments,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "organbake/core/parallel.h"
 #include "organbake/pipelines/runner.h"
 #include "terminal.h"
 
@@ -55,12 +56,10 @@ class Session {
  private:
   void obey_shared_flags();
 
-  struct Threads;
-
   Terminal terminal_;
   SharedFlags flags_;
   OptionList shared_;  // after what it sets: it reads the defaults from there
-  std::unique_ptr<Threads> thread_limit_;
+  std::unique_ptr<ThreadLimit> thread_limit_;
   CommandManual* described_ = nullptr;
 };
 

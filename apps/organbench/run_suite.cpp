@@ -3,7 +3,6 @@
 
 #include <signal.h>
 #include <sys/wait.h>
-#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/pipelines/worker_process.h"
 #include "report/run_json.h"
@@ -31,9 +31,8 @@ void write_line(int fd, std::string line) {
 // Nothing thrown may climb into the copy of what the parent was doing: it ends as a crash.
 void run_here(const Suite& suite, const BenchOptions& options, const RunContext& context,
               int fd) noexcept {
-  std::optional<tbb::global_control> limit;
-  if (options.threads > 0)
-    limit.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
+  std::optional<ThreadLimit> limit;
+  if (options.threads > 0) limit.emplace(options.threads);
   Bench bench(options, context,
               [&](const SuiteResult& result) { write_line(fd, nlohmann::json(result).dump()); });
   try {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include "organbake/capture/capture.h"
 #include "organbake/capture/photo_view.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
@@ -39,7 +39,7 @@ class FlatScene {
   Photo photograph(const PosedCamera& camera) const {
     const CameraRays camera_rays(camera);
     Photo photo{camera, Rgb8Image(camera.intrinsics.width, camera.intrinsics.height)};
-    tbb::parallel_for(0, photo.image.height, [&](int y) {
+    parallel_for(0, photo.image.height, [&](int y) {
       std::vector<Ray> rays;
       for (int x = 0; x < photo.image.width; ++x) {
         for (int k = 0; k < kRays; ++k) rays.push_back(ray_in(camera_rays, x, y, k));
@@ -142,7 +142,7 @@ std::vector<ColorProbe> probes_of(const CaptureResult& captured, const CaptureSc
   constexpr int kProbes = 60'000;
   constexpr std::uint64_t kSeed = 7;
   std::vector<ColorProbe> probes(kProbes);
-  tbb::parallel_for(0, kProbes, [&](int i) {
+  parallel_for(0, kProbes, [&](int i) {
     RandomStream random(kSeed, static_cast<std::uint64_t>(i));
     while (true) {
       const std::size_t c = random.below(scene.cameras.size());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <signal.h>
 #include <sys/time.h>
-#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <map>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
 #include "probes.h"
@@ -100,7 +100,7 @@ struct SeededInputs : testing::TestWithParam<Probe> {};
 TEST_P(SeededInputs, EndRightOrRefused) {
   const Probe& probe = GetParam();
   const TemporaryFolder folder;
-  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one_thread(1);
   const std::uint64_t first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
   const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(360, 720)));
   double refused = 0, worst = 0, failures = 0;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <tbb/global_control.h>
-
 #include <string>
 
 #include "measuring/measurement.h"
@@ -25,14 +23,6 @@ View view_at(const Bundle& bundle, const FrameSize& size, int frame);
 
 // From the middle between three cameras, all of which are drawn, hardly moving.
 View view_between_three(const Bundle& bundle, const FrameSize& size, int frame);
-
-class OneThread {
- public:
-  OneThread() : limit_(tbb::global_control::max_allowed_parallelism, 1) {}
-
- private:
-  tbb::global_control limit_;
-};
 
 // Of one of `count`, and of kFrames.
 Timing of_one(Timing timing, std::size_t count);

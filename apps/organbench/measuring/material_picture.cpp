@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "measuring/material_picture.h"
 
-#include <tbb/parallel_for.h>
-
 #include "organbake/capture/camera_rays.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -30,7 +29,7 @@ MaterialTruth::MaterialTruth(const TriangleMesh& surface)
 MaterialPicture MaterialTruth::draw(const PosedCamera& camera) const {
   const auto [width, height] = std::pair(camera.intrinsics.width, camera.intrinsics.height);
   MaterialPicture picture{{width, height}, std::vector<std::uint8_t>(std::size_t(width) * height)};
-  tbb::parallel_for(0, height, [&](int y) { draw_row(camera, y, picture); });
+  parallel_for(0, height, [&](int y) { draw_row(camera, y, picture); });
   return picture;
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "peers/embree_depth.h"
 
-#include <tbb/parallel_for.h>
-
+#include "organbake/core/parallel.h"
 #include "peers/embree_scene.h"
 
 namespace organbake {
@@ -42,7 +41,7 @@ void EmbreeDepth::trace(const std::vector<PosedCamera>& cameras,
     const EmbreeLens lens(cameras[c]);
     const Intrinsics& size = lens.intrinsics;
     depths_mm[c].resize(std::size_t(size.width) * size.height);
-    tbb::parallel_for(0, (size.height + kPacketSide - 1) / kPacketSide, [&](int row) {
+    parallel_for(0, (size.height + kPacketSide - 1) / kPacketSide, [&](int row) {
       for (int left = 0; left < size.width; left += kPacketSide)
         trace_packet(scene_->scene, lens, left, row * kPacketSide, depths_mm[c]);
     });

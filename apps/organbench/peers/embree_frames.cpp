@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "peers/embree_frames.h"
 
-#include <tbb/parallel_for.h>
-
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "peers/embree_scene.h"
 
@@ -36,7 +35,7 @@ void EmbreeFrames::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   const EmbreeLens lens(view.camera);
   const auto& [width, height] = std::pair(lens.intrinsics.width, lens.intrinsics.height);
   if (picture.width != width || picture.height != height) picture = Rgb8Image(width, height);
-  tbb::parallel_for(0, picture.height, [&](int y) { trace_row(lens, y, picture); });
+  parallel_for(0, picture.height, [&](int y) { trace_row(lens, y, picture); });
 }
 
 void EmbreeFrames::trace_row(const EmbreeLens& lens, int y, Rgb8Image& picture) const {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "peers/skinned_mesh.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/icosphere.h"
 #include "organbake/image/srgb.h"
 #include "organbake/raycast/ray_scene.h"
@@ -72,7 +71,7 @@ Eigen::Vector3d direction_of(double u, double v) {
 
 Rgb8Image skin_of(const Outside& outside, int side_px) {
   Rgb8Image skin(side_px, side_px);
-  tbb::parallel_for(0, side_px, [&](int y) {
+  parallel_for(0, side_px, [&](int y) {
     std::vector<Eigen::Vector3d> row;
     row.reserve(side_px);
     for (int x = 0; x < side_px; ++x)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/parallel_for.h>
 
+#include "organbake/capture/capture.h"
 #include "bench.h"
 #include "measuring/capture_scenario.h"
 #include "measuring/error_measures.h"
 #include "measuring/material_picture.h"
 #include "organbake/bundle/map_files.h"
-#include "organbake/capture/capture.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/image/srgb.h"
@@ -96,9 +96,8 @@ void promise_capture_time(Bench& bench) {
        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
        [&] { embree.trace(scene.cameras, depths_mm); },
        [&] {
-         tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t i) {
-           write_by_openexr(images[i].file, images[i].image);
-         });
+         parallel_for(std::size_t{0}, images.size(),
+                      [&](std::size_t i) { write_by_openexr(images[i].file, images[i].image); });
        }});
   const std::string task = std::to_string(cameras) + " cameras of " + std::to_string(size) + "², " +
                            std::to_string(scene.surface.faces.size()) + " faces, one ray a texel";

@@ -6,6 +6,7 @@
 #include "bench.h"
 #include "measuring/frame_timing.h"
 #include "measuring/player_bundles.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/player.h"
 #include "organbake/player/skin_point.h"
@@ -77,7 +78,7 @@ void promise_frames_of_cut(Bench& bench, Player& cut, Player& whole) {
     for (int i = 0; i < kFrames; ++i)
       player.draw(view_at(player.bundle(), size, i + turn), {}, frame);
   };
-  const OneThread one;
+  const ThreadLimit one(1);
   const auto timings = bench.time({[&] { draw(whole, frames[0]); }, [&] { draw(cut, frames[1]); }});
   bench.at_most("frame of 720p, one thread: the organ cut / whole", "×",
                 timings[1].cpu_ms.median / timings[0].cpu_ms.median, 1.15);

@@ -5,6 +5,7 @@
 #include "measuring/frame_timing.h"
 #include "measuring/player_bundles.h"
 #include "organbake/core/files.h"
+#include "organbake/core/parallel.h"
 #include "organbake/pipelines/worker_process.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/truth_tracker.h"
@@ -22,7 +23,7 @@ void promise_truth(Bench& bench, PlayerBundles& bundles) {
   bench.now(task + " and its truth");
   Player player(bundles.folder({80, "fitted", bundles.map_size()}));
   player.load_all();
-  const OneThread one_thread;
+  const ThreadLimit one_thread(1);
   Frame plain, kept;
   TruthTracker tracker(layers_from("depth,flow,mask"));
   Flow forward;

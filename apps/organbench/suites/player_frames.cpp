@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 #include "peers/embree_frames.h"
 #ifdef ORGANBAKE_HAS_EGL
 #include "organbake/bundle/bundle_reader.h"
+#include "organbake/core/parallel.h"
 #include "peers/software_gl.h"
 #endif
 
@@ -87,7 +87,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
       CarriedSurface(surface, frame_of_truth.shell()).draw(surface.vertices, first_view, {0, 0, 0});
   EmbreeFrames embree(surface);
   Rgb8Image traced;
-  const OneThread one_thread;
+  const ThreadLimit one_thread(1);
   const Timing embree_timing = bench.time([&] {
     for (int i = 0; i < kFrames; ++i)
       embree.draw(surface.vertices, view_at(frame_of_truth, size, i), traced);
@@ -126,7 +126,7 @@ struct Rival {
 
 // Its time of a frame over ours.
 void race(Bench& bench, PlayerBundles& bundles, const FrameSize& size, const Rival& rival) {
-  const OneThread one_thread;
+  const ThreadLimit one_thread(1);
   bench.now(size.name() + ", one thread, beside " + rival.name);
   for (const int map_size : map_sizes(bench)) {
     Player player(bundles.folder({80, "fitted", map_size}));
@@ -194,7 +194,7 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const FrameSize& size
   const auto draw = orbit(player, size, frame);
   const auto with_threads = [&](std::size_t threads) {
     return [&draw, threads] {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      const ThreadLimit limit(threads);
       draw();
     };
   };

@@ -8,6 +8,7 @@
 #include "measuring/player_bundles.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/warp/warper.h"
 
@@ -81,7 +82,7 @@ std::function<void()> moving(Warper& warper, const Bundle& bundle, const View& v
 
 // A poke that moves a tenth of the surface, against one that moves all of it; then nothing moves.
 void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
-  const OneThread one_thread;
+  const ThreadLimit one_thread(1);
   for (const int faces : {1000, 80}) {
     bench.now("a poke on a tenth of the surface, " + std::to_string(faces) + " faces");
     const Bundle bundle =
@@ -109,7 +110,7 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const FrameSiz
 // the finish of a liver.
 void time_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   bench.now("skin lit anew");
-  const OneThread one_thread;
+  const ThreadLimit one_thread(1);
   Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
   Material liver;
   liver.tissue = Tissue::liver;

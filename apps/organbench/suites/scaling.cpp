@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <memory>
@@ -9,6 +8,7 @@
 #include "measuring/memory_bundle.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/deform/deformer.h"
@@ -49,7 +49,7 @@ double exponent_of(const std::vector<double>& sizes, const std::vector<double>& 
 }
 
 void measure(Bench& bench, const Growth& growth) {
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   std::vector<double> sizes, times;
   for (const Load& load : growth.loads) {
     bench.now(growth.stage + ", " + std::to_string(long(load.size)) + " " + growth.unit);
@@ -72,7 +72,7 @@ void measure(Bench& bench, const Growth& growth) {
 void measure_threads(Bench& bench, const std::string& stage, const std::function<void()>& work) {
   const int most = std::max(1, int(std::thread::hardware_concurrency()));
   for (int threads = 1; threads <= most; threads *= 2) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     bench.now(stage + ", " + std::to_string(threads) + " threads");
     const Timing timing = bench.time(work);
     bench.point(stage + ", more threads", "organbake", timing, {},

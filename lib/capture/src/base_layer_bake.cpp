@@ -3,13 +3,11 @@
 // lines, colours from the surface.
 #include "base_layer_bake.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/lattice.h"
 #include "shell_hits.h"
 
@@ -75,7 +73,7 @@ NodeValues bake_nodes(const BaseLayerScene& scene, const std::vector<ShellLine>&
   values.color.resize(lines.size());
   values.seen_by.resize(lines.size());
   const std::size_t batches = (lines.size() + kNodesAtOnce - 1) / kNodesAtOnce;
-  tbb::parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
+  parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
     context.throw_if_cancelled();
     const std::size_t first = b * kNodesAtOnce;
     const std::size_t count = std::min(kNodesAtOnce, lines.size() - first);

@@ -3,9 +3,6 @@
 // Tiles are shared out, each writes its own texels, so that bytes do not hang on threads.
 #include "organbake/capture/capture.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <numeric>
@@ -13,6 +10,7 @@
 #include "base_layer_bake.h"
 #include "organbake/capture/camera_rays.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell_binder.h"
@@ -61,7 +59,7 @@ void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<Pos
   const std::vector<TileAddress> tiles = all_tiles(cameras);
   std::vector<TileCounts> counts(tiles.size());
   std::atomic<std::size_t> done = 0;
-  tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t t) {
+  parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t t) {
     const auto [camera, left, top] = tiles[t];
     context.throw_if_cancelled();
     counts[t] = capture_tile(scenes[camera], cameras[camera], left, top, summary.maps[camera]);
@@ -69,7 +67,7 @@ void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<Pos
   });
   add_counts(counts, summary);
   std::vector<std::size_t> dropped(cameras.size());
-  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
     dropped[c] = fade_at_edges(cameras[c].intrinsics, summary.maps[c]);
     lead_colors_beyond_outline(summary.maps[c]);
   });

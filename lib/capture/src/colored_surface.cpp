@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/colored_surface.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 
 #include "organbake/capture/smooth_normals.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/refine.h"
 
 namespace organbake {
@@ -19,11 +17,10 @@ TriangleMesh colored_surface(const TriangleMesh& surface, const SurfaceColor& co
   const SmoothNormals normals(surface);
   fine.mesh.colors.resize(fine.mesh.vertices.size());
   constexpr std::size_t kPiece = 2048;  // enough work for a thread, few enough to stay in cache
-  const tbb::blocked_range<std::size_t> all(0, fine.mesh.vertices.size(), kPiece);
-  tbb::parallel_for(all, [&](const tbb::blocked_range<std::size_t>& range) {
+  const auto color_piece = [&](std::size_t first, std::size_t last) {
     std::vector<Eigen::Vector3d> points, at;
     std::vector<RayHit> hits;
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+    for (std::size_t i = first; i < last; ++i) {
       const SurfacePlace& place = fine.places[i];
       hits.push_back({place.face, 0, place.u, place.v});
       points.push_back(fine.mesh.vertices[i]);
@@ -32,8 +29,9 @@ TriangleMesh colored_surface(const TriangleMesh& surface, const SurfaceColor& co
     std::vector<Eigen::Vector3f> shaded;
     color.shade(points, at, hits, shaded);
     std::copy(shaded.begin(), shaded.end(),
-              fine.mesh.colors.begin() + static_cast<std::ptrdiff_t>(range.begin()));
-  });
+              fine.mesh.colors.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  parallel_pieces(std::size_t{0}, fine.mesh.vertices.size(), kPiece, color_piece);
   return std::move(fine.mesh);
 }
 

@@ -4,8 +4,6 @@
 // shadow.
 #include "organbake/capture/photo_view.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +13,7 @@
 #include "organbake/capture/camera_rays.h"
 #include "organbake/capture/smooth_step.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -82,7 +81,7 @@ void PhotoView::trace_depth(const RayScene& scene, const SmoothNormals& normals)
 
   std::vector<float> depth(std::size_t(map_width_) * map_height_,
                            std::numeric_limits<float>::infinity());
-  tbb::parallel_for(0, map_height_, [&](int y) {
+  parallel_for(0, map_height_, [&](int y) {
     std::vector<Ray> rays(map_width_);
     std::vector<RayHit> hits(map_width_);
     for (int x = 0; x < map_width_; ++x)

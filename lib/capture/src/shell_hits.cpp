@@ -3,12 +3,10 @@
 // nearest meeting whose normal agrees.
 #include "shell_hits.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -98,9 +96,8 @@ double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy) {
   const std::size_t stride = std::max<std::size_t>(1, surface.vertices.size() / kProbes);
   const std::size_t probes = (surface.vertices.size() + stride - 1) / stride;
   std::vector<double> distances(probes);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes, 64), [&](const auto& range) {
-    for (auto i = range.begin(); i != range.end(); ++i)
-      distances[i] = proxy_scene.closest_point(surface.vertices[i * stride]).distance_mm;
+  parallel_for(std::size_t{0}, probes, [&](std::size_t i) {
+    distances[i] = proxy_scene.closest_point(surface.vertices[i * stride]).distance_mm;
   });
   return std::max(kRoom * *std::max_element(distances.begin(), distances.end()),
                   kLeastShareOfSize * bounds(proxy).diagonal());
@@ -111,7 +108,7 @@ std::vector<RayHit> shell_hits(const std::vector<ShellLine>& lines, const RaySce
                                const RunContext& context) {
   std::vector<RayHit> hits(lines.size());
   const std::size_t batches = (lines.size() + kLinesAtOnce - 1) / kLinesAtOnce;
-  tbb::parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
+  parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
     context.throw_if_cancelled();
     const std::size_t first = b * kLinesAtOnce;
     const std::size_t count = std::min(kLinesAtOnce, lines.size() - first);

@@ -11,7 +11,6 @@
 // microstructure.
 #include "organbake/capture/skin_bake.h"
 
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -19,6 +18,7 @@
 
 #include "organbake/capture/smooth_normals.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/lattice.h"
@@ -160,7 +160,7 @@ std::vector<PlateOfVertex> make_plates(const TriangleMesh& proxy,
                                        const std::vector<DirectedPlace>& samples) {
   const VertexNeighbours graph(proxy.faces, proxy.vertices.size());
   std::vector<PlateOfVertex> plates(proxy.vertices.size());
-  tbb::parallel_for(std::size_t{0}, plates.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, plates.size(), [&](std::size_t v) {
     const auto vertex = static_cast<std::uint32_t>(v);
     plates[v].through = nearest_along(graph, proxy.vertices, vertex, kPlateVertices);
     double sum_mm = 0, longest_mm = 0;
@@ -252,7 +252,7 @@ SmoothSkin skin_weights(const TriangleMesh& proxy, const Lattice& lattice,
   const std::vector<PlateOfVertex> plates = make_plates(proxy, vertices);
   const std::vector<NodePlace> places = node_places(proxy, lattice);
   std::vector<Carriers> carriers(targets.size());
-  tbb::parallel_for(std::size_t{0}, targets.size(), [&](std::size_t n) {
+  parallel_for(std::size_t{0}, targets.size(), [&](std::size_t n) {
     carriers[n] = carriers_of(sample_of(targets[n].at_mm, n), places[n], proxy, plates);
   });
 

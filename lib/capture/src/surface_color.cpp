@@ -4,8 +4,6 @@
 // brighter than the others counts less: highlights move with the photographer.
 #include "organbake/capture/surface_color.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +12,7 @@
 #include "organbake/capture/photo_view.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/image/srgb.h"
@@ -205,17 +204,16 @@ class PhotoColor : public SurfaceColor {
   void carry_colors(const TriangleMesh& surface, const SmoothNormals& normals) {
     std::vector<Blend> in_face(surface.faces.size()), at_vertex(surface.vertices.size());
     constexpr std::size_t kFacesAtOnce = 256;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, surface.faces.size(), kFacesAtOnce),
-                      [&](const auto& range) {
-                        std::vector<PhotoView::Look> looks;
-                        for (auto f = range.begin(); f != range.end(); ++f) {
-                          RayHit middle;
-                          middle.face = static_cast<std::uint32_t>(f);
-                          middle.u = middle.v = 1.0f / 3;
-                          in_face[f] =
-                              blend_photos(normals.point(middle), normals.at(middle), looks);
-                        }
-                      });
+    parallel_pieces(std::size_t{0}, surface.faces.size(), kFacesAtOnce,
+                    [&](std::size_t first, std::size_t last) {
+                      std::vector<PhotoView::Look> looks;
+                      for (std::size_t f = first; f < last; ++f) {
+                        RayHit middle;
+                        middle.face = static_cast<std::uint32_t>(f);
+                        middle.u = middle.v = 1.0f / 3;
+                        in_face[f] = blend_photos(normals.point(middle), normals.at(middle), looks);
+                      }
+                    });
     for (std::size_t f = 0; f < surface.faces.size(); ++f)
       for (const std::uint32_t v : surface.faces[f]) {
         at_vertex[v].sum += in_face[f].sum;

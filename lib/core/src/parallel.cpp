@@ -8,6 +8,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 #endif
 
 #include <algorithm>
@@ -99,7 +100,10 @@ void run_pieces(std::size_t count, std::size_t grain, const auto& run, const Par
     const SharedWork::Piece piece(shared);
     run(range.begin(), range.end());
   };
-  tbb::parallel_for(Range(0, count, grain), run_piece, how);
+  // A context of its own: an exception in another thread's piece of a loop around this one must not
+  // cancel it, since whoever shared it out goes on with what it was to write.
+  tbb::task_group_context apart(tbb::task_group_context::isolated);
+  tbb::parallel_for(Range(0, count, grain), run_piece, how, apart);
 }
 
 }  // namespace

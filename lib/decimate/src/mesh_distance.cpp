@@ -5,14 +5,13 @@
 // bound lies below the best found are never cut. Samples alone would give a lower bound only.
 #include "organbake/decimate/mesh_distance.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/area_sampler.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/nearest_on_triangle.h"
@@ -147,12 +146,12 @@ std::vector<ClosestPoint> closest_to_vertices(const TriangleMesh& from, const Ra
   for (const Face& face : from.faces)
     for (const std::uint32_t vertex : face) is_used[vertex] = 1;
   std::vector<ClosestPoint> closest(from.vertices.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, closest.size(), kFacesAtOnce),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      context.throw_if_cancelled();
-                      for (std::size_t v = range.begin(); v != range.end(); ++v)
-                        if (is_used[v]) closest[v] = scene.closest_point(from.vertices[v]);
-                    });
+  parallel_pieces(std::size_t{0}, closest.size(), kFacesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    context.throw_if_cancelled();
+                    for (std::size_t v = first; v < last; ++v)
+                      if (is_used[v]) closest[v] = scene.closest_point(from.vertices[v]);
+                  });
   return closest;
 }
 
@@ -172,11 +171,11 @@ bool may_exceed(double limit_mm, const Corners& corners, const std::array<Closes
 template <typename At>
 std::vector<double> largest_of(const FaceGroups& groups, const RunContext& context, const At& at) {
   std::vector<double> of_face(groups.of_face.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, of_face.size(), kFacesAtOnce),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      context.throw_if_cancelled();
-                      for (std::size_t f = range.begin(); f != range.end(); ++f) of_face[f] = at(f);
-                    });
+  parallel_pieces(std::size_t{0}, of_face.size(), kFacesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    context.throw_if_cancelled();
+                    for (std::size_t f = first; f < last; ++f) of_face[f] = at(f);
+                  });
   std::vector<double> largest(groups.count, 0.0);
   for (std::size_t f = 0; f < of_face.size(); ++f)
     largest[groups.of_face[f]] = std::max(largest[groups.of_face[f]], of_face[f]);
@@ -192,7 +191,7 @@ MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std
   const AreaSampler sample(from, samples, seed);
   const RayScene scene(to);
   std::vector<Sums> blocks((samples + kBlock - 1) / kBlock);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     context.throw_if_cancelled();
     for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, samples); ++i) {
       blocks[b].add(scene.closest_point(sample(i)).distance_mm);

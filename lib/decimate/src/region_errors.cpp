@@ -3,10 +3,9 @@
 // and all of a vessel.
 #include "region_errors.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "organbake/core/parallel.h"
 #include "organbake/decimate/mesh_distance.h"
 
 namespace organbake {
@@ -34,7 +33,7 @@ RegionErrors RegionMeter::measure(const TriangleMesh& proxy, const RunContext& c
   std::vector<std::uint32_t> of_proxy(proxy.faces.size(), 0), of_surface = regions_.of_face;
   if (!known) of_surface.assign(surface_.faces.size(), 0);
   if (known)
-    tbb::parallel_for(std::size_t{0}, proxy.faces.size(), [&](std::size_t f) {
+    parallel_for(std::size_t{0}, proxy.faces.size(), [&](std::size_t f) {
       const Face& face = proxy.faces[f];
       const Eigen::Vector3d middle =
           (proxy.vertices[face[0]] + proxy.vertices[face[1]] + proxy.vertices[face[2]]) / 3;
@@ -60,7 +59,7 @@ std::vector<FarPoint> RegionMeter::far_points(const TriangleMesh& proxy,
                                               const RunContext& context) const {
   std::vector<FarPoint> far(proxy.faces.size());
   if (regions_.thickness_mm.empty()) return far;
-  tbb::parallel_for(std::size_t{0}, proxy.faces.size(), [&](std::size_t f) {
+  parallel_for(std::size_t{0}, proxy.faces.size(), [&](std::size_t f) {
     context.throw_if_cancelled();
     const Face& c = proxy.faces[f];
     for (const Eigen::Vector3d& w : lattice_weights()) {
@@ -76,7 +75,7 @@ std::vector<FarPoint> RegionMeter::far_points(const TriangleMesh& proxy,
     for (const std::uint32_t v : surface_.faces[f]) face_of[v] = f;
   const RayScene scene(proxy);
   std::vector<ClosestPoint> near(surface_.vertices.size());
-  tbb::parallel_for(std::size_t{0}, near.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, near.size(), [&](std::size_t v) {
     if (face_of[v] != kNoHit) near[v] = scene.closest_point(surface_.vertices[v]);
   });
   for (std::size_t v = 0; v < near.size(); ++v) {

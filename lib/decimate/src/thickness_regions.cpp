@@ -4,8 +4,6 @@
 // longer than wide, is a part of its own.
 #include "thickness_regions.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,6 +11,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/union_find.h"
 #include "organbake/decimate/fast_collapse.h"
 #include "organbake/decimate/mesh_defects.h"
@@ -62,7 +61,7 @@ std::vector<double> half_chords_mm(const TriangleMesh& mesh, const RunContext& c
   const double outward = signed_volume(mesh) < 0 ? -1 : 1;
   const double least_mm = 1e-5 * bounds(mesh).diagonal();  // above the scene's margin
   std::vector<double> chords_mm(mesh.faces.size(), 0);
-  tbb::parallel_for(std::size_t{0}, chords_mm.size(), [&](std::size_t f) {
+  parallel_for(std::size_t{0}, chords_mm.size(), [&](std::size_t f) {
     context.throw_if_cancelled();
     const Eigen::Vector3d normal = outward * face_normal(mesh, f);
     if (normal.isZero()) return;
@@ -151,7 +150,7 @@ class RegionSearch {
       return at[a].x() != at[b].x() ? at[a].x() < at[b].x() : a < b;
     });
     std::vector<double> smoothed_mm(piece.size());
-    tbb::parallel_for(std::size_t{0}, piece.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, piece.size(), [&](std::size_t i) {
       const Eigen::Vector3d here = at[i];
       auto first =
           std::lower_bound(order.begin(), order.end(), here.x() - reach_mm,
@@ -206,7 +205,7 @@ ThicknessRegions thickness_regions(const TriangleMesh& surface, const RunContext
   ThicknessRegions regions{coarse.thickness_mm, {}};
   const RayScene scene(thinned);
   regions.of_face.resize(surface.faces.size());
-  tbb::parallel_for(std::size_t{0}, surface.faces.size(), [&](std::size_t f) {
+  parallel_for(std::size_t{0}, surface.faces.size(), [&](std::size_t f) {
     regions.of_face[f] = coarse.of_face[scene.closest_point(middle(surface, f)).face];
   });
   return regions;

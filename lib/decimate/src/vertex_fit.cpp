@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "vertex_fit.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "fit_equations.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/raycast/ray_scene.h"
 
@@ -42,7 +41,7 @@ Match match_sample(const TriangleMesh& proxy, const RayScene& scene, const Eigen
 template <typename Work>
 void for_blocks(std::size_t count, Work work) {
   constexpr std::size_t kBlock = 256;
-  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t b) {
+  parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t b) {
     for (std::size_t i = b * kBlock; i < std::min(count, (b + 1) * kBlock); ++i) work(i);
   });
 }

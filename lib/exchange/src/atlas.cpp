@@ -4,14 +4,13 @@
 // no filter mixes in black.
 #include "atlas.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/grow.h"
 #include "organbake/image/srgb.h"
 
@@ -118,7 +117,7 @@ class AtlasBaker {
     mesh_.color = Rgb8Image(side_, side_);
     mesh_.normal_map = Rgb8Image(side_, side_);
     const std::vector<std::uint32_t> owner = owners(mesh_, side_);
-    tbb::parallel_for(0, side_, [&](int y) {
+    parallel_for(0, side_, [&](int y) {
       for (int x = 0; x < side_; ++x) {
         const std::uint32_t face = owner[std::size_t(y) * side_ + x];
         if (face != kFree) fill(x, y, face);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/exchange/cut_out.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
 
@@ -32,12 +31,12 @@ class CutOutPainter {
   }
 
   CutOut run() {
-    tbb::parallel_for(0, maps_.height, [&](int y) {
+    parallel_for(0, maps_.height, [&](int y) {
       std::vector<Ray> rays;
       for (int x = 0; x < maps_.width; ++x) rays.push_back(ray(x + 0.5, y + 0.5));
       scene_.first_hits(rays, {&centers_[index(0, y)], rays.size()});
     });
-    tbb::parallel_for(0, maps_.height, [&](int y) {
+    parallel_for(0, maps_.height, [&](int y) {
       for (int x = 0; x < maps_.width; ++x) paint(x, y);
     });
     return std::move(picture_);

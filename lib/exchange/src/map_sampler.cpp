@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/exchange/map_sampler.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -26,7 +25,7 @@ Eigen::Vector3d texel_place(const PosedCamera& camera, const CameraMaps& maps, i
 std::vector<Eigen::Vector3f> normals_of(const PosedCamera& camera, const CameraMaps& maps) {
   std::vector<Eigen::Vector3f> normals(maps.face.size(), Eigen::Vector3f::Zero());
   const Eigen::Matrix3d world_from_camera = camera.camera_from_world.rotation.transpose();
-  tbb::parallel_for(1, std::max(1, maps.height - 1), [&](int y) {
+  parallel_for(1, std::max(1, maps.height - 1), [&](int y) {
     for (int x = 1; x + 1 < maps.width; ++x) {
       const std::size_t i = std::size_t(y) * maps.width + x;
       const std::size_t round[] = {i, i - 1, i + 1, i - maps.width, i + maps.width};

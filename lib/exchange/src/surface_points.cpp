@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/exchange/surface_points.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -70,7 +69,7 @@ std::vector<SparsePoint> surface_points(const Bundle& bundle, double spacing_mm,
     spacing_mm *= std::max(1.02, std::sqrt(double(points.size()) / double(most)));
     points = thinned(bundle, spacing_mm);
   }
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) { see(bundle, points[p]); });
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) { see(bundle, points[p]); });
   return points;
 }
 

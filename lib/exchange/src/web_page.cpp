@@ -2,7 +2,6 @@
 #include "organbake/exchange/web_page.h"
 
 #include <libdeflate.h>
-#include <tbb/parallel_for.h>
 #include <array>
 #include <limits>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -116,7 +116,7 @@ std::vector<std::byte> web_pack(const Bundle& bundle, const RunContext& context)
   const std::size_t count = 1 + bundle.maps.size();
   std::vector<std::vector<std::byte>> streams(count);
   std::vector<PackPart> parts(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t p) {
+  parallel_for(std::size_t{0}, count, [&](std::size_t p) {
     context.throw_if_cancelled();
     const std::vector<std::byte> bytes =
         p == 0 ? packed_frame(bundle)

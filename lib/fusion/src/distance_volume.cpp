@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/distance_volume.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/isosurface/contour.h"
 
@@ -103,7 +102,7 @@ DistanceVolume fuse_distances(const std::vector<SmoothView>& views, const VoxelB
                               double truncation_mm, const RunContext& context) {
   DistanceVolume volume{box, truncation_mm, std::vector<float>(box.voxels(), 0),
                         std::vector<float>(box.voxels(), 0)};
-  tbb::parallel_for(0, box.size[2], [&](int z) {
+  parallel_for(0, box.size[2], [&](int z) {
     context.throw_if_cancelled();
     for (int y = 0; y < box.size[1]; ++y)
       for (int x = 0; x < box.size[0]; ++x) {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/refine_poses.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -126,7 +125,7 @@ class Refiner {
   double round(double reach_mm, double spread_mm, bool moving) {
     const int count = static_cast<int>(views_.size());
     std::vector<PairTerms> pairs(std::size_t(count) * count);
-    tbb::parallel_for(0, count * count, [&](int pair) {
+    parallel_for(0, count * count, [&](int pair) {
       const int a = pair / count, b = pair % count;
       if (a != b)
         pairs[pair] = terms_of(views_[a], views_[b], pivots_[a], pivots_[b], reach_mm, spread_mm);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/scaled_views.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/fusion/fuse_views.h"
 
 namespace organbake {
@@ -44,7 +43,7 @@ std::vector<SmoothView> smooth_views(const std::vector<DepthView>& views, bool n
     if (!usual.empty()) factor = kAssumedDepth_mm / median(std::move(usual));
   }
   std::vector<SmoothView> smooth(views.size());
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
     if (factor == 1) {
       smooth[i] = smooth_view(views[i]);
       return;

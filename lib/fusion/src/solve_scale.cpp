@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/solve_scale.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <span>
 
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -126,12 +125,12 @@ class ScaleSearch {
 
   void compare() {
     if (each_)
-      tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t i) {
+      parallel_for(std::size_t{0}, views_.size(), [&](std::size_t i) {
         const auto factor = static_cast<float>(std::exp(log_factor_[i]));
         for (std::size_t k = 0; k < depths_[i].size(); ++k)
           views_[i].depth_mm.values[k] = factor * depths_[i].values[k];
       });
-    tbb::parallel_for(std::size_t{0}, pairs_.size(), [&](std::size_t p) {
+    parallel_for(std::size_t{0}, pairs_.size(), [&](std::size_t p) {
       logs_[p] = differences(views_[pairs_[p].a], views_[pairs_[p].b]);
     });
   }

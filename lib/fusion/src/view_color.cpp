@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/fuse_views.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -144,7 +143,7 @@ double color_by_views(const std::vector<DepthView>& views, const std::vector<Smo
   const std::vector<Vector3d> normals = vertex_normals(mesh);
   mesh.colors.assign(mesh.vertices.size(), Vector3f::Zero());
   std::vector<std::uint8_t> colored(mesh.vertices.size(), 0);
-  tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
     const auto color = colors.color(mesh.vertices[v], normals[v]);
     if (!color) return;
     mesh.colors[v] = color->cwiseMin(1.F).cwiseMax(0.F);

@@ -3,8 +3,6 @@
 // closes it half a voxel beyond the last voxels, flat and without a second rule for caps.
 #include "capped_field.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "organbake/core/parallel.h"
 #include "organbake/isosurface/contour.h"
 
 namespace organbake {
@@ -82,7 +81,7 @@ std::span<const Value> CappedField<Value>::slices(int first, int count,
   const std::size_t voxels = slice * static_cast<std::size_t>(count);
   if (as_they_are_ && margin_ == 0) return values_.subspan(slice * std::size_t(first), voxels);
   copy.resize(voxels);
-  tbb::parallel_for(0, count, [&](int k) {
+  parallel_for(0, count, [&](int k) {
     for (int j = 0; j < size_[1]; ++j) {
       fill_row(j - margin_, first + k - margin_, &copy[(std::size_t(k) * size_[1] + j) * size_[0]]);
     }

@@ -4,8 +4,6 @@
 // cubes makes triangles without area, on which normals and binding fail.
 #include "organbake/isosurface/contour.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
@@ -23,6 +21,7 @@
 #include <limits>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -40,8 +39,8 @@ float away_from_grid_point(float x) {
 template <typename Body>
 void for_each_block(std::size_t count, const Body& body) {
   constexpr std::size_t kGrain = 16384;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& block) {
-    for (std::size_t i = block.begin(); i < block.end(); ++i) body(i);
+  parallel_pieces(std::size_t{0}, count, kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) body(i);
   });
 }
 

@@ -3,10 +3,9 @@
 // together, so that memory is read in its order for every axis.
 #include "gaussian_blur.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -71,7 +70,7 @@ void gaussian_blur(std::vector<float>& values, const std::array<int, 3>& size,
   std::vector<float> other(values.size());
   if (sigma_voxels.x() > 0) {
     const auto kernel = half_kernel(sigma_voxels.x());
-    tbb::parallel_for(0, nz, [&](int k) {
+    parallel_for(0, nz, [&](int k) {
       std::vector<float> padded;
       for (int j = 0; j < ny; ++j) {
         const std::size_t row = k * slice + std::size_t(j) * nx;
@@ -82,14 +81,14 @@ void gaussian_blur(std::vector<float>& values, const std::array<int, 3>& size,
   }
   if (sigma_voxels.y() > 0) {
     const auto kernel = half_kernel(sigma_voxels.y());
-    tbb::parallel_for(0, nz, [&](int k) {
+    parallel_for(0, nz, [&](int k) {
       blur_across(&values[k * slice], &other[k * slice], ny, std::size_t(nx), nx, kernel);
     });
     values.swap(other);
   }
   if (sigma_voxels.z() > 0) {
     const auto kernel = half_kernel(sigma_voxels.z());
-    tbb::parallel_for(0, ny, [&](int j) {
+    parallel_for(0, ny, [&](int j) {
       const std::size_t row = std::size_t(j) * nx;
       blur_across(&values[row], &other[row], nz, slice, nx, kernel);
     });

@@ -4,8 +4,6 @@
 // from whatever is convex.
 #include "organbake/isosurface/label_surface.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +12,7 @@
 #include "gaussian_blur.h"
 #include "mask_stairs.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/isosurface/contour.h"
 #include "organbake/volume/label_names_file.h"
@@ -70,7 +69,7 @@ std::vector<float> label_field(const Volume& mask, int label, const LabelBox& bo
   const int first_i = std::max(0, -box.first[0]);
   const int end_i = std::min(box.size[0], mask.size[0] - box.first[0]);
   with_values(mask, [&](const auto values) {
-    tbb::parallel_for(0, box.size[2], [&](int k) {
+    parallel_for(0, box.size[2], [&](int k) {
       const int from_k = k + box.first[2];
       if (from_k < 0 || from_k >= mask.size[2]) return;
       for (int j = 0; j < box.size[1]; ++j) {

@@ -4,14 +4,12 @@
 // voxels, not values at points, and a straight line between two means is off.
 #include "refine_crossings.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -94,18 +92,20 @@ class Row {
 template <typename Crossing>
 void move_along_edges(TriangleMesh& mesh, const Volume& ct, const Crossing& crossing) {
   with_values(ct, [&](const auto values) {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 4096), [&](const auto& block) {
-          for (std::size_t v = block.begin(); v < block.end(); ++v) {
-            Eigen::Vector3d& vertex = mesh.vertices[v];
-            const std::optional<GridEdge> edge = edge_of(vertex, ct.size);
-            if (!edge) continue;
-            const double at = crossing(Row(values, ct.size, *edge));
-            const int from = edge->from[edge->axis];
-            if (!std::isfinite(at)) continue;
-            vertex[edge->axis] = std::clamp(at, from + kEdgeMargin, from + 1 - kEdgeMargin);
-          }
-        });
+    constexpr std::size_t kVerticesAtOnce = 4096;
+    parallel_pieces(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce,
+                    [&](std::size_t first, std::size_t last) {
+                      for (std::size_t v = first; v < last; ++v) {
+                        Eigen::Vector3d& vertex = mesh.vertices[v];
+                        const std::optional<GridEdge> edge = edge_of(vertex, ct.size);
+                        if (!edge) continue;
+                        const double at = crossing(Row(values, ct.size, *edge));
+                        const int from = edge->from[edge->axis];
+                        if (!std::isfinite(at)) continue;
+                        vertex[edge->axis] =
+                            std::clamp(at, from + kEdgeMargin, from + 1 - kEdgeMargin);
+                      }
+                    });
   });
 }
 

@@ -4,8 +4,6 @@
 // needed for a few slices only.
 #include "slab_contour.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -49,7 +48,7 @@ class SlabWelder {
     slab.first_slice = first_slice;
     const std::vector<std::uint32_t> number = number_vertices(mesh, slices, slab);
     slab.faces = std::move(mesh.faces);
-    tbb::parallel_for(std::size_t{0}, slab.faces.size(), [&](std::size_t f) {
+    parallel_for(std::size_t{0}, slab.faces.size(), [&](std::size_t f) {
       for (std::uint32_t& corner : slab.faces[f]) corner = number[corner];
     });
     faces_ += slab.faces.size();

@@ -4,11 +4,10 @@
 // volume is what people measure of it.
 #include "taubin.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -59,7 +58,7 @@ Neighbours neighbours_of(const TriangleMesh& mesh) {
 
 void umbrella_step(const std::vector<Eigen::Vector3d>& from, const Neighbours& around, double share,
                    std::vector<Eigen::Vector3d>& to) {
-  tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, from.size(), [&](std::size_t v) {
     const std::uint32_t begin = around.first[v], end = around.first[v + 1];
     to[v] = from[v];
     if (begin == end || around.fixed[v]) return;

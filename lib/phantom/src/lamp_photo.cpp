@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/phantom/lamp_photo.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
 #include "organbake/raycast/ray_scene.h"
@@ -148,7 +147,7 @@ class Lamp {
 LampPicture expose(const Lamp& lamp, const Intrinsics& lens, const RunContext& context) {
   LampPicture picture{lens.width, lens.height, {}};
   picture.radiance.assign(std::size_t(picture.width) * picture.height, Vector3f::Zero());
-  tbb::parallel_for(0, picture.height, [&](int y) {
+  parallel_for(0, picture.height, [&](int y) {
     context.throw_if_cancelled();
     lamp.expose_row(y, picture);
   });
@@ -189,7 +188,7 @@ LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera&
 Rgb8Image develop(const LampPicture& picture, const Sensor& sensor) {
   Rgb8Image photo(picture.width, picture.height);
   const double half2 = (std::pow(picture.width, 2) + std::pow(picture.height, 2)) / 4;
-  tbb::parallel_for(0, picture.height, [&](int y) {
+  parallel_for(0, picture.height, [&](int y) {
     RandomStream random(sensor.seed, static_cast<std::uint64_t>(y));
     for (int x = 0; x < picture.width; ++x) {
       const double r2 =

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/phantom/laparoscopy.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <numbers>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
@@ -184,7 +183,7 @@ LaparoscopyFrame LaparoscopyPhantom::frame_seen_by(const PosedCamera& view, cons
   const Eigen::Matrix3d world_from_camera = view.camera_from_world.rotation.transpose();
   const Vector3d eye = view.center_world_mm();
   const double nearest_mm = kBed_mm - 12;
-  tbb::parallel_for(0, height, [&](int y) {
+  parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const std::size_t k = result.depth_mm.index(x, y);
       RandomStream random(options_.seed + noise_stream, k);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/phantom/moving_clip.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,6 +11,7 @@
 
 #include "crossing_instrument.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/raycast/ray_scene.h"
@@ -297,7 +296,7 @@ LaparoscopyFrame MovingClip::frame(int index, const RunContext& context) const {
                           Mask(width, height),
                           Mask(width, height)};
   SensorLight light(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
+  parallel_for(0, height, [&](int y) {
     context.throw_if_cancelled();
     impl_->draw_row(moment, y, light, result);
   });

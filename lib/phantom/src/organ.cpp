@@ -4,13 +4,12 @@
 // formula's slope there, as a scanner's partial volumes do.
 #include "organ.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "organ_random.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/icosphere.h"
 #include "organbake/phantom/phantom.h"
 
@@ -128,11 +127,11 @@ TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,
     mesh.colors[v] = organ.diffuse(mesh.vertices[v], normal).cwiseMin(1.0).cast<float>();
   };
   constexpr std::size_t kVerticesAtOnce = 4096;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), kVerticesAtOnce),
-                    [&](const auto& vertices) {
-                      context.throw_if_cancelled();
-                      for (auto v = vertices.begin(); v != vertices.end(); ++v) raise(v);
-                    });
+  parallel_pieces(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    context.throw_if_cancelled();
+                    for (std::size_t v = first; v < last; ++v) raise(v);
+                  });
   return mesh;
 }
 
@@ -159,11 +158,11 @@ Volume scan_organ(const OrganShape& shape, const OrganPhantomOptions& options,
     }
   };
   constexpr std::size_t kRowsAtOnce = 16;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, std::size_t(ny) * nz, kRowsAtOnce),
-                    [&](const auto& rows) {
-                      context.throw_if_cancelled();
-                      for (auto row = rows.begin(); row != rows.end(); ++row) scan_row(row);
-                    });
+  parallel_pieces(std::size_t{0}, std::size_t(ny) * nz, kRowsAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    context.throw_if_cancelled();
+                    for (std::size_t row = first; row < last; ++row) scan_row(row);
+                  });
   return ct;
 }
 

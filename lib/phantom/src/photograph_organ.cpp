@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "photograph_organ.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 
@@ -113,7 +112,7 @@ Rgb8Image photograph_organ(const Organ& organ, const RayScene& near_surface,
   Rgb8Image image(camera.intrinsics.width, camera.intrinsics.height);
   const Film film(organ, near_surface, camera);
   const int tile_rows = (image.height + kTile - 1) / kTile;
-  tbb::parallel_for(0, tile_rows, [&](int row) {
+  parallel_for(0, tile_rows, [&](int row) {
     context.throw_if_cancelled();
     for (int left = 0; left < image.width; left += kTile) film.expose(left, row * kTile, image);
   });

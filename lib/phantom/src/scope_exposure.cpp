@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scope_exposure.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
 
@@ -56,7 +55,7 @@ SensorLight blurred_by_turn(const SensorLight& light, const Intrinsics& lens,
                         .toRotationMatrix());
   }
   SensorLight result(light.width, light.height);
-  tbb::parallel_for(0, light.height, [&](int y) {
+  parallel_for(0, light.height, [&](int y) {
     for (int x = 0; x < light.width; ++x) {
       const Vector3d ray = unproject(lens, {x + 0.5, y + 0.5});
       Vector3f sum = Vector3f::Zero();
@@ -88,7 +87,7 @@ std::pair<int, int> columns_in_stop(const ScopeSensor& sensor, double beyond_px,
 Rgb8Image exposed(const SensorLight& light, const ScopeSensor& sensor) {
   Rgb8Image image(light.width, light.height);
   const double radius2 = std::pow(0.5 * std::max(light.width, light.height), 2);
-  tbb::parallel_for(0, light.height, [&](int y) {
+  parallel_for(0, light.height, [&](int y) {
     RandomStream random(sensor.seed + sensor.stream, static_cast<std::uint64_t>(y));
     for (int x = 0; x < light.width; ++x) {
       if (behind_stop(sensor, light.width, light.height, x, y)) continue;

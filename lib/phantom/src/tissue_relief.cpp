@@ -3,14 +3,13 @@
 // and known. Breath moves it by a known map.
 #include "tissue_relief.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "organbake/capture/solid_noise.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 
 namespace organbake {
@@ -110,7 +109,7 @@ TissueRelief::TissueRelief(std::uint64_t seed)
     lobules_.push_back({x, y, radius, radius * random.uniform(0.2, 0.42)});
   }
   nodes_.resize(static_cast<std::size_t>(columns_) * rows_);
-  tbb::parallel_for(0, rows_, [&](int row) {
+  parallel_for(0, rows_, [&](int row) {
     for (int column = 0; column < columns_; ++column) {
       const double x = (column - 1) * kNode_mm - kReachX_mm, y = (row - 1) * kNode_mm - kReachY_mm;
       nodes_[static_cast<std::size_t>(row) * columns_ + column] =
@@ -209,7 +208,7 @@ TriangleMesh TissueRelief::surface(double spacing_mm, double excursion_mm) const
   const int rows = static_cast<int>(2 * kReachY_mm / spacing_mm) + 1;
   TriangleMesh mesh;
   mesh.vertices.resize(static_cast<std::size_t>(columns) * rows);
-  tbb::parallel_for(0, rows, [&](int row) {
+  parallel_for(0, rows, [&](int row) {
     for (int column = 0; column < columns; ++column) {
       const double x = column * spacing_mm - kReachX_mm, y = row * spacing_mm - kReachY_mm;
       mesh.vertices[static_cast<std::size_t>(row) * columns + column] =

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tissue_skin.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "organbake/capture/solid_noise.h"
+#include "organbake/core/parallel.h"
 #include "vessel_tree.h"
 
 namespace organbake {
@@ -76,7 +75,7 @@ TissueSkin::TissueSkin(const TissueRelief& relief, std::uint64_t seed, double mo
       texels_(static_cast<std::size_t>(columns_) * rows_) {
   std::vector<float> vessels(texels_.size(), 0.0f);
   if (mottling > 0) paint_vessels(seed, vessels);
-  tbb::parallel_for(0, rows_, [&](int row) {
+  parallel_for(0, rows_, [&](int row) {
     for (int column = 0; column < columns_; ++column) {
       const std::size_t k = static_cast<std::size_t>(row) * columns_ + column;
       texels_[k] = texel(relief, column * kTexel_mm - TissueRelief::kReachX_mm,

@@ -3,12 +3,11 @@
 // It asks nothing of the surface's topology, which is what is broken.
 #include "patches.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/union_find.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/raycast/ray_scene.h"
@@ -78,7 +77,7 @@ std::vector<SeenShare> seen_from_outside(const TriangleMesh& mesh, const Patches
   const RayScene scene(mesh);
   const double off_mm = kOff * bounds(mesh).diagonal();
   std::vector<SeenShare> seen(patches.count);
-  tbb::parallel_for(std::size_t{0}, patches.count, [&](std::size_t patch) {
+  parallel_for(std::size_t{0}, patches.count, [&](std::size_t patch) {
     const auto& own = faces[patch];
     const std::size_t step = std::max<std::size_t>(1, own.size() / kFacesOfPatch);
     std::size_t looked = 0;

@@ -6,12 +6,12 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
+#include "organbake/core/parallel.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
@@ -48,7 +48,7 @@ void pull_back(TriangleMesh& wrap, const TriangleMesh& surface, double offset_mm
   const RayScene scene(surface);
   const std::vector<Eigen::Vector3d> normals = vertex_normals(wrap);
   std::vector<Eigen::Vector3d> pulled(wrap.vertices.size());
-  tbb::parallel_for(std::size_t{0}, wrap.vertices.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, wrap.vertices.size(), [&](std::size_t v) {
     const ClosestPoint nearest = scene.closest_point(wrap.vertices[v]);
     pulled[v] = nearest.distance_mm <= kNearOffsets * offset_mm
                     ? nearest.point

@@ -4,12 +4,12 @@
 // or shows nothing to tell it by.
 #include "disparity.h"
 
-#include <tbb/parallel_invoke.h>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "organbake/core/parallel.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/local_pattern.h"
 #include "organbake/stereo/local_planes.h"
@@ -86,11 +86,11 @@ Disparity match_eyes(const EyeImage& left, const EyeImage& right, const Disparit
   const int count = std::clamp((asked + 15) / 16, 1, std::max(1, width / 16)) * 16;
   const cv::Mat a = eight_bits(left), b = eight_bits(right);
   cv::Mat of_left, of_right;
-  tbb::parallel_invoke([&] { of_left = semi_global(a, b, least, count); },
-                       [&] {
-                         of_right = mirrored_picture(
-                             semi_global(mirrored_picture(b), mirrored_picture(a), least, count));
-                       });
+  parallel_both([&] { of_left = semi_global(a, b, least, count); },
+                [&] {
+                  of_right = mirrored_picture(
+                      semi_global(mirrored_picture(b), mirrored_picture(a), least, count));
+                });
   Disparity found{Plane(width, height), Mask(width, height)};
   const int lowest = least * kSteps;
   for (int y = 0; y < height; ++y) {

@@ -3,7 +3,6 @@
 // confidence and a verdict.
 #include "organbake/stereo/stereo_depth.h"
 
-#include <tbb/parallel_invoke.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +11,7 @@
 #include "disparity.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
@@ -31,8 +31,8 @@ struct EyePyramids {
 
 EyePyramids pyramids(const PreparedFrame& left, const PreparedFrame& right) {
   EyePyramids both;
-  tbb::parallel_invoke([&] { both.left = eye_pyramid(left.color, left.diffuse, kCoarse_px); },
-                       [&] { both.right = eye_pyramid(right.color, right.diffuse, kCoarse_px); });
+  parallel_both([&] { both.left = eye_pyramid(left.color, left.diffuse, kCoarse_px); },
+                [&] { both.right = eye_pyramid(right.color, right.diffuse, kCoarse_px); });
   return both;
 }
 

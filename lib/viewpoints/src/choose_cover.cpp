@@ -4,14 +4,13 @@
 // many. Sets are bits, so that a move costs a few hundred population counts.
 #include "choose_cover.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <numeric>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "sample_counts.h"
 
@@ -247,11 +246,9 @@ ChosenCover greedy_cover(const CandidateVisibility& seen, ChosenCover cover, con
   std::vector<std::size_t> gains(seen.size());
   while (cover.covered < goal.samples && cover.chosen.size() < most) {
     constexpr std::size_t kGrain = 128;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen.size(), kGrain),
-                      [&](const auto& range) {
-                        for (std::size_t c = range.begin(); c < range.end(); ++c)
-                          gains[c] = taken[c] ? 0 : gain(seen[c], counts);
-                      });
+    parallel_pieces(std::size_t{0}, seen.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t c = first; c < last; ++c) gains[c] = taken[c] ? 0 : gain(seen[c], counts);
+    });
     const auto best = std::max_element(gains.begin(), gains.end());
     if (*best == 0) break;
     const auto c = static_cast<std::uint32_t>(best - gains.begin());
@@ -268,7 +265,7 @@ ChosenCover annealed_cover(const CandidateVisibility& seen, const ChosenCover& s
   if (seen.empty() || start.chosen.empty()) return start;
   const CoverProblem problem(seen);
   std::array<ChosenCover, kChains> found;
-  tbb::parallel_for(std::size_t{0}, kChains, [&](std::size_t k) {
+  parallel_for(std::size_t{0}, kChains, [&](std::size_t k) {
     found[k] = Chain(problem, start, goal, k).run(annealing, context);
   });
   return *std::min_element(found.begin(), found.end(),

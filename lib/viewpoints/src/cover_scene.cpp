@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cover_scene.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -106,7 +105,7 @@ Placement CoverScene::placed(const Directions& cameras) const {
 // Focal lengths only where texels are limited: they take a look at every vertex.
 std::vector<Eye> CoverScene::eyes(const Directions& directions, double texel_mm) const {
   std::vector<Eye> eyes(directions.size());
-  tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, directions.size(), [&](std::size_t k) {
     eyes[k] = {eye_mm(directions[k]), -directions[k], 0};
     if (texel_mm > 0) {
       eyes[k].focal_px = organ_.camera(directions[k], distance_mm_, options_).intrinsics.fx;

@@ -3,7 +3,6 @@
 // poked.
 #include "organbake/viewpoints/coverage.h"
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 
 #include "organ_frame.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "spread_directions.h"
 
@@ -215,7 +215,7 @@ ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<Sa
                               const std::vector<Eigen::Vector3d>& views_mm,
                               const std::vector<SampleBits>& seen, const SurfaceSamples& samples) {
   std::vector<Gap> gaps(views_mm.size());
-  tbb::parallel_for(std::size_t{0}, views_mm.size(), [&](std::size_t v) {
+  parallel_for(std::size_t{0}, views_mm.size(), [&](std::size_t v) {
     const ViewWeights three = view_weights(manifold, views_mm[v] - manifold.center_world_mm);
     gaps[v] = gap_of(seen[v], kept, three, views_mm[v], samples);
   });

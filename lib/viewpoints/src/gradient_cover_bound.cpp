@@ -5,12 +5,11 @@
 // that it may end early.
 #include "gradient_cover_bound.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -92,7 +91,7 @@ class ActivePart {
   }
 
   void step() {
-    tbb::parallel_for(std::size_t{0}, kPieces, [&](std::size_t piece) { step_columns(piece); });
+    parallel_for(std::size_t{0}, kPieces, [&](std::size_t piece) { step_columns(piece); });
     double covered = 0;
     for (std::size_t r = 0; r < columns_.row_count; ++r) {
       float times = 0;  // pieces in order: the same for any number of threads
@@ -126,7 +125,7 @@ class Relaxation {
         z_(seen[0].size(), 1),
         y_(seen[0].size(), 0),
         y_step_(seen[0].size(), overlap_) {
-    tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t c) {
+    parallel_for(std::size_t{0}, seen.size(), [&](std::size_t c) {
       seen[c].for_each(
           [&](std::size_t i) { columns_[c].push_back(static_cast<std::uint32_t>(i)); });
     });
@@ -181,7 +180,7 @@ class Relaxation {
  private:
   std::vector<double> payments() const {
     std::vector<double> sums(columns_.size(), 0.0);
-    tbb::parallel_for(std::size_t{0}, columns_.size(), [&](std::size_t c) {
+    parallel_for(std::size_t{0}, columns_.size(), [&](std::size_t c) {
       for (const std::uint32_t r : columns_[c]) sums[c] += y_[r];
     });
     return sums;
@@ -219,7 +218,7 @@ class Relaxation {
     std::vector<std::uint32_t> place(y_.size(), kIdle);
     for (std::uint32_t k = 0; k < rows.size(); ++k) place[rows[k]] = k;
     Columns active{std::vector<Indices>(columns.size()), rows.size()};
-    tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t k) {
+    parallel_for(std::size_t{0}, columns.size(), [&](std::size_t k) {
       for (const std::uint32_t r : columns_[columns[k]]) {
         if (place[r] != kIdle) active.rows[k].push_back(place[r]);
       }

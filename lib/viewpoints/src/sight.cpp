@@ -3,12 +3,11 @@
 // packet are neighbours; eyes are asked far-apart ones first where one that sees is enough.
 #include "organbake/viewpoints/sight.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/area_sampler.h"
 
 namespace organbake {
@@ -100,7 +99,7 @@ void append_sample(const SurfaceSamples& from, std::size_t i, SurfaceSamples& to
 SurfaceSamples sample_surface(const TriangleMesh& surface, std::size_t count, std::uint64_t seed) {
   const AreaSampler sampler(surface, count, seed);
   std::vector<AreaSampler::Sample> drawn(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { drawn[i] = sampler.at(i); });
+  parallel_for(std::size_t{0}, count, [&](std::size_t i) { drawn[i] = sampler.at(i); });
   Bounds box;
   for (const auto& sample : drawn) box.add(sample.point);
   const double size = std::max((box.max - box.min).maxCoeff(), 1e-300);
@@ -141,8 +140,8 @@ std::vector<SampleBits> Sight::seen_from_each(const std::vector<Eye>& eyes,
                                               const SightLimits& limits,
                                               const SampleBits* among) const {
   std::vector<SampleBits> seen(eyes.size());
-  tbb::parallel_for(std::size_t{0}, eyes.size(),
-                    [&](std::size_t e) { seen[e] = seen_from(eyes[e], samples, limits, among); });
+  parallel_for(std::size_t{0}, eyes.size(),
+               [&](std::size_t e) { seen[e] = seen_from(eyes[e], samples, limits, among); });
   return seen;
 }
 
@@ -151,7 +150,7 @@ SampleBits Sight::seen_from_any(const std::vector<Eye>& eyes, const SurfaceSampl
   constexpr std::size_t kChunk = 4 * SampleBits::kWordBits;  // no two threads share a word
   const std::vector<std::size_t> order = scattered_order(eyes.size());
   SampleBits seen(samples.size());
-  tbb::parallel_for(std::size_t{0}, (samples.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+  parallel_for(std::size_t{0}, (samples.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     std::vector<std::uint32_t> open(std::min(kChunk, samples.size() - chunk * kChunk));
     std::iota(open.begin(), open.end(), static_cast<std::uint32_t>(chunk * kChunk));
     const auto found = [&](std::uint32_t i) { seen.set(i); };

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/capture.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -13,6 +11,7 @@
 #include "organbake/capture/skin_bake.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
@@ -34,7 +33,7 @@ std::vector<Photo> read_photos(const StageCall& call) {
   if (!document) return {};
   const CameraSet set = read_cameras(*document);
   std::vector<Photo> photos(set.images.size());
-  tbb::parallel_for(std::size_t{0}, photos.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, photos.size(), [&](std::size_t i) {
     photos[i] = {set.cameras[i], read_photo(document->parent_path() / set.images[i])};
   });
   return photos;

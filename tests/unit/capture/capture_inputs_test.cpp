@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <atomic>
 #include <cstring>
 #include <limits>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {
@@ -89,7 +89,7 @@ TEST(CaptureInputs, SameBytesForAnyNumberOfThreads) {
   const std::vector<PosedCamera> cameras = {odd_camera({0, -110, 10}, Vector3d::Zero()),
                                             plain_camera({90, 60, 0}, Vector3d::Zero(), 70)};
   const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     std::vector<Photo> photos = {photo_of(surface, plain_camera({100, 10, 50}, {0, 0, 0}, 90)),
                                  photo_of(surface, plain_camera({-9, -120, 5}, {0, 0, 0}, 80))};
     const auto color = make_photo_color(surface, RayScene(surface), std::move(photos));

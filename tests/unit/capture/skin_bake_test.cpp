@@ -2,13 +2,13 @@
 #include "organbake/capture/skin_bake.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_surface.h"
@@ -212,7 +212,7 @@ TEST(SmoothSkinBake, SeparateBodiesDoNotFollowOneAnother) {
 TEST(SmoothSkinBake, IsTheSameForAnyNumberOfThreads) {
   const TriangleMesh surface = lumpy_mesh(40, 4), proxy = lumpy_mesh(40, 1);
   const SmoothSkin many = bake_smooth_skin(surface, proxy, 3);
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const SmoothSkin alone = bake_smooth_skin(surface, proxy, 3);
   EXPECT_EQ(many.carrier, alone.carrier);
   EXPECT_EQ(many.weight, alone.weight);

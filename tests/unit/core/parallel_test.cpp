@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <numeric>
 #include <stdexcept>
+#include <vector>
 
 #include "organbake/core/background_thread.h"
 
@@ -59,6 +61,24 @@ TEST(Parallel, InOrderCallsEachIndexOnceAndThrowsWhatABodyThrows) {
     if (i == 50) throw std::runtime_error("here");
   };
   EXPECT_THROW(parallel_in_order(100, throwing), std::runtime_error);
+}
+
+// Another piece's exception ends the loop around it, never the loop within it half-way: whoever
+// shared that one out goes on with all that it was to write.
+TEST(Parallel, ALoopWithinALoopIsDoneWholeWhateverItsNeighboursThrow) {
+  for (int again = 0; again < 50; ++again) {
+    std::atomic<int> left_out = 0;
+    const auto piece = [&](std::size_t i) {
+      if (i == 1) throw std::runtime_error("of a neighbour");
+      for (int loop = 0; loop < 200; ++loop) {
+        std::vector<int> written(64, 0);
+        parallel_for(std::size_t{0}, written.size(), [&](std::size_t k) { written[k] = 1; });
+        left_out += int(std::count(written.begin(), written.end(), 0));
+      }
+    };
+    EXPECT_THROW(parallel_in_order(4, piece), std::runtime_error);
+    EXPECT_EQ(left_out, 0);
+  }
 }
 
 TEST(Parallel, AsManyThreadsAsAreAllowed) {

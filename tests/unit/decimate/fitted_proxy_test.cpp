@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
@@ -116,7 +116,7 @@ TEST(FittedProxy, KeepsGenusComponentsAndBorders) {
 TEST(FittedProxy, IsTheSameForAnyNumberOfThreads) {
   const TriangleMesh mesh = lumpy_mesh(50, 4);
   const TriangleMesh many = fitted(mesh, 80).proxy;
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const TriangleMesh single = fitted(mesh, 80).proxy;
   EXPECT_EQ(many.vertices, single.vertices);
   EXPECT_EQ(many.faces, single.faces);

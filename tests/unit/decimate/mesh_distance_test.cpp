@@ -2,9 +2,9 @@
 #include "organbake/decimate/mesh_distance.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/raycast/ray_scene.h"
 #include "support/meshes.h"
 
@@ -58,7 +58,7 @@ TEST(MeshDistance, FromAnInscribedToACircumscribedSphere) {
 TEST(MeshDistance, IsTheSameForAnyNumberOfThreadsAndNotForAnySeed) {
   const TriangleMesh a = lumpy_mesh(10, 3), b = sphere_mesh(10, 2);
   const MeshDistance many = mesh_distance(a, b, 5001, 3);
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const MeshDistance single = mesh_distance(a, b, 5001, 3);
   EXPECT_EQ(many.rms_mm, single.rms_mm);
   EXPECT_EQ(many.mean_mm, single.mean_mm);

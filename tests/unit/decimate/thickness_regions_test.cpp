@@ -2,8 +2,8 @@
 #include "thickness_regions.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
+#include "organbake/core/parallel.h"
 #include "support/meshes.h"
 
 namespace organbake {
@@ -62,7 +62,7 @@ TEST(ThicknessRegions, ASheetWithABorderHasNone) {
 TEST(ThicknessRegions, AreTheSameForAnyNumberOfThreads) {
   const TriangleMesh mesh = ball_with_stalk(30, 3, 60);
   const ThicknessRegions many = thickness_regions(mesh);
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const ThicknessRegions single = thickness_regions(mesh);
   EXPECT_EQ(many.thickness_mm, single.thickness_mm);
   EXPECT_EQ(many.of_face, single.of_face);

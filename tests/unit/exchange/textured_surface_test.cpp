@@ -2,12 +2,11 @@
 #include "organbake/exchange/textured_surface.h"
 
 #include <gmock/gmock.h>
-#include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
 
 #include <cmath>
 
 #include "organ_to_export.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
@@ -64,7 +63,7 @@ class TextureViewer {
   Rgb8Image draw(const PosedCamera& camera) const {
     constexpr int kSide = 4;
     Rgb8Image picture(camera.intrinsics.width, camera.intrinsics.height);
-    tbb::parallel_for(0, picture.height, [&](int y) {
+    parallel_for(0, picture.height, [&](int y) {
       for (int x = 0; x < picture.width; ++x) {
         Vector3d sum = Vector3d::Zero();
         for (int r = 0; r < kSide * kSide; ++r) {
@@ -206,7 +205,7 @@ TEST(TexturedSurface, TangentsLieAcrossNormals) {
 TEST(TexturedSurface, IsTheSameForAnyNumberOfThreads) {
   const TexturedSurfaceOptions small{.faces = 500, .texture_side = 256};
   const TexturedMesh many = textured_surface(organ_to_export(), small);
-  tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  ThreadLimit one(1);
   const TexturedMesh alone = textured_surface(organ_to_export(), small);
   EXPECT_EQ(many.color.pixels, alone.color.pixels);
   EXPECT_EQ(many.normal_map.pixels, alone.normal_map.pixels);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/image/srgb.h"
@@ -31,7 +30,7 @@ inline Plane depth_seen(const RayScene& scene, const PosedCamera& camera) {
   const Intrinsics& k = camera.intrinsics;
   const RigidTransform world_from_camera = camera.camera_from_world.inverse();
   Plane depth(k.width, k.height, std::numeric_limits<float>::infinity());
-  tbb::parallel_for(0, k.height, [&](int y) {
+  parallel_for(0, k.height, [&](int y) {
     std::vector<Ray> rays(k.width);
     std::vector<RayHit> hits(k.width);
     for (int x = 0; x < k.width; ++x) {

@@ -2,11 +2,11 @@
 #include "organbake/isosurface/isosurface.h"
 
 #include <gmock/gmock.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <limits>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
@@ -222,7 +222,7 @@ TEST(Isosurface, SameBytesForAnyNumberOfThreads) {
   const Volume ct = scan_of(asymmetric_organ(), grid_around_origin({0.6, 0.6, 0.6}, 56));
   std::string first;
   for (const std::size_t threads : {1, 2, 4}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     const std::string bytes = serialise_ply(extract_isosurface(ct, at_edge()).mesh);
     if (first.empty()) first = bytes;
     EXPECT_EQ(bytes, first);

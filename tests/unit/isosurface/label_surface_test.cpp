@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/isosurface/label_surface.h"
@@ -169,7 +169,7 @@ TEST(LabelSurface, SameBytesForAnyNumberOfThreads) {
   const Volume mask = mask_of(asymmetric_organ(), grid_around_origin({0.8, 0.8, 1.6}, 56));
   std::string first;
   for (const std::size_t threads : {1, 2, 4}) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     const std::string bytes = serialise_ply(extract_label_surface(mask, {}).mesh);
     if (first.empty()) first = bytes;
     EXPECT_EQ(bytes, first);

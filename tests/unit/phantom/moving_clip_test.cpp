@@ -2,11 +2,11 @@
 #include "organbake/phantom/moving_clip.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "tissue_of_tests.h"
 
 namespace organbake {
@@ -108,7 +108,7 @@ TEST(MovingClip, TheInstrumentCrossesInTheMiddle) {
 
 TEST(MovingClip, TheSameBytesOnOneThread) {
   const Rgb8Image many = tour().frame(20).image;
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   EXPECT_EQ(tour().frame(20).image.pixels, many.pixels);
 }
 

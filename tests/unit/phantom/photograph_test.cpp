@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
@@ -108,7 +108,7 @@ TEST(Photograph, SamePixelsForAnyNumberOfThreads) {
   OrganPhantomOptions options = small_photos();
   options.photo_size = 120;
   const auto photo_with = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     const OrganPhantom phantom(options);
     return phantom.photograph(phantom.photo_cameras()[1]).pixels;
   };

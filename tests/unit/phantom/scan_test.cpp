@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <atomic>
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/phantom/phantom.h"
 
 namespace organbake {
@@ -114,7 +114,7 @@ TEST(Scan, NoiseHasItsStrengthAndNoPattern) {
 TEST(Scan, SameVoxelsForAnyNumberOfThreads) {
   const OrganPhantomOptions options = small_scan();
   const auto scan_with = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const ThreadLimit limit(threads);
     return OrganPhantom(options).scan().voxels;
   };
   EXPECT_EQ(scan_with(1), scan_with(4));

@@ -2,11 +2,11 @@
 #include "organbake/player/play.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "organ_to_play.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/player/contact_sheet.h"
 
 namespace organbake {
@@ -20,7 +20,7 @@ PlayOptions small_frames() {
 }
 
 std::vector<Rgb8Image> frames_of(const Script& script, int threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const ThreadLimit limit(threads);
   Player player(organ_to_play());
   std::vector<Rgb8Image> frames;
   play(player, script, small_frames(), [&](int, const Frame& f) { frames.push_back(f.color); });

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "organ_to_play.h"
 #include "organbake/core/error.h"

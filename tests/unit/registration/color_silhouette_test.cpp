@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -8,6 +7,7 @@
 #include "color/color_silhouette.h"
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/srgb.h"
@@ -126,7 +126,7 @@ TEST(ColorSilhouette, IsTheSameForAnyNumberOfThreads) {
   PhotoToRegister photo = told_by_hue_alone(true);
   photo.start = disturbed(bracket(), bracket_pose(), 20, 15, 3);
   const auto many = register_photo(bracket(), photo, by_silhouette_alone());
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const auto alone = register_photo(bracket(), photo, by_silhouette_alone());
   EXPECT_EQ(many.camera.camera_from_world.rotation, alone.camera.camera_from_world.rotation);
   EXPECT_EQ(many.camera.camera_from_world.translation, alone.camera.camera_from_world.translation);

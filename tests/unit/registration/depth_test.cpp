@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include "depth/depth_search.h"
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/phantom/faulty_depth.h"
 #include "support/meshes.h"
 
@@ -180,7 +180,7 @@ TEST_F(Depth, AndPhotographTogetherAreBetterThanEither) {
   EXPECT_NE(found.quality.verdict, Verdict::failed) << found.quality.reason;
   EXPECT_LT(together_mm, 3 * found.quality.surface_sd_mm) << "an RMS distance";
   EXPECT_GT(found.quality.depth->share, 0.6);
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const RegisteredPhoto again = register_photo(half_, both, {});
   EXPECT_EQ(found.camera.camera_from_world.rotation, again.camera.camera_from_world.rotation);
   EXPECT_EQ(found.camera.camera_from_world.translation, again.camera.camera_from_world.translation);

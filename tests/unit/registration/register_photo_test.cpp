@@ -2,11 +2,11 @@
 #include "organbake/registration/register_photo.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
 #include "lamp_studio.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -125,7 +125,7 @@ TEST(RegisterPhoto, AnUnmaskedShaftDrawsNoPoseItsWay) {
 TEST(RegisterPhoto, SameResultForAnyNumberOfThreads) {
   const PhotoToRegister photo = started(lamp_studio().plain, {}, 10, 10, 7);
   const auto many = register_photo(lamp_studio().surface, photo, {});
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   const auto alone = register_photo(lamp_studio().surface, photo, {});
   EXPECT_EQ(many.camera.camera_from_world.rotation, alone.camera.camera_from_world.rotation);
   EXPECT_EQ(many.camera.camera_from_world.translation, alone.camera.camera_from_world.translation);

@@ -2,12 +2,12 @@
 #include "organbake/truth/pixel_truth.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/player/orbit.h"
 #include "traced_organ.h"
 
@@ -137,7 +137,7 @@ TEST_F(PixelTruthTest, HasToolsWhereTheirFormulaSays) {
 TEST_F(PixelTruthTest, IsTheSameForAnyNumberOfThreads) {
   see(view(0.3));
   const PixelTruth many = tracker_.now();
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   TruthTracker alone(layers_from("all"));
   draw_with_truth(player_, view(0.3), {}, alone);
   EXPECT_EQ(many.depth_mm, alone.now().depth_mm);

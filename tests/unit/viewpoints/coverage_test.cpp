@@ -2,7 +2,6 @@
 #include "organbake/viewpoints/coverage.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <numeric>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/ply.h"
 #include "support/meshes.h"
 
@@ -71,7 +71,7 @@ TEST(CoverCameras, AreTheSameForAnyNumberOfThreads) {
     return eyes;
   };
   const auto many = eyes();
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const ThreadLimit one(1);
   EXPECT_EQ(many, eyes());
 }
 

@@ -2,9 +2,9 @@
 #include "organbake/warp/paper_warp.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "support/synthetic_bundle.h"
@@ -24,7 +24,7 @@ const Bundle& paper_organ() {
 
 Frame paper_frame(const View& view, const std::vector<Eigen::Vector3d>& positions,
                   int threads = 2) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const ThreadLimit limit(threads);
   DrawOptions options;
   options.background = {0, 0, 0};
   Frame frame;

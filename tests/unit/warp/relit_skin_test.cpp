@@ -2,13 +2,13 @@
 #include "light/relit_skin.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
@@ -219,7 +219,7 @@ TEST(RelitSkin, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
         const PosedCamera& camera = bundle.cameras.cameras[c];
         const View view{camera, 1};
         warper.draw(positions, view, relit(), frame);
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        const ThreadLimit limit(1);
         EXPECT_EQ(frame.color.pixels, draw_once(bundle, positions, view, relit()).color.pixels)
             << "dented by " << depth_mm << " mm, from " << camera.name;
       }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include "light/light_meter.h"
 #include "light/scope_shine.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
@@ -338,7 +338,7 @@ TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
         DrawOptions options = from_scope();
         options.light = light;
         warper.draw(positions, view, options, frame);
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        const ThreadLimit limit(1);
         ASSERT_EQ(frame.color.pixels, drawn_by_scope(bundle, positions, view, options).color.pixels)
             << to_string(light) << ", dented by " << depth_mm << " mm, camera " << c;
       }

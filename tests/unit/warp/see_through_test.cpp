@@ -2,10 +2,10 @@
 #include "finishing/see_through.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <algorithm>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/frame.h"
 
@@ -94,7 +94,7 @@ TEST(SeeThrough, IsTheSameForAnyNumberOfThreads) {
   }
   TerracePicture two = one;
   {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+    const ThreadLimit limit(1);
     EXPECT_GT(one.open(), 0u);
   }
   two.open();

@@ -2,7 +2,6 @@
 #include "organbake/warp/warper.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <limits>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "support/synthetic_bundle.h"
@@ -42,7 +42,7 @@ struct Drawing {
 
 Drawing drawing(const Bundle& bundle, const View& view, int threads,
                 const DrawOptions& options = on_black()) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const ThreadLimit limit(threads);
   Warper warper(bundle);
   Drawing drawing;
   drawing.report = warper.draw(bundle.proxy.vertices, view, options, drawing.frame);

@@ -4,7 +4,6 @@
 // backgrounds are black, too.
 #include "appearance/photo_pyramid.h"
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Core>
 #include <Eigen/QR>
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <numbers>
 #include <optional>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/registration/object_pose.h"
 
@@ -155,7 +155,7 @@ std::vector<std::uint8_t> valid_pixels(const Rgb8Image& photo, const Rgb8Image& 
 
 std::vector<Eigen::Vector3f> pixel_rays(const Intrinsics& intrinsics) {
   std::vector<Eigen::Vector3f> rays(std::size_t(intrinsics.width) * intrinsics.height);
-  tbb::parallel_for(0, intrinsics.height, [&](int y) {
+  parallel_for(0, intrinsics.height, [&](int y) {
     for (int x = 0; x < intrinsics.width; ++x)
       rays[std::size_t(y) * intrinsics.width + x] =
           unproject(intrinsics, {x + 0.5, y + 0.5}).cast<float>();

@@ -4,11 +4,10 @@
 // the photograph itself is never interpolated, which would smooth its noise and favour some poses.
 #include "appearance/prediction.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/raycast/face_queries.h"
 
 namespace organbake {
@@ -217,7 +216,7 @@ template <class Row>
 void for_rows(const Prediction& p, const Row& row) {
   constexpr int kWorthThreads = 12'000;  // pixels
   if (p.width * p.height > kWorthThreads) {
-    tbb::parallel_for(0, p.height, row);
+    parallel_for(0, p.height, row);
   } else {
     for (int y = 0; y < p.height; ++y) row(y);
   }

@@ -4,12 +4,12 @@
 // falls as colours become known.
 #include "color/color_silhouette.h"
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "pose/pose_quality.h"
 
@@ -137,7 +137,7 @@ class Residuals {
   std::array<std::vector<float>, 6> slopes(const Motion& motion) const {
     constexpr double kStep = 0.05;  // of what is expected
     std::array<std::vector<float>, 6> slopes;
-    tbb::parallel_for(0, 6, [&](int j) {
+    parallel_for(0, 6, [&](int j) {
       const double step = kStep * expected()[j];
       slopes[j] = at(motion + step * Motion::Unit(j));
       const std::vector<float> other = at(motion - step * Motion::Unit(j));

@@ -4,8 +4,6 @@
 // they are; what is expected of light and motion is a Gaussian prior.
 #include "color/tissue_fit.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "appearance/appearance.h"
 #include "color/tissue_colors.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -73,14 +72,14 @@ class View {
   const std::vector<WeightedPixel>& pixels() const { return pixels_; }
 
   std::vector<Row> rows(const TissueLight::Weights& light) {
-    tbb::parallel_for(std::size_t{0}, shade_.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, shade_.size(), [&](std::size_t i) {
       if (p_.coverage[i] > 0)
         shade_[i] = log_radiance(p_.point[i].cast<double>(), p_.normal[i].cast<double>(), light,
                                  reference_mm_) +
                     std::log(std::max(kLeastAlbedo, p_.albedo[i] / p_.coverage[i]));
     });
     std::vector<Row> rows(pixels_.size());
-    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) { rows[i] = row(i, light); });
+    parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) { rows[i] = row(i, light); });
     return rows;
   }
 

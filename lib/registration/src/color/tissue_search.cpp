@@ -3,14 +3,13 @@
 // piece of tissue has many poses that look a little alike.
 #include "color/tissue_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "appearance/appearance.h"
 #include "color/tissue_colors.h"
 #include "color/tissue_fit.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 
 namespace organbake {
@@ -105,7 +104,7 @@ std::optional<ObjectPose> search_tissue(const RegisteredSurface& surface, const 
   for (const Stage& stage : stages(pyramid)) {
     const PhotoLevel& level = pyramid[stage.level];
     const TissueLevel tissue{level, log_hues(photo, level), dark};
-    tbb::parallel_for(std::size_t{0}, fits.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, fits.size(), [&](std::size_t i) {
       context.throw_if_cancelled();
       climb_tissue(surface, tissue, start, stage.steps, fits[i]);
     });

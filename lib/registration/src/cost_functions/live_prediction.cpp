@@ -3,10 +3,9 @@
 // solver visits; tracing rays is what costs.
 #include "cost_functions/live_prediction.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 
@@ -55,7 +54,7 @@ void LivePrediction::derive() {
   lens.fy *= std::exp(state_.log_focal);
   const Eigen::Vector3d center = state_.object_pose().center_camera_mm;
   derivatives_.resize(prediction_.radiance.size());
-  tbb::parallel_for(0, prediction_.height, [&](int row) {
+  parallel_for(0, prediction_.height, [&](int row) {
     const int y = prediction_.top + row;
     for (int x = prediction_.left; x < prediction_.left + prediction_.width; ++x) {
       const PixelDerivative d =

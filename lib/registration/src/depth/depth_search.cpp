@@ -3,12 +3,11 @@
 // distinct ones in three rounds.
 #include "depth/depth_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 
 namespace organbake {
@@ -123,7 +122,7 @@ FoundByDepth search_by_depth(const RegisteredSurface& surface, const SeenDepth& 
   found.prior = prior_of(surface, depth, start);
   std::vector<Candidate> candidates = places_round(surface, depth, start, found.prior.log_mean);
   for (const Round& round : rounds) {
-    tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
       context.throw_if_cancelled();
       candidates[i].cost =
           align_depth(surface, depth, found.prior, round.align, candidates[i].state);

@@ -3,12 +3,11 @@
 // level. The runner-up's margin tells how unique the answer is.
 #include "pose/global_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <numeric>
 #include <optional>
 
+#include "organbake/core/parallel.h"
 #include "pose/pose_candidates.h"
 
 namespace organbake {
@@ -66,7 +65,7 @@ std::vector<double> refine_all(const RegisteredSurface& surface,
                                const RefineOptions& options, std::vector<RefineState>& states,
                                const RunContext& context) {
   std::vector<double> scores(states.size(), -1);
-  tbb::parallel_for(std::size_t{0}, states.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, states.size(), [&](std::size_t i) {
     refine(surface, pyramid, level, level, options, states[i], context);
     if (!states[i].usable) return;
     const ShadingBasis basis = basis_for(options, states[i].solver.object_pose());

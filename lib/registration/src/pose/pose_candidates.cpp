@@ -4,7 +4,6 @@
 // dimensions to search.
 #include "pose/pose_candidates.h"
 
-#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 
 #include "appearance/appearance.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -171,7 +171,7 @@ std::vector<ObjectPose> PoseCandidates::near(const ObjectPose& start) const {
 
 std::vector<double> PoseCandidates::scores(const std::vector<ObjectPose>& poses) const {
   std::vector<double> scores(poses.size());
-  tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
     context_.throw_if_cancelled();
     scores[i] = explained(level_, picture(level_, poses[i]));
   });
@@ -209,8 +209,8 @@ PoseCandidates::View PoseCandidates::view(const Quaterniond& rotation) const {
 std::vector<PoseCandidates::View> PoseCandidates::views(
     const std::vector<Quaterniond>& rotations) const {
   std::vector<View> views(rotations.size());
-  tbb::parallel_for(std::size_t{0}, rotations.size(),
-                    [&](std::size_t i) { views[i] = view(rotations[i]); });
+  parallel_for(std::size_t{0}, rotations.size(),
+               [&](std::size_t i) { views[i] = view(rotations[i]); });
   return views;
 }
 

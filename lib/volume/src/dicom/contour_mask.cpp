@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dicom/contour_mask.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "grid/affine_grid.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -164,7 +163,7 @@ void fill_contours(const ContourPlanes& planes, const LabelName& label, double r
   const Eigen::Vector3d& step = mask.spacing_mm;
   const double usual_mm = std::max(step.z(), usual_gap(planes));
   const Regions regions = regions_of(planes, label.name, mask);
-  tbb::parallel_for(0, mask.size[2], [&](int k) {
+  parallel_for(0, mask.size[2], [&](int k) {
     const ContourRegion* region = region_at(regions, first.z() + k * step.z(), usual_mm);
     if (!region) return;
     for (int j = 0; j < mask.size[1]; ++j) {

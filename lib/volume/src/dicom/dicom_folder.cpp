@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/volume/dicom_folder.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <iterator>
 
 #include "dicom/dicom_directory.h"
 #include "dicom/dicom_structure.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 
@@ -31,8 +30,8 @@ DicomFolder scan_files(const fs::path& folder, std::vector<fs::path> files,
   if (files.empty()) throw NoInputError(folder, "holds no files" + hint);
   std::sort(files.begin(), files.end());
   std::vector<ScannedFile> scanned(files.size());
-  tbb::parallel_for(std::size_t{0}, files.size(),
-                    [&](std::size_t i) { scanned[i] = scan_dicom_file(files[i]); });
+  parallel_for(std::size_t{0}, files.size(),
+               [&](std::size_t i) { scanned[i] = scan_dicom_file(files[i]); });
   DicomFolder found;
   found.path = folder;
   for (ScannedFile& file : scanned) {

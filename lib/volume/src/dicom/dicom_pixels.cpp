@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dicom/dicom_pixels.h"
 
-#include <tbb/parallel_for.h>
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -18,6 +17,7 @@
 #include "files/byte_stream.h"
 #include "files/voxel_decoding.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/vtk_error_log.h"
 
@@ -267,7 +267,7 @@ class SliceConversion {
 bool decode_into(Volume& volume, std::span<const DicomSlice> slices, const IndexBox& window,
                  const RunContext& context) {
   std::atomic<bool> all_fit = true;
-  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
     context.throw_if_cancelled();
     if (!all_fit) return;
     const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);

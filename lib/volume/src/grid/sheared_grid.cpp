@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "grid/sheared_grid.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "grid/affine_grid.h"
 #include "grid/index_map.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/region.h"
 
@@ -115,7 +114,7 @@ Volume resampled(const Volume& stored, const ShearedAffine& affine, bool is_mask
   } else {
     grid.voxels.assign(count, static_cast<std::int16_t>(outside));
   }
-  tbb::parallel_for(0, grid.size[2], [&](int k) {
+  parallel_for(0, grid.size[2], [&](int k) {
     std::size_t voxel = std::size_t(k) * grid.size[0] * grid.size[1];
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i, ++voxel) {

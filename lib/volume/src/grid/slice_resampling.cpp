@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "grid/slice_resampling.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "dicom/dicom_pixels.h"
 #include "grid/affine_grid.h"
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -79,7 +78,7 @@ SliceRange slices_needed(const DicomStack& stack, int k, int k_end) {
 void resample_slices(const DicomStack& stack, const Volume& decoded, const SliceRange& range,
                      const IndexBox& box, int k, int count, Volume& out) {
   const Eigen::Vector2d first = corner_px(stack) + Eigen::Vector2d(box.first[0], box.first[1]);
-  tbb::parallel_for(k, k + count, [&](int slice) {
+  parallel_for(k, k + count, [&](int slice) {
     const Between at = find_between(stack.along_mm, (box.first[2] + slice) * stack.spacing_mm);
     const Eigen::Vector2d below = first - stack.drift_px[at.below];
     const Eigen::Vector2d above = first - stack.drift_px[at.below + 1];
