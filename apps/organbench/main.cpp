@@ -136,10 +136,13 @@ OptionList option_list(Command& c) {
             .max = 1000})
       .add("data", &c.options.data,
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
-      .add("only", &c.options.only,
-           {.help = "only this part of a suite; colmap: motion with COLMAP beside it; refit: fits "
-                    "the model of relief anew; the others are of registration",
-            .choices = {"colmap", "open patches", "refit", "time", "tracking"}});
+      .add(
+          "only", &c.options.only,
+          {.help = "only this part of a suite; fat, gallbladder and liver: of appearance; colmap: "
+                   "motion with COLMAP beside it; refit: fits the model of relief anew; stability: "
+                   "how steady tissue stays before a moving scope; the others are of registration",
+           .choices = {"colmap", "fat", "gallbladder", "liver", "open patches", "refit",
+                       "stability", "time", "tracking"}});
   list.append(c.shared.options());
   return list;
 }

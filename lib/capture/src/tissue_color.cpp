@@ -25,12 +25,19 @@ double level_of(double share) {
   return kNoiseDeviation * 0.5513 * std::log((1 - kept) / kept);
 }
 
+// Pale grains on a darker ground, as lobules and fibres are, rather than dark stains: of deviation
+// and mean like the noise's own.
+double skewed(double grain) {
+  constexpr double kSkew = 0.45, kMean = 1.107, kDeviation = 1.18;  // of exp(kSkew · grain)
+  return (std::exp(kSkew * std::min(grain, 3.0)) - kMean) / (kSkew * kDeviation);
+}
+
 }  // namespace
 
 TissueAlbedo::TissueAlbedo(const TissueLook& look)
     : look_(look),
-      mottle_(kSeed, look.mottle_mm),
-      fine_mottle_(kSeed + 1, look.mottle_mm / 2.7),
+      mottles_{SolidNoise(kSeed, look.mottle_mm), SolidNoise(kSeed + 1, look.mottle_mm / 2.3),
+               SolidNoise(kSeed + 9, look.mottle_mm / 5.3)},
       tint_(kSeed + 2, 1.7 * look.mottle_mm),
       grain_(kSeed + 3, look.grain_mm),
       fine_grain_(kSeed + 4, look.grain_mm / 1.9),
@@ -73,14 +80,15 @@ Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
   constexpr double kUnit = 1 / kNoiseDeviation;
   // Vessels wind: their place is bent by a noise of a few millimetres.
   const Vector3d bent = point + 1.2 * bend_.value(point) * Vector3d(1.3, -0.9, 1.1);
-  const double tone =
-      look_.mottle * kUnit * (0.8 * mottle_.value(point) + 0.6 * fine_mottle_.value(point));
+  const double tone = look_.mottle * kUnit *
+                      (0.75 * mottles_[0].value(point) + 0.35 * mottles_[1].value(point) +
+                       0.45 * mottles_[2].value(point));
   const double tint = kUnit * tint_.value(bent);
   const double grain = kUnit * (0.8 * grain_.value(point) + 0.6 * fine_grain_.value(point));
   const auto share = static_cast<float>(std::exp(tone));
   Vector3f color = look_.albedo * share;
   color = color.cwiseProduct(Vector3f::Ones() + static_cast<float>(tint) * look_.tint);
-  color += static_cast<float>(0.5 * std::clamp(grain, -2.0, 2.5)) * look_.grain;
+  color += static_cast<float>(0.5 * skewed(grain)) * look_.grain;
   for (const Vessels* vessels : {&small_, &large_}) {
     const float cover = cover_of(*vessels, bent, normal);
     color += cover * (vessels->look.color - color);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -33,7 +34,8 @@ class TissueAlbedo {
                         const Eigen::Vector3d& normal);
 
   TissueLook look_;
-  SolidNoise mottle_, fine_mottle_, tint_, grain_, fine_grain_, bend_;
+  std::array<SolidNoise, 3> mottles_;
+  SolidNoise tint_, grain_, fine_grain_, bend_;
   Vessels large_, small_;
 };
 

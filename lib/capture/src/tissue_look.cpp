@@ -9,10 +9,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-const std::vector<Lighting::Lobe> kWet = wet_gloss();
+const std::vector<Lighting::Lobe> kWet = {{12, 600}, {0.035, 12}};
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
+const std::vector<Lighting::Lobe> kGreasy = {{5, 700}, {0.05, 40}};
 // One wide, blown highlight with a soft rim on skin without bumps.
-const std::vector<Lighting::Lobe> kSmooth = {{5, 500}, {0.5, 60}, {0.08, 12}};
+const std::vector<Lighting::Lobe> kSmooth = {{5, 420}, {0.6, 40}, {0.08, 10}};
 
 // Red light goes farthest below the surface before it comes out again.
 const Vector3d kSoft(0.32, 0.12, 0.1);
@@ -29,29 +30,29 @@ const Vector3d kSoft(0.32, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.165f, 0.033f, 0.035f},  // (a), by hue as it is drawn
-          .tint = {-0.02f, 0.1f, 0.15f},
-          .mottle = 0.09,
+  return {.albedo = {0.148f, 0.033f, 0.034f},  // (a), by hue as it is drawn
+          .tint = {-0.02f, 0.1f, 0.17f},
+          .mottle = 0.11,
           .mottle_mm = 13,
-          .grain = {0.018f, 0.008f, 0.008f},
+          .grain = {0.033f, 0.0145f, 0.0145f},
           .grain_mm = 1.3,
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.3, kSoft, 0.12, {0.08, 0.12, 0.12}, 0.6}};
+          .finish = {0.16, 1.3, kSoft, 0.12, {0.055, 0.085, 0.085}, 0.6}};
 }
 
 TissueLook gallbladder() {
-  return {.albedo = {0.60f, 0.36f, 0.25f},  // (a), over four frames
-          .tint = {-0.06f, -0.02f, 0.16f},
+  return {.albedo = {0.70f, 0.42f, 0.29f},  // (a), over four frames
+          .tint = {-0.06f, -0.06f, 0.2f},
           .mottle = 0.06,
           .mottle_mm = 15,
-          .grain = {0.03f, 0.03f, 0.025f},
+          .grain = {0.06f, 0.06f, 0.045f},
           .grain_mm = 0.9,
           .large = {{0.40f, 0.10f, 0.11f}, 7, 0.55, 0.6, 0.65},
           .small = {{0.40f, 0.20f, 0.24f}, 4.5, 0.7, 0.45, 0.4},  // bluish, below
           .gloss = kSmooth,
-          .finish = {0.05, 3, kSoft, 0.12, {0.03, 0.05, 0.06}, 0.5}};
+          .finish = {0.08, 2.2, kSoft, 0.12, {0.04, 0.06, 0.07}, 0.5}};
 }
 
 TissueLook spleen() {
@@ -95,16 +96,16 @@ TissueLook bowel() {
 }
 
 TissueLook fat() {
-  return {.albedo = {0.66f, 0.29f, 0.10f},  // (a): the omentum's hue, paler as where it is lit
+  return {.albedo = {0.66f, 0.30f, 0.155f},  // (a), where it is lit
           .tint = {-0.02f, 0.08f, 0.14f},
-          .mottle = 0.1,
+          .mottle = 0.13,
           .mottle_mm = 7,
-          .grain = {0.06f, 0.04f, 0.025f},
-          .grain_mm = 3,
+          .grain = {0.12f, 0.08f, 0.05f},
+          .grain_mm = 2.4,
           .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
           .small = {{0.5f, 0.13f, 0.07f}, 5, 0.35, 0.45, 0.5},
-          .gloss = kMoist,
-          .finish = {0.14, 3.5, {0.3, 0.2, 0.12}, 0.2, {0.05, 0.07, 0.1}, 0.7}};
+          .gloss = kGreasy,
+          .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.05, 0.07, 0.1}, 0.7}};
 }
 
 // A cast training organ: even, faintly mottled pigment, moist.
