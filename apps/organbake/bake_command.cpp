@@ -77,9 +77,9 @@ void tell_report(const StepResult& step, Terminal& terminal) {
     terminal.log(LogLevel::warning, step.step->stage->name + ": " + damage);
   if (!step.ran) return;
   for (const Json& item : report.at("skipped")) {
-    terminal.log(LogLevel::info, step.step->stage->name +
-                                     ": skipped: " + item.at("what").get<std::string>() + ", " +
-                                     item.at("why").get<std::string>());
+    terminal.log(LogLevel::debug, step.step->stage->name +
+                                      ": skipped: " + item.at("what").get<std::string>() + ", " +
+                                      item.at("why").get<std::string>());
   }
 }
 
@@ -218,6 +218,16 @@ std::size_t count_ran(const std::vector<StepResult>& steps) {
       std::count_if(steps.begin(), steps.end(), [](const StepResult& step) { return step.ran; }));
 }
 
+// What was made, how long it took, and what comes next.
+void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
+              const std::string& state, double seconds, Terminal& terminal) {
+  const std::string output = flags.output.string();
+  std::string text = output + ": " + state + "; " + std::to_string(count_ran(steps)) + " of " +
+                     std::to_string(steps.size()) + " stages ran; " + to_text(seconds, 1) + " s";
+  if (flags.to.empty()) text += ". To play it: organplay " + output;
+  terminal.log(LogLevel::info, text);
+}
+
 }  // namespace
 
 int run_bake(const Arguments& arguments, Session& session) {
@@ -247,12 +257,13 @@ int run_bake(const Arguments& arguments, Session& session) {
   Terminal& terminal = session.terminal();
   tell_left_out(plan, terminal);
   std::vector<StepResult> steps = run_open_stages(recipe, plan, runner, options, flags, terminal);
+  const RunContext writing = session.context("bundle");
+  writing.progress(0);
   const FileLock lock(output_lock(flags.output), session.context("bake"));
   const std::string state = write_result(flags, recipe, plan, steps, runner);
   if (flags.to.empty()) write_pages(flags, run_of(steps, seconds_since(start)), state, session);
-  terminal.log(LogLevel::info, flags.output.string() + ": " + state + "; " +
-                                   std::to_string(count_ran(steps)) + " of " +
-                                   std::to_string(steps.size()) + " stages ran");
+  writing.progress(1);
+  tell_end(flags, steps, state, seconds_since(start), terminal);
   session.print_result(flags.output.string(), result_json(flags, steps, plan, state));
   return flags.strict && !warnings_of(steps).empty() ? static_cast<int>(ExitCode::quality_gate) : 0;
 }

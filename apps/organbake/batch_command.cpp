@@ -108,7 +108,7 @@ Batch::Listener listener(const std::string& progress, Terminal& terminal) {
   return [&terminal](const BatchProgress& now) { tell_people(now, terminal); };
 }
 
-BatchOptions options_of(const BatchFlags& flags, const Session& session) {
+BatchOptions options_of(const BatchFlags& flags, Session& session) {
   const CaseFlags& cases = flags.cases;
   const int available =
       session.threads() > 0 ? session.threads() : int(std::thread::hardware_concurrency());
@@ -137,7 +137,7 @@ std::vector<double> memory_needed(const std::vector<BatchCase>& cases, const Bat
 }
 
 void write_reports(const fs::path& stem, const std::string& recipe,
-                   const std::vector<BatchRow>& rows, const Session& session) {
+                   const std::vector<BatchRow>& rows, Session& session) {
   const auto with = [&](const char* ending) { return fs::path(stem.string() + ending); };
   const Json json = batch_json(recipe, rows);
   write_file_atomically(with(".csv"), batch_csv(rows));
@@ -146,7 +146,7 @@ void write_reports(const fs::path& stem, const std::string& recipe,
   session.print_result(with(".html").string(), json);
 }
 
-int gather(const BatchFlags& flags, const Session& session) {
+int gather(const BatchFlags& flags, Session& session) {
   if (flags.cases.output.empty()) throw UsageError("-o is missing: which batch shall be joined?");
   std::vector<std::vector<BatchRow>> shards;
   std::string recipe;

@@ -36,7 +36,7 @@ std::string overview(const Session& session) {
                    " (--help lists all)");
 }
 
-void tell_version(const Session& session) {
+void tell_version(Session& session) {
   if (!session.json()) return write_to_stdout(version_text("organbake", false));
   unloadable_modules();  // so that their libraries can be asked; doctor tells what cannot be loaded
   session.print_result({}, {{"organbake", ORGANBAKE_VERSION},

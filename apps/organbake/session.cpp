@@ -2,6 +2,7 @@
 #include "session.h"
 
 #include <atomic>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "organbake/core/error.h"
@@ -22,15 +23,14 @@ Session::~Session() = default;
 std::string Session::shared_help() const { return options_help(shared_); }
 
 void Session::read_leading_flags(Arguments& arguments) {
+  flags_.read_defaults();
   std::vector<std::string> notes;
   read_arguments(arguments, shared_, notes, true);
   obey_shared_flags();
 }
 
 void Session::obey_shared_flags() {
-  terminal_.set_verbosity(flags_.verbose ? Verbosity::verbose
-                          : flags_.quiet ? Verbosity::quiet
-                                         : Verbosity::normal);
+  terminal_.obey(flags_);
   if (flags_.threads > 0 && !thread_limit_)
     thread_limit_ = std::make_unique<ThreadLimit>(flags_.threads);
 }
@@ -63,17 +63,18 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
   return words;
 }
 
-RunContext Session::context(const std::string& stage) {
-  return {[this, stage](LogLevel level, std::string_view message) {
-            terminal_.log(level, stage + ": " + std::string(message));
-          },
-          [this, stage](double fraction) { terminal_.progress(stage, fraction); }, stop_asked};
+RunContext Session::context(const std::string& task) { return terminal_.context(task, stop_asked); }
+
+std::filesystem::path Session::chosen_cache(const std::filesystem::path& asked) const {
+  const char* variable = std::getenv("ORGANBAKE_CACHE");
+  const bool from_file = asked.empty() && !(variable && *variable);
+  return from_file ? flags_.cache : asked;
 }
 
 Runner Session::runner(const std::filesystem::path& cache_folder) {
-  const std::filesystem::path folder =
-      cache_folder.empty() ? Cache::default_folder() : cache_folder;
-  if (cache_folder.empty() && folder == Cache::temporary_folder()) {
+  const std::filesystem::path chosen = chosen_cache(cache_folder);
+  const std::filesystem::path folder = chosen.empty() ? Cache::default_folder() : chosen;
+  if (chosen.empty() && folder == Cache::temporary_folder()) {
     terminal_.log(LogLevel::warning, "there is no home folder to write to; the cache is " +
                                          folder.string() + " (--cache or ORGANBAKE_CACHE)");
   }
@@ -81,7 +82,8 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
           [this](const std::string& stage) { return context(stage); }};
 }
 
-void Session::print_result(const std::string& text, const nlohmann::json& json) const {
+void Session::print_result(const std::string& text, const nlohmann::json& json) {
+  terminal_.end_progress();  // it may stand on the same screen
   // File names need not be UTF-8; JSON must be.
   constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
   write_to_stdout((flags_.json ? json.dump(2, ' ', false, kReplace) : text) + "\n");

@@ -25,7 +25,8 @@ class Session {
   bool json() const { return flags_.json; }
   int threads() const { return flags_.threads; }  // 0 = all
 
-  // The flags before the command's name; the first word left is the command.
+  // The user's defaults, and the flags before the command's name; the first word left is the
+  // command.
   void read_leading_flags(Arguments& arguments);
   bool help_asked() const { return flags_.help; }
   bool version_asked() const { return flags_.version; }
@@ -45,18 +46,20 @@ class Session {
   void only_describe(CommandManual& manual) { described_ = &manual; }
   std::vector<ManualOption> shared_manual() const { return manual_options(shared_); }
 
-  // For a stage of this name: its messages carry the name, its progress fills the bar.
-  RunContext context(const std::string& stage);
-  // Steps run in modules, against the cache in `folder` (the user's own when empty).
+  // For a task of this name, such as a stage.
+  RunContext context(const std::string& task);
+  // Steps run in modules, against the cache in `folder` (the user's own when empty). A flag goes
+  // before ORGANBAKE_CACHE, and that before the configuration file.
   Runner runner(const std::filesystem::path& cache_folder);
 
   // The one result, on stdout: a path or a text, or under --json the JSON.
-  void print_result(const std::string& text, const nlohmann::json& json) const;
+  void print_result(const std::string& text, const nlohmann::json& json);
 
  private:
   void obey_shared_flags();
+  std::filesystem::path chosen_cache(const std::filesystem::path& asked) const;
 
-  Terminal terminal_;
+  Terminal terminal_{"organbake"};
   SharedFlags flags_;
   OptionList shared_;  // after what it sets: it reads the defaults from there
   std::unique_ptr<ThreadLimit> thread_limit_;

@@ -17,7 +17,9 @@ void write_export(const fs::path& bundle, const ExportOptions& options, const fs
   AtomicFolder folder(output);
   const Stage stage{.name = "export"};
   const RunContext context = session.context(stage.name);
+  context.progress(0);
   run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
+  context.progress(1);
   if (is_page) write_file_atomically(output, read_file(folder.path() / kWebPageFile));
   if (!is_page) folder.commit();
 }

@@ -59,6 +59,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
     video.emplace(command.video, VideoFormat{script.width, script.height, 1 / script.time_step_s});
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
+  context.progress(0);
   Rgb8Image seen;
   const auto frames = play(
       player, script, options,
@@ -68,6 +69,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
         if (folder) write_png(folder->path() / frame_file_name(number), picture, kQuick);
         if (video) video->add(picture);
         if (reference) reference->compare(number, picture);
+        context.progress(double(number + 1) / script.frames);
       },
       context);
   context.throw_if_cancelled();
@@ -173,15 +175,16 @@ View view_of(const Command& command, const Bundle& bundle) {
   return orbit_view(bundle.cameras, command.view, width, height);
 }
 
-void run_command(const Command& given, const RunContext& context) {
+void run_command(const Command& given, const ContextOf& context_of) {
   Command command = given;
+  const RunContext context = context_of("organplay");
   if (!command.lens.empty()) {
     const Intrinsics lens = read_scope_lens(command.lens).intrinsics;
     command.lens_size = {lens.width, lens.height};
   }
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
-  if (!command.dataset.empty()) return run_dataset(command, context);
+  if (!command.dataset.empty()) return run_dataset(command, context_of("data set"));
   check_outputs(command);
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;
@@ -202,15 +205,16 @@ void run_command(const Command& given, const RunContext& context) {
   context.throw_if_cancelled();
   Results results(command.shared.json);
   std::optional<ReferenceFrames> reference;
-  if (script) reference = play_script(command, player, *script, results, context);
+  if (script) reference = play_script(command, player, *script, results, context_of("script"));
   if (reference) results.add("reference", reference_json(command, *reference), "");
   if (!command.frame_file.empty()) draw_one(command, player, results, context);
   if (!command.sheet.empty()) {
-    const Rgb8Image sheet = contact_sheet(player, 480, 400, drawing(command, player), context);
+    const Rgb8Image sheet =
+        contact_sheet(player, 480, 400, drawing(command, player), context_of("sheet"));
     write_picture(command.sheet, sheet, context);
     results.wrote("sheet", command.sheet);
   }
-  if (command.compare) compare(command, player, results, context);
+  if (command.compare) compare(command, player, results, context_of("comparison"));
   results.finish();
   if (reference) check_frames(command, *reference, context);
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <string>
+
 #include "command.h"
 #include "organbake/bundle/bundle.h"
 #include "organbake/core/run_context.h"
@@ -9,8 +12,11 @@
 
 namespace organbake {
 
+// Of a task by its name.
+using ContextOf = std::function<RunContext(const std::string& task)>;
+
 // Does everything that the command asks for and prints the results on stdout.
-void run_command(const Command& command, const RunContext& context);
+void run_command(const Command& command, const ContextOf& context_of);
 
 // From --view, in --size.
 View view_of(const Command& command, const Bundle& bundle);

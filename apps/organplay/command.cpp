@@ -250,6 +250,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   add_looks(options, texts);
   add_measures(options, c, texts);
   add_manuals(options, texts);
+  c.shared.read_defaults();
   options.append(c.shared.options());
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::vector<std::string> words = read_arguments(arguments, options, c.notes);

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <map>
+#include <sstream>
 
 #include "organbake/core/error.h"
+#include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
 
@@ -137,10 +140,50 @@ ManualOption manual_option(const Option& option) {
   return manual;
 }
 
+std::filesystem::path folder_named_by(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value && *value == '/' ? std::filesystem::path(value) : std::filesystem::path();
+}
+
+std::string trimmed(const std::string& text) {
+  constexpr const char* kBlanks = " \t\r";
+  const std::size_t first = text.find_first_not_of(kBlanks);
+  return first == std::string::npos
+             ? ""
+             : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
+}
+
+// "threads = 2"; empty lines and what follows a '#' at a line's start tell nothing.
+void read_default(const std::string& line, const OptionList& known, const std::string& where) {
+  if (line.empty() || line.front() == '#') return;
+  const std::size_t equals = line.find('=');
+  if (equals == std::string::npos)
+    throw UsageError(where + ": '" + line + "' is not 'KEY = VALUE', such as 'threads = 2'");
+  const std::string key = trimmed(line.substr(0, equals));
+  std::vector<std::string> keys;
+  for (const Option& option : known.all()) keys.push_back(option.name);
+  const Option* option = known.find(key);
+  if (!option)
+    throw UsageError(where + ": unknown key '" + key + "'" + suggestion(key, keys) +
+                     " (threads, color and cache have defaults)");
+  option->set(parse_option(*option, trimmed(line.substr(equals + 1)), where + ": " + key));
+}
+
 std::string explanation(const ManualOption& option) {
   std::string facts = option.facts;
   if (!option.off_flag.empty()) facts += "; " + option.off_flag + " turns it off";
   return facts.empty() ? option.help : option.help + " [" + facts + "]";
+}
+
+// Those that a user may set once and for all.
+void add_defaults(OptionList& list, SharedFlags& flags) {
+  list.add("threads", &flags.threads,
+           {.help = "at most this many threads; 0 = all. Results don't depend on it",
+            .min = 0,
+            .max = 4096})
+      .add("color", &flags.color,
+           {.help = "colours in messages; auto: on a terminal, unless NO_COLOR is set",
+            .choices = {"auto", "always", "never"}});
 }
 
 }  // namespace
@@ -196,17 +239,34 @@ std::string options_help(const OptionList& options) {
 
 OptionList SharedFlags::options() {
   OptionList list;
-  list.begin_group("Shared options")
-      .add("threads", &threads,
-           {.help = "at most this many threads; 0 = all. Results don't depend on it",
-            .min = 0,
-            .max = 4096})
-      .add("json", &json, {.help = "the result as JSON"})
+  add_defaults(list.begin_group("Shared options"), *this);
+  list.add("json", &json, {.help = "the result as JSON"})
       .add("quiet", &quiet, {.help = "say nothing but warnings and errors", .short_flag = "-q"})
       .add("verbose", &verbose, {.help = "say more", .short_flag = "-v"})
       .add("version", &version, {.help = "print the version; with --json more about it"})
       .add("help", &help, {.help = "print this", .short_flag = "-h"});
   return list;
+}
+
+void SharedFlags::read_defaults() {
+  const std::filesystem::path file = configuration_file();
+  std::error_code unreachable;  // as another user, in somebody's home
+  if (file.empty() || !std::filesystem::exists(file, unreachable)) return;
+  OptionList known;
+  add_defaults(known, *this);
+  known.add("cache", &cache, {.help = "folder of the cache"});
+  constexpr std::size_t kMostBytes = 1 << 16;
+  std::istringstream lines(read_text_file(file, kMostBytes));
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number)
+    read_default(trimmed(line), known, file.string() + ", line " + std::to_string(number));
+}
+
+std::filesystem::path configuration_file() {
+  const std::filesystem::path own = folder_named_by("XDG_CONFIG_HOME"),
+                              home = folder_named_by("HOME");
+  const std::filesystem::path folder = !own.empty() || home.empty() ? own : home / ".config";
+  return folder.empty() ? folder : folder / "organbake" / "config";
 }
 
 std::string version_text(const std::string& program, bool json) {

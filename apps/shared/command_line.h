@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,9 +31,17 @@ std::string options_help(const OptionList& options);
 struct SharedFlags {
   int threads = 0;  // 0 = all
   bool json = false, quiet = false, verbose = false, version = false, help = false;
+  std::string color = "auto";
+  std::filesystem::path cache;  // a user's default of the flag that organbake's commands have
 
   OptionList options();
+  // Takes the defaults of threads, color and cache from the user's configuration_file(), where
+  // there is one. Throws UsageError with file and line of what cannot be read.
+  void read_defaults();
 };
+
+// $XDG_CONFIG_HOME/organbake/config, else ~/.config/organbake/config; empty without a home.
+std::filesystem::path configuration_file();
 
 // "organplay 0.5.0" in a line, or as JSON.
 std::string version_text(const std::string& program, bool json);

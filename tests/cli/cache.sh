@@ -42,10 +42,10 @@ grep -q "vtk" loaded && fail "a warm bake loads VTK"
 
 # What the scene does not need is left out, and said.
 small_phantom p
-expect 0 organbake bake r.yaml -o b2 --set ct=p/ct.mha
+expect 0 organbake bake r.yaml -o b2 --verbose --set ct=p/ct.mha
 expect_err "phantom: left out, the ct is given"
 expect_err "colour from photographs, none are given"
-expect 0 organbake bake r.yaml -o b2 --set surface=p/truth.ply
+expect 0 organbake bake r.yaml -o b2 --verbose --set surface=p/truth.ply
 expect_err "isosurface: left out, the surface is given"
 expect_err "the surface has colours of its own"
 

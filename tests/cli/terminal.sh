@@ -23,6 +23,18 @@ python3 -c 'import json; assert json.load(open("out"))["state"] == "unchanged"' 
 
 on_terminal TERM=xterm >seen
 grep -q '\[#* *\] [0-9]* %' seen || fail "no bar on a terminal"
+# The end tells what was made, in what time, and what comes next; what was skipped is for --verbose.
+expect 0 organbake bake r.yaml -o b --force
+tail -n 1 err | grep -qE '^b: .*; 6 of 6 stages ran; [0-9.]+ s. To play it: organplay b$' ||
+  fail "the last line: $(tail -n 1 err)"
+grep -q 'skipped: ' err && fail "what was skipped is told without --verbose"
+expect 0 organbake bake r.yaml -o b --force --verbose
+expect_err "place: skipped: "
+
+# A task that tells no fraction tells its time from its second second on.
+mkdir -p slow
+printf '#!/bin/sh\nsleep 3\n' >slow/ffmpeg
+chmod +x slow/ffmpeg
 on_terminal TERM=dumb >seen
 grep -q "$escape" seen && fail "control characters on a dumb terminal"
 # An error is red on a terminal, and plain under NO_COLOR.

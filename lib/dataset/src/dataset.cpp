@@ -85,6 +85,7 @@ DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>
       loaded = shard.organ;
       check_lights(spec, plan.organs[loaded], *player);
     }
+    context.progress(shard.begin);
     make_shard(spec, lens, shard, *player, folder, context);
     ++summary.shards_made;
     context.info(shard.folder + " is there, " + std::to_string(s + 1) + " of " +

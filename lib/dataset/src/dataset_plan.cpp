@@ -45,13 +45,17 @@ DatasetPlan plan_dataset(const DatasetSpec& spec,
   const int clips = (spec.frames + spec.clip_frames - 1) / spec.clip_frames;
   const int clips_of_shard = spec.shard_frames / spec.clip_frames;
   plan.frames = clips * spec.clip_frames;
+  int before = 0;
   for (int o = 0; o < organs; ++o) {
     const int own = clips / organs + (o < clips % organs ? 1 : 0);
     for (int first = 0, shard = 0; first < own; first += clips_of_shard, ++shard) {
       const DatasetOrgan& organ = plan.organs[o];
-      plan.shards.push_back({std::size_t(o), first, std::min(clips_of_shard, own - first),
+      const int in_shard = std::min(clips_of_shard, own - first);
+      plan.shards.push_back({std::size_t(o), first, in_shard,
                              std::string(organ.test ? "test/" : "train/") + organ.name + "_" +
-                                 padded(std::size_t(shard), 4)});
+                                 padded(std::size_t(shard), 4),
+                             double(before) / clips, double(before + in_shard) / clips});
+      before += in_shard;
     }
   }
   return plan;

@@ -20,6 +20,7 @@ struct DatasetShard {
   std::size_t organ = 0;
   int first_clip = 0, clips = 0;  // of the organ
   std::string folder;             // "train/00_liver_0003"
+  double begin = 0, end = 1;      // which part of the whole data set it is
 };
 
 struct DatasetPlan {

@@ -112,6 +112,8 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
             write_png(file, *picture, kQuick);
           });
       recorder.add(player, scene);
+      const double done = double(frame + 1) / (shard.clips * spec.clip_frames);
+      context.progress(shard.begin + done * (shard.end - shard.begin));
     };
     play(player, clip.script, options, {}, context);
     clips.push_back(clip_json(clip, part.first_frame, draw.light));

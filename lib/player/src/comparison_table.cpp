@@ -205,6 +205,8 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
   Comparer comparer(player, surface, options);
   ComparisonTable table;
   const Bundle& bundle = player.bundle();
+  constexpr double kRows = 0.8;  // of the time
+  context.progress(0);
   for (const bool poked : {false, true}) {
     player.reset();
     // Half-way between the viewing angles' extremes would be out of some views: poke the front.
@@ -215,6 +217,7 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
     for (const double angle : options.angles_rad) {
       context.throw_if_cancelled();
       table.rows.push_back(comparer.row(angle, poked));
+      context.progress(kRows * double(table.rows.size()) / double(2 * options.angles_rad.size()));
     }
   }
   player.reset();
@@ -225,6 +228,7 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
     ++table.switches;
     if (steps.excess >= table.camera_switch.excess) table.camera_switch = steps;
   }
+  context.progress(1);
   return table;
 }
 

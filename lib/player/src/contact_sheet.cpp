@@ -56,7 +56,9 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
                         const RunContext& context) {
   const Bundle& bundle = player.bundle();
   const Eigen::Vector3d front = poke_direction(bundle);
+  constexpr int kPictures = 8;
   std::vector<Rgb8Image> pictures;
+  context.progress(0);
   HeldTools held(player);
   const auto add = [&](const OrbitPose& pose, const std::vector<Instrument>& tools) {
     context.throw_if_cancelled();
@@ -64,6 +66,7 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
     options.solids =
         held.solids(tools, orbit_view(bundle.cameras, pose, tile_width, tile_height), 0);
     pictures.push_back(picture(player, pose, tile_width, tile_height, options));
+    context.progress(double(pictures.size()) / kPictures);
   };
   constexpr double kAside = 0.7;  // rad: sees the dent's profile and the tool's shaft
   player.reset();

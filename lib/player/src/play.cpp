@@ -160,7 +160,6 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     if (options.watch)
       options.watch(
           {frame, frame * script.time_step_s, view, instruments, draw.solids, entry.step, picture});
-    context.progress(double(frame + 1) / script.frames);
   }
   warn_of_crossed_skin(played, context);
   return played;

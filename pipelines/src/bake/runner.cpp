@@ -142,6 +142,7 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
   };
   const RunContext context = context_of_(step.stage->name).heard_by(remember);
   context.throw_if_cancelled();
+  context.progress(0);
   const auto start = std::chrono::steady_clock::now();
   CacheEntry entry = cache_.store(ingredients, replace, [&](const fs::path& folder) {
     const StageReport report = run_stage_(*step.stage, make_call(step, folder, context, earlier));
@@ -150,6 +151,7 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return record;
   });
+  context.progress(1);
   return with_warnings({&step, std::move(entry), true, true});
 }
 
