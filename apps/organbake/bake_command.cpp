@@ -15,6 +15,7 @@
 #include "organbake/pipelines/output_target.h"
 #include "organbake/pipelines/outputs.h"
 #include "organbake/pipelines/quality.h"
+#include "organbake/pipelines/recipe_library.h"
 #include "web_page.h"
 
 namespace organbake {
@@ -232,12 +233,16 @@ void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
 
 int run_bake(const Arguments& arguments, Session& session) {
   BakeFlags flags;
-  const auto words = session.read_command(
-      arguments, "bake RECIPE -o BUNDLE [--set KEY=VALUE]… [OPTIONS]",
-      "Runs a recipe: every stage that its scene needs and the cache doesn't hold already.",
-      flag_list(flags), 1);
+  const auto words =
+      session.read_command(arguments, "bake RECIPE -o BUNDLE [--set KEY=VALUE]… [OPTIONS]",
+                           "Runs a recipe, a file or one of 'organbake recipes' by name: every "
+                           "stage that its scene needs "
+                           "and the cache doesn't hold already.",
+                           flag_list(flags), 1);
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake bake' needs a recipe, such as liver.yaml");
+  if (words->empty())
+    throw UsageError(
+        "'organbake bake' needs a recipe, such as liver; 'organbake recipes' lists them");
   if (flags.output.empty() && !flags.dry_run) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
@@ -245,7 +250,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   if (!flags.unit.empty()) flags.settings.push_back("unit=" + flags.unit);
   if (!flags.space.empty()) flags.settings.push_back("space=" + flags.space);
   if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
-  Recipe recipe = read_recipe(words->front(), flags.settings);
+  Recipe recipe = read_recipe(recipe_file(words->front()), flags.settings);
   for (const std::string& note : recipe.notes) session.terminal().log(LogLevel::info, note);
   Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);

@@ -164,7 +164,7 @@ int gather(const BatchFlags& flags, Session& session) {
   return static_cast<int>(exit_code_of(rows));
 }
 
-int bake_cases(const std::vector<std::string>& words, const BatchFlags& flags, Session& session) {
+int bake_cases(const std::vector<std::string>& words, BatchFlags& flags, Session& session) {
   const Shard shard = flags.shard.empty() ? Shard{} : parse_shard(flags.shard);
   const auto given = cases_of_shard(read_cases(words, flags.cases, "batch"), shard);
   const fs::path& output = flags.cases.output;

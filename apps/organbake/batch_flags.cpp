@@ -2,13 +2,15 @@
 #include "batch_flags.h"
 
 #include "organbake/core/error.h"
+#include "organbake/pipelines/recipe_library.h"
 
 namespace organbake {
 
 namespace fs = std::filesystem;
 
 void add_case_flags(OptionList& list, CaseFlags& flags) {
-  list.add("recipe", &flags.recipe, {.help = "what to bake every case with"})
+  list.add("recipe", &flags.recipe,
+           {.help = "what to bake every case with: a file, or one of 'organbake recipes' by name"})
       .add("output", &flags.output,
            {.help = "folder that gets a folder for each case", .short_flag = "-o"})
       .add("as", &flags.input, {.help = "the recipe's input that files given by name are"})
@@ -27,14 +29,14 @@ void add_case_flags(OptionList& list, CaseFlags& flags) {
       .add("cache", &flags.cache, {.help = "folder of the cache"});
 }
 
-std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const CaseFlags& flags,
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,
                                   const std::string& command) {
   if (words.empty()) {
     throw UsageError("'organbake " + command + "' needs a table of cases, files, or a pattern");
   }
   if (flags.recipe.empty()) throw UsageError("--recipe is missing: how shall the cases be baked?");
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the bundles go?");
-  if (!fs::exists(flags.recipe)) throw NoInputError(flags.recipe, "does not exist");
+  flags.recipe = recipe_file(flags.recipe.string());
   return cases_of_words(words, flags.input);
 }
 

@@ -25,7 +25,7 @@ struct CaseFlags {
 void add_case_flags(OptionList& list, CaseFlags& flags);
 
 // The cases that the words name. Throws UsageError for what is missing: words, --recipe or -o.
-std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const CaseFlags& flags,
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,
                                   const std::string& command);
 // What each is thought to need.
 std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,

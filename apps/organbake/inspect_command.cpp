@@ -27,7 +27,11 @@ StageReport inspect_in_module(const fs::path& path, const char* kind, const Stag
                               Session& session) {
   const RunContext context = session.context("inspect");
   const Stage stage{.name = "inspect"};
-  return run_in_module(stage, {reading.storage.get(), {}, {{kind, path}}, {}, context});
+  context.progress(0);
+  const StageReport report =
+      run_in_module(stage, {reading.storage.get(), {}, {{kind, path}}, {}, context});
+  context.progress(1);
+  return report;
 }
 
 StageReport inspect_bundle(const fs::path& folder) {
@@ -98,6 +102,19 @@ StageReport inspect_document(const fs::path& file) {
   return report;
 }
 
+std::string table(const StageReport& report) {
+  constexpr std::size_t kColumn = 24;
+  std::string text;
+  for (const auto& [name, value] : report.figures) {
+    if (!text.empty()) text += "\n";
+    text +=
+        name + std::string(kColumn - std::min(kColumn - 1, name.size()), ' ') + option_text(value);
+  }
+  return text;
+}
+
+}  // namespace
+
 StageReport inspect(const fs::path& path, const StageOptions& reading, Session& session) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path)) {
@@ -115,19 +132,6 @@ StageReport inspect(const fs::path& path, const StageOptions& reading, Session& 
   }
   return inspect_in_module(path, is_mesh_name(path) ? "mesh" : "volume", reading, session);
 }
-
-std::string table(const StageReport& report) {
-  constexpr std::size_t kColumn = 24;
-  std::string text;
-  for (const auto& [name, value] : report.figures) {
-    if (!text.empty()) text += "\n";
-    text +=
-        name + std::string(kColumn - std::min(kColumn - 1, name.size()), ' ') + option_text(value);
-  }
-  return text;
-}
-
-}  // namespace
 
 int run_inspect(const Arguments& arguments, Session& session) {
   const StageOptions reading = inspect_options();

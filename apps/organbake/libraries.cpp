@@ -55,7 +55,7 @@ int note_library(dl_phdr_info* info, std::size_t, void* versions) {
 }  // namespace
 
 std::vector<UnloadableModule> unloadable_modules() {
-  std::vector<std::string> names = {"inspect", "export"};
+  std::vector<std::string> names = {"inspect", "export", "swatches"};
   for (const Stage& stage : all_stages()) names.push_back(stage.name);
   std::vector<UnloadableModule> unloadable;
   for (const std::string& name : names) {

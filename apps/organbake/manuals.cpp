@@ -57,6 +57,7 @@ CommandManual verb_manual(const Verb& verb) {
   Session session;
   session.only_describe(manual);
   verb.run({}, session);
+  if (verb.known_words) manual.words = verb.known_words();
   finish(manual, session);
   return manual;
 }
@@ -101,6 +102,11 @@ CommandManual program_manual() {
        .entries = {{"ORGANBAKE_CACHE",
                     "Folder of the cache of finished steps; else ~/.cache/organbake."},
                    {"NO_COLOR", "When set, messages on a terminal have no colours."}}},
+      {.title = "files",
+       .entries = {{"~/.config/organbake/config",
+                    "Defaults, one a line: threads = N, color = auto|always|never, cache = FOLDER. "
+                    "A flag goes before them, ORGANBAKE_CACHE before the cache. Below "
+                    "$XDG_CONFIG_HOME where that is set."}}},
       exit_status_section()};
   return manual;
 }

@@ -162,6 +162,7 @@ std::string help(const OptionList& options) {
 
 int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   Command c;
+  c.shared.read_defaults();
   const OptionList options = option_list(c);
   std::vector<std::string> arguments(argv + 1, argv + argc), notes;
   c.suites = read_arguments(arguments, options, notes);

@@ -34,8 +34,9 @@ struct CommandManual {
   std::string description = {};  // whole sentences
   std::vector<ManualOption> options = {};
   std::vector<ManualOption> shared_options = {};  // of every command of the program
-  std::vector<ManualSection> sections = {};       // behind the options
-  std::vector<std::string> see_also = {};         // pages: "organplay"
+  std::vector<std::string> words = {};       // what a word can be besides a file, for completions
+  std::vector<ManualSection> sections = {};  // behind the options
+  std::vector<std::string> see_also = {};    // pages: "organplay"
 
   std::string page() const { return command.empty() ? program : program + "-" + command; }
 };

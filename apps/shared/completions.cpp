@@ -52,6 +52,11 @@ std::string bash_choices(const CommandManual& manual) {
   return cases;
 }
 
+std::string bash_words(const CommandManual& manual) {
+  if (manual.words.empty()) return "";
+  return "    '" + manual.command + "') words='" + joined(manual.words) + "' ;;\n";
+}
+
 // ---- zsh
 
 // Within single quotes, in the description or the message of _arguments.
@@ -77,6 +82,13 @@ std::string zsh_option(const ManualOption& option) {
   return lines;
 }
 
+// A word of a command: one that it knows, or a file.
+std::string zsh_words(const CommandManual& manual) {
+  if (manual.words.empty()) return "'*:file:_files'";
+  return "'*:word: _alternative \"words\\:word\\:(" + joined(manual.words) +
+         ")\" \"files\\:file\\:_files\"'";
+}
+
 std::string zsh_options(const CommandManual& manual) {
   std::string lines;
   for (const ManualOption& option : all_options(manual)) lines += zsh_option(option);
@@ -87,10 +99,11 @@ std::string zsh_options(const CommandManual& manual) {
 
 std::string bash_completion(const CommandManual& program,
                             const std::vector<CommandManual>& commands) {
-  std::string flags = bash_flags(program), choices = bash_choices(program);
+  std::string flags = bash_flags(program), choices = bash_choices(program), words;
   for (const CommandManual& command : commands) {
     flags += bash_flags(command);
     choices += bash_choices(command);
+    words += bash_words(command);
   }
   const std::string name = program.program;
   return "# bash completion for " + name + R"(; made from its own tables of options
@@ -98,7 +111,7 @@ _)" + name +
          R"(() {
   local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
   local commands=')" +
-         names_of(commands) + R"(' command='' flags='' choices='' word
+         names_of(commands) + R"(' command='' flags='' choices='' words='' word
   COMPREPLY=()
   # Bash takes the '=' of --flag=value for a word.
   if [[ $current == = ]]; then
@@ -118,12 +131,17 @@ _)" + name +
   case "$command" in
 )" + flags +
          R"(  esac
+  case "$command" in
+)" + words +
+         R"(  esac
   if [[ -n $choices ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$choices" -- "$current")
   elif [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$flags" -- "$current")
   elif [[ -z $command && -n $commands ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$commands" -- "$current")
+  elif [[ -n $words ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current"; compgen -f -- "$current")
   fi
 }
 complete -o bashdefault -o default -F _)" +
@@ -149,8 +167,8 @@ std::string zsh_completion(const CommandManual& program,
             "  if [[ $state == command ]]; then\n    _describe command commands\n    return\n  fi\n"
             "  [[ $state == argument ]] || return\n  case $words[1] in\n";
   for (const CommandManual& command : commands) {
-    script += "    " + command.command + ") _arguments" + zsh_options(command) +
-              " \\\n      '*:file:_files' ;;\n";
+    script += "    " + command.command + ") _arguments" + zsh_options(command) + " \\\n      " +
+              zsh_words(command) + " ;;\n";
   }
   return script + "  esac\n}\n_" + name + " \"$@\"\n";
 }

@@ -6,7 +6,7 @@ export LC_ALL=C NO_COLOR=1
 BIN=$(cd "$1" && pwd)
 SOURCE=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 WORK=$(mktemp -d "${TMPDIR:-/tmp}/organbake-cli-XXXXXX")
-export ORGANBAKE_CACHE=$WORK/cache
+export ORGANBAKE_CACHE=$WORK/cache XDG_CONFIG_HOME=$WORK/config
 cd "$WORK" || exit 1
 failures=0
 

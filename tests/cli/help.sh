@@ -4,7 +4,7 @@
 source "$(dirname "$0")/assert.sh"
 
 expect 0 organbake --help
-commands='phantom shade stereo fuse isosurface decimate mechanics place register capture bake batch plan report export inspect verify
+commands='phantom shade stereo fuse isosurface decimate mechanics place register capture bake new batch plan report export recipes materials inspect verify
   schema doctor'
 for command in $commands; do
   expect_out "  $command "

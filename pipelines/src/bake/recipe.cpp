@@ -8,6 +8,7 @@
 #include "bake/input_frame.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/nearest_name.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/quality.h"
@@ -105,6 +106,13 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
       throw RecipeError(setting.origin + ": '" + setting.key + "' belongs to a section; say " +
                         name + "." + setting.key);
     }
+  }
+  if (!is_input(setting.key)) {
+    std::vector<std::string> known = {"name", "quality", "label"};
+    for (const RecipeInput& input : recipe_inputs()) known.push_back(input.name);
+    for (const std::string& key : input_frame_keys()) known.push_back(key);
+    throw RecipeError(setting.origin + ": unknown key 'inputs." + setting.key + "'" +
+                      suggestion(setting.key, known));
   }
   const std::string pointer = pointer_to("inputs", setting.key);
   if (setting.value.empty()) {

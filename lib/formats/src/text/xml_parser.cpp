@@ -7,6 +7,18 @@
 #include "organbake/core/error.h"
 
 namespace organbake {
+namespace {
+
+// Where it stopped. Since 2.9 (Debian 13), expat's own name for it is deprecated.
+auto line_number(XML_Parser parser) {
+#if XML_MAJOR_VERSION > 2 || XML_MINOR_VERSION >= 9
+  return XML_GetCurrentLineNumber64(parser);
+#else
+  return XML_GetCurrentLineNumber(parser);
+#endif
+}
+
+}  // namespace
 
 XmlParser::XmlParser(const std::filesystem::path& path)
     : path_(path), parser_(XML_ParserCreate(nullptr)) {
@@ -32,7 +44,7 @@ void XmlParser::parse(std::string_view xml, bool whole) {
   if (XML_Parse(parser_.get(), xml.data(), static_cast<int>(xml.size()), whole) == XML_STATUS_OK)
     return;
   throw BadDataError(path_, "is no sound XML: line " +
-                                std::to_string(XML_GetCurrentLineNumber(parser_.get())) + ": " +
+                                std::to_string(line_number(parser_.get())) + ": " +
                                 XML_ErrorString(XML_GetErrorCode(parser_.get())));
 }
 

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a folder of somebody's own data to what bakes it: a recipe for one organ or clip, a table
+// for several. Which volumes are masks, and what their labels are called, `inspect` tells.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/case_table.h"
+#include "organbake/pipelines/output_target.h"
+#include "organbake/pipelines/patient_folder.h"
+#include "organbake/pipelines/recipe_library.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What one bake takes.
+struct PatientCase {
+  std::string name, input;  // "ct", "frames" or "surface"
+  fs::path path, mask;
+  std::vector<std::string> labels;  // of the mask, a line each: "5 liver: 1423.1 ml, …"
+};
+
+std::vector<std::string> labels_of(const fs::path& volume, Session& session) {
+  const StageReport report = inspect(volume, inspect_options(), session);
+  for (const auto& [name, value] : report.figures)
+    if (name == "labels") return std::get<std::vector<std::string>>(value);
+  return {};
+}
+
+std::string stem_of(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.substr(0, name.find('.'));
+}
+
+// A mask belongs to the last scan before it in the same folder, else in the folder above.
+void take_mask(const fs::path& mask, std::vector<std::string> labels,
+               std::vector<PatientCase>& cases) {
+  for (PatientCase& one : cases) {
+    const fs::path folder = one.path.parent_path();
+    const bool near = mask.parent_path() == folder || mask.parent_path().parent_path() == folder;
+    if (one.input != "ct" || !one.mask.empty() || !near) continue;
+    one.mask = mask;
+    one.labels = std::move(labels);
+    return;
+  }
+}
+
+std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session& session) {
+  std::vector<PatientCase> cases;
+  std::vector<std::pair<fs::path, std::vector<std::string>>> masks;
+  for (const FoundInput& one : found) {
+    std::vector<std::string> labels;
+    if (one.input == "ct" && fs::is_regular_file(one.path)) labels = labels_of(one.path, session);
+    if (labels.empty()) {
+      cases.push_back({stem_of(one.path), one.input, fs::absolute(one.path), {}, {}});
+    } else {
+      masks.emplace_back(fs::absolute(one.path), std::move(labels));
+    }
+  }
+  for (auto& [mask, labels] : masks) take_mask(mask, std::move(labels), cases);
+  return cases;
+}
+
+// A liver where there is one, else what comes first. Nothing without labels.
+std::string label_to_take(const PatientCase& one) {
+  if (one.labels.empty()) return "";
+  const auto liver = std::find_if(one.labels.begin(), one.labels.end(), [](const auto& line) {
+    return line.find(" liver:") != std::string::npos;
+  });
+  const std::string& line = liver == one.labels.end() ? one.labels.front() : *liver;
+  return line.substr(0, line.find_first_of(" :"));
+}
+
+const char* recipe_for(const PatientCase& one) {
+  return one.input == "frames" ? "laparoscopy" : "liver";
+}
+
+std::string yaml_text(const std::string& text) { return nlohmann::json(text).dump(); }
+
+std::string inputs_text(const PatientCase& one) {
+  std::string text = "inputs:\n  " + one.input + ": " + yaml_text(one.path.string()) + "\n";
+  if (!one.mask.empty()) {
+    text += "  mask: " + yaml_text(one.mask.string()) + "\n  label: " + label_to_take(one) +
+            "  # the organ's; the mask has these:\n";
+    for (const std::string& line : one.labels) text += "  #   " + line + "\n";
+  }
+  if (one.input == "ct" && one.mask.empty())
+    text +=
+        "  # No mask lies beside it: everything over isosurface.iso becomes the surface. Give\n"
+        "  # one and its label to take an organ:\n  # mask: \"labels.nii.gz\"\n  # label: 5\n";
+  if (one.input == "frames")
+    text +=
+        "  # The scope's lens, if you know it (cameras.json of one camera):\n"
+        "  # intrinsics: \"cameras.json\"\n";
+  return text;
+}
+
+// The known recipe's sections as they are, comments with them, behind the case's own inputs.
+std::string recipe_text(const PatientCase& one, const fs::path& file) {
+  const std::string known = read_text_file(recipe_file(recipe_for(one)));
+  const std::size_t name = known.find("\nname: ");
+  return "# Made by 'organbake new'. Look through it, then bake and play:\n#   organbake bake " +
+         file.string() + " -o " + file.stem().string() + "_bundle\n#   organplay " +
+         file.stem().string() + "_bundle\n" +
+         "schema: organbake/recipe/1\nname: " + yaml_text(one.name) + "\n" + inputs_text(one) +
+         known.substr(known.find('\n', name + 1) + 1);
+}
+
+std::string table_text(const std::vector<PatientCase>& cases) {
+  std::vector<BatchCase> rows;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const PatientCase& one = cases[i];
+    const bool twice = std::count_if(cases.begin(), cases.end(), [&](const PatientCase& other) {
+                         return other.name == one.name;
+                       }) > 1;
+    const std::string name =
+        twice || !flaw_of_case_name(one.name).empty() ? "case" + std::to_string(i + 1) : one.name;
+    rows.push_back({name, {one.input + "=" + one.path.string()}});
+    if (one.mask.empty()) continue;
+    rows.back().settings.push_back("mask=" + one.mask.string());
+    rows.back().settings.push_back("label=" + label_to_take(one));
+  }
+  return case_table_text(rows);
+}
+
+// All that one recipe bakes: scans before clips, clips before surfaces.
+std::vector<PatientCase> of_one_kind(const std::vector<PatientCase>& cases, Session& session) {
+  for (const char* input : {"ct", "frames", "surface"}) {
+    std::vector<PatientCase> kind, rest;
+    for (const PatientCase& one : cases) (one.input == input ? kind : rest).push_back(one);
+    if (kind.empty()) continue;
+    for (const PatientCase& one : rest)
+      session.terminal().log(LogLevel::info, one.path.string() + ": passed over, " + input +
+                                                 " goes first; name it alone to bake it");
+    return kind;
+  }
+  throw UsageError("only masks are there: the scan that they belong to is missing");
+}
+
+}  // namespace
+
+int run_new(const Arguments& arguments, Session& session) {
+  fs::path output;
+  OptionList options;
+  options.add(
+      "output", &output,
+      {.help = "the recipe (.yaml) or table (.csv) to write; else PATIENT.yaml or .csv here",
+       .short_flag = "-o"});
+  const auto words = session.read_command(
+      arguments, "new PATIENT [-o FILE]",
+      "Looks at a folder of scans, clips or surfaces and writes what bakes it: a recipe with "
+      "comments, or for several scans or clips a table for 'organbake batch'.",
+      options, 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake new' needs a folder of scans or clips");
+  const fs::path patient = fs::absolute(words->front()).lexically_normal();
+  std::vector<PatientCase> cases = of_one_kind(cases_of(inputs_in(patient), session), session);
+  const bool single = cases.size() == 1;
+  const fs::path named = patient.has_filename() ? patient : patient.parent_path();
+  if (single) cases.front().name = stem_of(named);
+  if (output.empty()) output = stem_of(named) + (single ? ".yaml" : ".csv");
+  check_output_file(output, single ? ".yaml" : ".csv");
+  if (fs::exists(output))
+    throw IoError::writing(output, "is there already; name another -o, or remove it");
+  write_file_atomically(output, single ? recipe_text(cases.front(), output) : table_text(cases));
+  const std::string next =
+      single ? "organbake bake " + output.string() + " -o " + output.stem().string() + "_bundle"
+             : "organbake batch " + output.string() + " --recipe " + recipe_for(cases.front()) +
+                   " -o " + output.stem().string() + "_organs";
+  session.terminal().log(LogLevel::info, "next: " + next);
+  session.print_result(output.string(),
+                       {{"output", output.string()}, {"cases", cases.size()}, {"next", next}});
+  return 0;
+}
+
+}  // namespace organbake
