@@ -12,6 +12,7 @@
 #include "finishing/outline.h"
 #include "light/light_meter.h"
 #include "organbake/core/parallel.h"
+#include "organbake/warp/organ_source.h"
 #include "picture/skin_depth.h"
 
 namespace organbake {
@@ -85,7 +86,8 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
   return sum;
 }
 
-// The organs are lit by one light: by that of the first that has one, metered over all.
+}  // namespace
+
 double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options) {
   if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
@@ -98,8 +100,6 @@ double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& vi
   for (const JointDrawing::Organ& organ : organs) meter.add(organ.proxy_at_rest);
   return meter.reference_mm();
 }
-
-}  // namespace
 
 void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& frame) const {
   const Frame& first = pictures_.front();

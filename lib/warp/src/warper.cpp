@@ -2,6 +2,7 @@
 #include "organbake/warp/warper.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "drawing/base_drawing.h"
 #include "drawing/resolve.h"
@@ -14,6 +15,8 @@
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/warp/organ_source.h"
+#include "sample_source.h"
 #include "picture/phase_clock.h"
 #include "picture/tile_grid.h"
 #include "placing/active_cameras.h"
@@ -27,11 +30,6 @@
 namespace organbake {
 namespace {
 
-// Pixels of a texel along its longest side from which on a picture counts as seen from near.
-constexpr double kNearSplat = 12;
-// From which on colours run on over the borders of texels.
-constexpr double kSmoothSplat = 2.5;
-
 std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
                                   const RigidTransform& frame_from_world) {
   for (ShellMatrix& matrix : matrices) {
@@ -39,6 +37,11 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
     matrix.col(0) += frame_from_world.translation;
   }
   return matrices;
+}
+
+std::uint64_t next_id() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
 }
 
 void begin(const View& view, const DrawOptions& options, Frame& frame) {
@@ -58,6 +61,7 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
 }  // namespace
 
 struct Warper::Impl {
+  const std::uint64_t id = next_id();
   // The organ.
   PosedShell shell;
   Bounds organ;  // at rest
@@ -288,6 +292,41 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   const DrawReport report = impl_->draw(positions, view, options, frame);
   last.remember(view, options, report, frame);
   return report;
+}
+
+OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit) {
+  check_positions(positions, impl_->shell.shell().proxy());
+  impl_->shell.pose(positions);
+  OrganSource source{.id = impl_->id,
+                     .manifold = impl_->manifold,
+                     .at_rest = impl_->organ,
+                     .shells = impl_->shell.matrices(),
+                     .two_sided = impl_->shell.two_sided(),
+                     .cut = impl_->cut,
+                     .base = impl_->base.layer()};
+  if (!impl_->relit) return source;
+  RelitSkin& relit = *impl_->relit;
+  if (lit) relit.turn(impl_->shell.matrices());
+  const NormalTransport& turns = relit.turns();
+  source.lighting = &relit.lighting();
+  source.rest_normals = relit.rest_normals();
+  source.rest_shells = turns.rest();
+  source.knots = turns.knots_in_use();
+  source.knots_of_face = turns.knots_of_faces();
+  source.turns.reserve(turns.knot_count());
+  for (std::size_t k = 0; k < turns.knot_count(); ++k)
+    source.turns.push_back(turns.turn_at(k).cast<float>());
+  return source;
+}
+
+SampleSource Warper::samples(std::size_t camera) {
+  return source_of(impl_->store->made(camera));
+}
+
+ScopeShading Warper::scope_shading(const View& view, double reference_mm) const {
+  ScopeShine shine = impl_->relit.value().shine();
+  shine.look(view, reference_mm);
+  return shine.shading();
 }
 
 bool Warper::can_relight() const { return impl_->relit.has_value(); }

@@ -17,7 +17,6 @@ namespace {
 // on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
 // Indexed by which of the three active cameras see the node.
 std::array<float, 8> weight_table(const ViewWeights& weights) {
-  constexpr double kSeenEnough = 0.05;
   std::array<float, 8> table{};
   for (std::uint32_t bits = 0; bits < 8; ++bits) {
     double share = 0;

@@ -22,6 +22,8 @@ namespace organbake {
 
 // The base layer's weight where no active camera sees the skin; samples weigh camera × confidence.
 inline constexpr float kBaseWeight = 0.03f;
+// Of the cameras' shares in the view: from there on the base layer has no weight where they see.
+inline constexpr double kSeenEnough = 0.05;
 
 // One tile's picture of the base layer; depth +inf where it is not drawn.
 struct BaseTile {
@@ -60,6 +62,7 @@ class BaseDrawing {
 
   static constexpr std::uint8_t kDrawnWhole = 2;
   bool empty() const { return blocks_.empty(); }
+  const BaseLayer& layer() const { return layer_; }
   // Chooses the blocks of one frame, and lists them by tile. may_have_gaps[f] ≠ 0 says that samples
   // may leave face f open; kDrawnWhole, that what lies behind may show through where they do. Marks
   // the pixels of moved faces' blocks, where they were and where they are, and adds all blocks to

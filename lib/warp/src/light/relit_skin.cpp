@@ -14,9 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// Skin that no lamp reached tells little of what it would show in full light.
-constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
-
 // light(face) for all of them.
 void for_each_face(std::size_t count, const auto& light) {
   constexpr std::uint32_t kGrain = 32;

@@ -19,6 +19,9 @@
 
 namespace organbake {
 
+// Skin that no lamp reached tells little of what it would show in full light.
+inline constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
+
 // How the light on the deformed skin differs from the light that its colours were taken in. A
 // colour is intensity microstructure × the macro surface's shading at rest; so the shading of the
 // deformed macro surface over that at rest, times the colour, is the skin lit anew:
@@ -35,6 +38,9 @@ class RelitSkin {
             const std::vector<Eigen::Vector3d>& rest_normals);
 
   const std::vector<Eigen::Vector3f>& rest_normals() const { return rest_normals_; }
+  const Lighting& lighting() const { return lighting_; }
+  const ScopeShine& shine() const { return shine_; }
+  const NormalTransport& turns() const { return turns_; }
 
   // Takes the shell as it is now. Returns by face where that changes the light: 1.
   std::vector<std::uint8_t> turn(const std::vector<ShellMatrix>& deformed);

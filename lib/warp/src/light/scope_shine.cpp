@@ -413,4 +413,40 @@ void ScopeShine::add_gloss(const ScopeLit& lit, const ScopeSkin& skin,
   }
 }
 
+ScopeShading ScopeShine::shading() const {
+  ScopeShading out;
+  for (int k = 0; k < kHills; ++k) {
+    const Wave& hill = hills_[k];
+    out.hills[k] = {{hill.x, hill.y, hill.z, hill.phase},
+                    {hill.slope_x, hill.slope_y, hill.slope_z},
+                    hill.length_mm,
+                    hill.variance};
+  }
+  out.bumps_per_mm = bumps_.per_mm, out.bump_slope = bumps_.slope, out.rough = rough_;
+  for (int k = 0; k < kMostLobes; ++k) out.film[k] = {film_[k].strength, film_[k].alpha2};
+  for (int k = 0; k < 2; ++k) out.sheen[k] = {sheen_[k].strength, sheen_[k].alpha2};
+  out.least_cosine = least_cosine_;
+  out.light = frame_.light, out.forward = frame_.forward;
+  out.full = frame_.full;
+  out.inverse_tan2_half = frame_.inverse_tan2_half, out.inverse_pixel = frame_.inverse_pixel;
+  return out;
+}
+
+std::vector<ShaderConstant> ScopeShine::constants() {
+  return {{"kSheenRed", kSheen[0]},
+          {"kSheenGreen", kSheen[1]},
+          {"kSheenBlue", kSheen[2]},
+          {"kDome", kDome},
+          {"kLean", kLean},
+          {"kPatches", kPatches},
+          {"kEdge", kEdge},
+          {"kOfBumps", kOfBumps},
+          {"kFade", kFade},
+          {"kSurroundings", kSurroundings},
+          {"kNearest_mm2", kNearest_mm2},
+          {"kOctaveStep", kOctaveStep},
+          {"kPerGrain", GrainTable::kPerGrain},
+          {"kGrainDeviation", GrainTable::kDeviation}};
+}
+
 }  // namespace organbake

@@ -7,6 +7,7 @@
 
 #include "light/skin_light.h"
 #include "organbake/bundle/lighting.h"
+#include "organbake/warp/organ_source.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
@@ -54,6 +55,9 @@ class ScopeShine {
 
   // Takes a view, and the range of full exposure there.
   void look(const View& view, double reference_mm);
+  // All of it, for another way of drawing.
+  ScopeShading shading() const;
+  static std::vector<ShaderConstant> constants();
 
   // Whether grain shows on skin at that depth, and on it: multiplies colours by it.
   bool grain_shows(float depth_mm) const;

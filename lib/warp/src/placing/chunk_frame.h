@@ -32,4 +32,9 @@ struct ChunkFrame {
 // shows between the samples.
 inline constexpr int kMostSplat = 64;
 
+// Pixels of a texel along its longest side from which on a picture counts as seen from near.
+inline constexpr double kNearSplat = 12;
+// From which on colours run on over the borders of texels.
+inline constexpr double kSmoothSplat = 2.5;
+
 }  // namespace organbake

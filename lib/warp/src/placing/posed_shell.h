@@ -28,6 +28,7 @@ class PosedShell {
   // Whether a face is pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a
   // coarse proxy over. Both its sides are skin then, or the fold would be a hole.
   bool two_sided(std::size_t face) const { return two_sided_[face] != 0; }
+  const std::vector<std::uint8_t>& two_sided() const { return two_sided_; }  // by face
 
  private:
   bool bent_over(std::uint32_t face) const;

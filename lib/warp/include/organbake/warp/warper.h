@@ -17,6 +17,10 @@
 
 namespace organbake {
 
+struct OrganSource;
+struct SampleSource;
+struct ScopeShading;
+
 // The way of a frame, room by room of this module (each includes from those before it only):
 //   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, spans of a row.
 //   samples    once per bundle: a camera's maps become samples, bound to the shell's faces, in
@@ -60,6 +64,13 @@ class Warper {
   // binding a camera's maps throws.
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
+
+  // For another way of drawing (organ_source.h): the organ in a pose, whose light is wanted or
+  // not; the samples of a camera, bound now where they were not; what the light at the scope does
+  // in a view, where the bundle can be lit anew.
+  OrganSource pose(const std::vector<Eigen::Vector3d>& positions, bool lit);
+  SampleSource samples(std::size_t camera);
+  ScopeShading scope_shading(const View& view, double reference_mm) const;
 
   // Whether the bundle knows its light, and has the base layer that it falls on.
   bool can_relight() const;

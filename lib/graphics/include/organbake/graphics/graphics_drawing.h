@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "organbake/warp/organ_source.h"
+
+namespace organbake {
+
+// What draws in the context that is current.
+struct GraphicsDevice {
+  std::string name;       // as its driver calls it
+  bool software = false;  // a processor that does as if
+};
+// Throws UsageError where no context is current, or it is older than OpenGL 3.3 and ES 3.0.
+GraphicsDevice current_graphics_device();
+
+// Draws organs with graphics hardware, in the words that OpenGL 3.3, OpenGL ES 3.0 and WebGL 2
+// share. The processor's way (Warper, JointDrawing) is the reference, and each pass here follows
+// one there:
+//   place    a point for each patch of samples: where it lies, how large its splats are, whether
+//            it is seen; kept in a buffer (transform feedback)
+//   splat    each patch an instance, each sample a point: the nearest of a camera wins its pixel
+//   base     the base layer's triangles where the cameras hardly see the skin or leave it open
+//   resolve  the three cameras' layers and the base layer blended by depth and weight, and lit
+//   finish   slits and holes filled, instruments drawn, outlines smoothed
+// What stays is uploaded once: the samples of a camera when a view first needs them; the posed
+// shell, and how normals turn, whenever the organ has moved.
+//
+// All calls, and the end, while the context that it was made in is current, which is left as a
+// new one is: with no program, framebuffer or texture bound. One draw() at a time.
+class GraphicsDrawing : public OrganDrawing {
+ public:
+  // Compiles the shaders for the current context. Throws UsageError with the driver's words.
+  GraphicsDrawing();
+  ~GraphicsDrawing() override;
+
+  // Frames that keep what is shown or bound, and the paper's own warp, are the processor's.
+  std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                      const DrawOptions& options) const override;
+  // Throws what JointDrawing does, and UsageError when the driver refuses: of a lost context, or
+  // for want of memory. The organs are as they were, and the processor can draw them. Of the
+  // report, counts of samples and faces are left out; times are of this thread, waiting included.
+  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                  const DrawOptions& options, Frame& frame) override;
+  // The same without reading the picture back: a texture of four bytes a pixel, rows from the top,
+  // that shows it until the next call. Alpha is the Cover.
+  unsigned draw_to_texture(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                           const DrawOptions& options);
+
+  // Of the organs' tables, without the pictures.
+  std::size_t table_bytes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

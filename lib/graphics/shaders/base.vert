@@ -1,0 +1,47 @@
+// The base layer's lattice: triangle after triangle of face after face, as lib/warp's
+// drawing/base_drawing.cpp draws it.
+uniform highp usampler2D nodes;
+uniform highp sampler2D stretches, largest_stretch;
+uniform bool cut;
+uniform float near_mm;
+uniform vec2 picture;
+
+out vec3 place;  // b1, b2, depth
+flat out uint face_at;
+flat out int weighs, sides;
+
+void main() {
+  int triangle = gl_VertexID / 3, corner = gl_VertexID - 3 * triangle;
+  int face = triangle / (steps * steps), number = triangle - face * steps * steps;
+  // Rows of 2 (n − i) − 1: n² − number lies between two squares.
+  int rest = int(ceil(sqrt(float(steps * steps - number)) - 0.001)), i = steps - rest;
+  int in_row = number - (steps * steps - rest * rest), j = in_row >> 1;
+  bool other = (in_row & 1) != 0;
+  ivec2 at[3];
+  at[0] = other ? ivec2(i + 1, j) : ivec2(i, j);
+  at[1] = other ? ivec2(i + 1, j + 1) : ivec2(i + 1, j);
+  at[2] = ivec2(i, j + 1);
+  float weight = 0.0;
+  uvec4 node = uvec4(0u);
+  ivec2 own = at[0];
+  for (int k = 0; k < 3; ++k) {
+    uvec4 one = texelFetch(nodes, table_at(2 * node_index(face, at[k].x, at[k].y)), 0);
+    weight = max(weight, base_weight(one.y));
+    if (k == corner) node = one, own = at[k];
+  }
+  bool near = texelFetch(largest_stretch, ivec2(0), 0).r * 255.0 >= kNearSplat - 0.5;
+  bool stretched = texelFetch(stretches, table_at(face), 0).r * 255.0 >= kMostSplat - 0.5;
+  weighs = near || weight > 0.0 ? 1 : 0;
+  face_at = uint(face), place = vec3(0.0), sides = 1;
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  Shell s = shell_of(face);
+  if (weighs == 0 && !stretched && !s.two_sided && !cut) return;
+  sides = s.two_sided ? 2 : 1;
+  float b1 = float(own.x) / float(steps), b2 = float(own.y) / float(steps);
+  float h = uintBitsToFloat(node.x);
+  vec3 p = s.m[0] + b1 * (s.m[1] + b1 * s.m[6] + b2 * s.m[7]) + b2 * (s.m[2] + b2 * s.m[8]) +
+           h * (s.m[3] + b1 * s.m[4] + b2 * s.m[5]);
+  place = vec3(b1, b2, p.z);
+  vec3 pixel = projected(p);
+  gl_Position = vec4(2.0 * pixel.xy / picture - p.z, p.z - 2.0 * near_mm, p.z);
+}

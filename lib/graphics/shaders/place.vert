@@ -1,0 +1,85 @@
+// Places one patch of samples, as lib/warp's placing/patch_frames.cpp and drawing/landing.cpp do:
+// what its samples land by is captured for splat.vert, and the face's largest splat drawn into the
+// table of faces, a point each.
+uniform highp usampler2D samples;
+uniform int first_patch;
+uniform vec2 picture;  // its size
+uniform float near_mm;
+uniform vec2 face_table;  // its size
+
+out vec4 matrix0, matrix1, matrix2, matrix3, matrix4, matrix5, matrix6;
+out vec4 texel_per_pixel;  // offset by pixel: u_x, u_y, v_x, v_y
+out vec4 splat;            // depth by offset: z_u, z_v; columns and rows, 0: not drawn
+flat out float largest;
+
+// Pixels along one axis that a box of camera space can reach, grown by half a splat.
+vec2 interval(float center, float extent, float z0, float z1, float focal, float middle,
+              float pixels) {
+  float grow = 0.5 * pixels + 1.0, from = center - extent, to = center + extent;
+  return vec2(middle + focal * (from / (from < 0.0 ? z0 : z1)) - grow,
+              middle + focal * (to / (to > 0.0 ? z0 : z1)) + grow + 1.0);
+}
+
+bool faces_away(vec3 center, vec3 extent, float bend, vec3 normal, float sine, float cosine) {
+  float along = dot(normal, center), distance2 = dot(center, center);
+  float radius = length(extent) + (bend > 0.0 ? bend * sqrt(distance2) : 0.0);
+  float tangent2 = distance2 - radius * radius, tangent = sqrt(max(tangent2, 0.0));
+  float wide_sine = sine * tangent + cosine * radius;
+  float wide_cosine = cosine * tangent - sine * radius;
+  return along > 0.0 && tangent2 > 0.0 && wide_cosine > 0.0 &&
+         along > wide_sine * length(normal);
+}
+
+void main() {
+  Patch p = patch_of(samples, first_patch, gl_VertexID);
+  Shell s = shell_of(p.face);
+  float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
+  vec3 e = p.extent;
+  vec3 by_h = s.m[3] + s.m[4] * b1 + s.m[5] * b2;
+  vec3 bend1 = s.m[6] * b1 + s.m[7] * b2, bend2 = s.m[8] * b2;
+  vec3 more1 = bend1 + s.m[6] * b1, more2 = 2.0 * bend2 + s.m[7] * b1;
+  vec3 flat1 = s.m[1] + s.m[4] * h, flat2 = s.m[2] + s.m[5] * h;
+  vec3 by_b1 = flat1 + more1, by_b2 = flat2 + more2;
+  vec3 center = s.m[0] + (s.m[1] + bend1) * b1 + (s.m[2] + bend2) * b2 + by_h * h;
+  vec3 extent = abs(flat1) * e.x + abs(flat2) * e.y + abs(by_h) * e.z +
+              (abs(s.m[4]) * e.x + abs(s.m[5]) * e.y) * e.z + abs(more1) * e.x + abs(more2) * e.y +
+              abs(s.m[6]) * (e.x * e.x) + abs(s.m[7]) * (e.x * e.y) + abs(s.m[8]) * (e.y * e.y);
+  vec3 turn1 = abs(s.m[6]) * (2.0 * e.x) + abs(s.m[7]) * e.y;
+  vec3 turn2 = abs(s.m[7]) * e.x + abs(s.m[8]) * (2.0 * e.y);
+  float bend = length(turn1) / max(length(by_b1), 1e-30) + length(turn2) / max(length(by_b2), 1e-30);
+  vec3 s_u = by_b1 * p.along_u.x + by_b2 * p.along_u.y + by_h * p.along_u.z;
+  vec3 s_v = by_b1 * p.along_v.x + by_b2 * p.along_v.y + by_h * p.along_v.z;
+
+  float inverse_z = 1.0 / max(center.z, near_mm);
+  vec2 focal = lens.xy * inverse_z, at = center.xy * inverse_z;
+  vec2 by_u = focal * (s_u.xy - at * s_u.z), by_v = focal * (s_v.xy - at * s_v.z);
+  vec2 largest2 = max(abs(by_u), abs(by_v));
+  float size = max(max(largest2.x, largest2.y), 0.02);
+  float exact = by_u.x * by_v.y - by_v.x * by_u.y, least = 1e-3 * size * size;
+  float determinant = abs(exact) < least ? (exact < 0.0 ? -least : least) : exact;
+  texel_per_pixel = vec4(by_v.y, -by_v.x, -by_u.y, by_u.x) / (determinant * kReach);
+  vec2 cells = clamp(ceil(abs(by_u) + abs(by_v)), 1.0, kMostSplat);
+
+  float z0 = max(center.z - extent.z, near_mm), z1 = center.z + extent.z;
+  vec2 x = interval(center.x, extent.x, z0, z1, lens.x, lens.z, cells.x);
+  vec2 y = interval(center.y, extent.y, z0, z1, lens.y, lens.w, cells.y);
+  bool seen = z1 >= near_mm && floor(clamp(x.y, 0.0, picture.x)) > floor(clamp(x.x, 0.0, picture.x)) &&
+              floor(clamp(y.y, 0.0, picture.y)) > floor(clamp(y.x, 0.0, picture.y));
+  if (!s.two_sided && faces_away(center, extent, bend, cross(s_v, s_u), p.sine, p.cosine)) seen = false;
+  splat = vec4(kReach * s_u.z, kReach * s_v.z, seen ? cells : vec2(0.0));
+  largest = max(cells.x, cells.y) / 255.0;
+
+  // The face's matrix for this patch: from its samples' coordinates instead of b1, b2 and h.
+  vec3 f = e / kFullCoordinate;
+  vec3 c0 = projected(center), c1 = projected(by_b1) * f.x, c2 = projected(by_b2) * f.y;
+  vec3 c3 = projected(by_h) * f.z, c4 = projected(s.m[4]) * (f.z * f.x);
+  vec3 c5 = projected(s.m[5]) * (f.z * f.y), c6 = projected(s.m[6]) * (f.x * f.x);
+  vec3 c7 = projected(s.m[7]) * (f.x * f.y), c8 = projected(s.m[8]) * (f.y * f.y);
+  matrix0 = vec4(c0, c1.x), matrix1 = vec4(c1.yz, c2.xy), matrix2 = vec4(c2.z, c3);
+  matrix3 = vec4(c4, c5.x), matrix4 = vec4(c5.yz, c6.xy), matrix5 = vec4(c6.z, c7);
+  matrix6 = vec4(c8, 0.0);
+
+  vec2 texel = vec2(float(p.face & (kTableColumns - 1)), float(p.face >> kTableBits)) + 0.5;
+  gl_Position = seen ? vec4(2.0 * texel / face_table - 1.0, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+  gl_PointSize = 1.0;
+}

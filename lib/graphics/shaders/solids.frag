@@ -1,0 +1,100 @@
+// Instruments, lit from the eye, hidden where tissue is nearer: finishing/solids.cpp, four rays a
+// pixel.
+layout(location = 0) out vec4 shown;
+uniform highp sampler2D solids;  // five texels each, in the view's frame, mm
+uniform int solid_count;
+uniform vec4 solid_box;  // pixels
+uniform vec4 view_lens;
+uniform float near_mm, reach;
+
+struct Hit {
+  float along;
+  vec3 normal;
+  float most_facing;
+  vec3 color;
+};
+
+void hit_sphere(vec3 d, vec3 center, float radius, vec3 color, inout Hit hit) {
+  float a = dot(d, d), b = dot(d, center);
+  vec3 across = center - d * (b / a);
+  float discriminant = a * (radius * radius - dot(across, across));
+  if (discriminant < 0.0) return;
+  float t = (b - sqrt(discriminant)) / a;
+  if (t > near_mm && t < hit.along) hit = Hit(t, (t * d - center) / radius, 1.0, color);
+}
+
+void hit_capsule(vec3 d, vec3 from, vec3 to, float radius, vec3 color, inout Hit hit) {
+  hit_sphere(d, from, radius, color, hit);
+  float length_mm = length(to - from);
+  if (!(length_mm > 0.0)) return;
+  hit_sphere(d, to, radius, color, hit);
+  vec3 axis = (to - from) / length_mm, across = d - axis * dot(axis, d);
+  vec3 from_eye = -from + axis * dot(axis, from);
+  float a = dot(across, across), b = dot(across, from_eye);
+  if (!(a > 0.0)) return;
+  vec3 apart = from_eye - across * (b / a);
+  float discriminant = a * (radius * radius - dot(apart, apart));
+  if (discriminant < 0.0) return;
+  float t = (-b - sqrt(discriminant)) / a, height = dot(axis, t * d - from);
+  if (t > near_mm && t < hit.along && height >= 0.0 && height <= length_mm)
+    hit = Hit(t, (t * d - from - axis * height) / radius, sqrt(a) / length(d), color);
+}
+
+void hit_plate(vec3 d, vec3 a, vec3 b, vec3 c, float radius, vec3 color, inout Hit hit) {
+  vec3 normal = cross(b - a, c - a);
+  if (dot(normal, normal) == 0.0) return;
+  normal = normalize(normal);
+  float facing = dot(normal, d);
+  if (facing == 0.0) return;
+  vec3 outward = facing < 0.0 ? normal : -normal;
+  float t = (dot(outward, a) + radius) / dot(outward, d);
+  vec3 p = t * d;
+  if (!(t > near_mm && t < hit.along) || dot(cross(normal, b - a), p - a) < 0.0 ||
+      dot(cross(normal, c - b), p - b) < 0.0 || dot(cross(normal, a - c), p - c) < 0.0)
+    return;
+  hit = Hit(t, outward, 1.0, color);
+}
+
+vec3 shade(Hit hit, vec3 d) {
+  float facing = max(0.0, -dot(hit.normal, normalize(d)));
+  float middle = min(1.0, facing / hit.most_facing), squared = middle * middle;
+  float eighth = squared * squared * squared * squared, aside = 1.0 - middle;
+  float lamp = 0.06 + (0.35 + 0.55 * facing) * middle * squared + 0.35 * aside * aside * aside;
+  float line = 0.6 * (eighth * eighth) * (eighth * eighth) * (0.3 + 0.7 * facing);
+  return min(hit.color * lamp + sqrt(dot(hit.color, vec3(1.0 / 3.0))) * line, 1.0);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  shown = color_at(at);
+  float tissue = depth_at(at);
+  gl_FragDepth = tissue;
+  vec2 place = gl_FragCoord.xy;
+  if (any(lessThan(place, solid_box.xy)) || any(greaterThan(place, solid_box.zw))) return;
+  float tissue_mm = tissue < 1.0 ? tissue * reach : 1e30, depth = 1e30;
+  vec3 sum = vec3(0.0);
+  float rays = 0.0;
+  for (int ray = 0; ray < 4; ++ray) {
+    vec2 pixel = floor(place) + 0.25 + 0.5 * vec2(float(ray & 1), float(ray >> 1));
+    vec3 d = vec3((pixel - view_lens.zw) / view_lens.xy, 1.0);
+    Hit hit = Hit(1e30, vec3(0.0), 1.0, vec3(0.0));
+    for (int k = 0; k < solid_count; ++k) {
+      vec4 a = texelFetch(solids, ivec2(0, k), 0), b = texelFetch(solids, ivec2(1, k), 0);
+      vec4 c = texelFetch(solids, ivec2(2, k), 0);
+      vec3 color = texelFetch(solids, ivec2(3, k), 0).rgb;
+      hit_capsule(d, a.xyz, b.xyz, a.w, color, hit);
+      if (b.w == 0.0) continue;
+      hit_capsule(d, b.xyz, c.xyz, a.w, color, hit);
+      hit_capsule(d, c.xyz, a.xyz, a.w, color, hit);
+      hit_plate(d, a.xyz, b.xyz, c.xyz, a.w, color, hit);
+    }
+    if (!(hit.along < tissue_mm) || hit.along >= 1e30) continue;
+    sum += shade(hit, d);
+    depth = min(depth, hit.along);
+    rays += 1.0;
+  }
+  if (rays == 0.0) return;
+  vec3 mixed = 0.25 * sum + (1.0 - 0.25 * rays) * linear_of(shown.rgb);
+  shown = vec4(floor(srgb_of(mixed) * 255.0 + 0.5) / 255.0, kCoverSolid / 255.0);
+  gl_FragDepth = min(depth / reach, 0.9999999);
+}

@@ -1,0 +1,26 @@
+// Tables: textures whose texels are read row by row.
+ivec2 table_at(int i) { return ivec2(i & (kTableColumns - 1), i >> kTableBits); }
+
+struct Patch {
+  vec3 center, extent, along_u, along_v;
+  float sine, cosine;
+  int face, count;
+};
+
+Patch patch_of(highp usampler2D samples, int first_patch, int number) {
+  int at = first_patch + 4 * number;
+  uvec4 a = texelFetch(samples, table_at(at), 0), b = texelFetch(samples, table_at(at + 1), 0);
+  uvec4 c = texelFetch(samples, table_at(at + 2), 0), d = texelFetch(samples, table_at(at + 3), 0);
+  vec4 x = uintBitsToFloat(a), y = uintBitsToFloat(b), z = uintBitsToFloat(c);
+  return Patch(x.xyz, vec3(x.w, y.xy), vec3(y.zw, z.x), z.yzw, uintBitsToFloat(d.x),
+               uintBitsToFloat(d.y), int(d.z), int(d.w));
+}
+
+int signed_low(uint word) { return int(word << 16) >> 16; }
+int signed_high(uint word) { return int(word) >> 16; }
+
+// The base layer's node (i, j) of a face: its texels and its place in the face's lattice.
+uniform int steps;
+int node_index(int face, int i, int j) {
+  return face * ((steps + 1) * (steps + 2) / 2) + i * (2 * steps + 3 - i) / 2 + j;
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "organbake/warp/draw_options.h"
+#include "organbake/warp/view.h"
+#include "program.h"
+#include "table.h"
+#include "targets.h"
+
+namespace organbake {
+
+// What scales depths: of the farthest skin (mm), and of a texel on the nearest.
+struct PictureScale {
+  float reach_mm = 1, texel_mm = 1;
+};
+
+// The passes over the whole picture, after the organs are in it.
+class Finishing {
+ public:
+  explicit Finishing(ShaderDialect dialect);
+
+  // Of targets.resolved; returns the picture that is finished.
+  const Targets::Picture& apply(const View& view, const DrawOptions& options, PictureScale scale,
+                                Targets& targets);
+
+ private:
+  // Draws the next picture from the last one with a program that is in use and set.
+  void pass(const Program& program, Targets& targets);
+  void fill_holes(PictureScale scale, Targets& targets);
+  void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
+                   Targets& targets);
+  void smooth_outlines(PictureScale scale, Targets& targets);
+  static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
+
+  Program open_, slits_, holes_, solids_, edges_, outline_;
+  TextureName solid_table_;
+  std::vector<float> solid_numbers_;
+  const Targets::Picture* last_ = nullptr;
+  int next_ = 0;  // of targets.finished
+};
+
+}  // namespace organbake

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// EGL's devices are asked first, since a server's graphics hardware shows there alone; Mesa's
+// surfaceless platform last.
+#include "organbake/graphics/offscreen_context.h"
+
+#include <epoxy/egl.h>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "organbake/core/error.h"
+#include "organbake/graphics/graphics_drawing.h"
+
+namespace organbake {
+namespace {
+
+std::vector<EGLDisplay> headless_displays() {
+  std::vector<EGLDisplay> displays;
+  if (!epoxy_has_egl()) return displays;
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+      epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) {
+    std::array<EGLDeviceEXT, 16> devices{};
+    EGLint count = 0;
+    if (eglQueryDevicesEXT(devices.size(), devices.data(), &count))
+      for (EGLint i = 0; i < count; ++i)
+        displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
+  }
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
+    displays.push_back(
+        eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+  return displays;
+}
+
+EGLContext context_on(EGLDisplay display, bool embedded) {
+  EGLint major = 0, minor = 0, configs = 0;
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return EGL_NO_CONTEXT;
+  const std::array<EGLint, 5> wanted = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE,
+                                        embedded ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
+  EGLConfig config = nullptr;
+  if (!eglChooseConfig(display, wanted.data(), &config, 1, &configs) || configs == 0)
+    return EGL_NO_CONTEXT;
+  eglBindAPI(embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
+  const std::array<EGLint, 7> desktop = {EGL_CONTEXT_MAJOR_VERSION, 3,
+                                         EGL_CONTEXT_MINOR_VERSION, 3,
+                                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+  const std::array<EGLint, 5> es = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 0,
+                                    EGL_NONE};
+  return eglCreateContext(display, config, EGL_NO_CONTEXT, embedded ? es.data() : desktop.data());
+}
+
+}  // namespace
+
+struct OffscreenContext::Impl {
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLContext context = EGL_NO_CONTEXT;
+
+  // Whether it is a context now, and of hardware or not.
+  std::optional<GraphicsDevice> open(EGLDisplay on, bool embedded) {
+    display = on;
+    context = context_on(on, embedded);
+    if (context == EGL_NO_CONTEXT) return {};
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
+      return current_graphics_device();
+    close();
+    return {};
+  }
+  void close() {
+    if (context == EGL_NO_CONTEXT) return;
+    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display, context);
+    context = EGL_NO_CONTEXT;
+  }
+  ~Impl() { close(); }
+};
+
+OffscreenContext::OffscreenContext(Kind kind) : impl_(std::make_unique<Impl>()) {
+  const bool embedded = kind == Kind::embedded;
+  const std::vector<EGLDisplay> displays = headless_displays();
+  std::optional<EGLDisplay> software;
+  for (const EGLDisplay display : displays) {
+    const auto device = impl_->open(display, embedded);
+    if (device && !device->software) return;
+    if (device && !software) software = display;
+    impl_->close();
+  }
+  if (software && impl_->open(*software, embedded)) return;
+  throw UsageError(
+      "no graphics hardware answers without a display: EGL and a driver of OpenGL 3.3 are needed "
+      "(on Debian libegl1 and libgl1-mesa-dri); draw with --draw cpu");
+}
+
+OffscreenContext::~OffscreenContext() = default;
+
+}  // namespace organbake

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organ_tables.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+std::uint32_t two_words(std::int32_t low, std::int32_t high) {
+  return (static_cast<std::uint32_t>(low) & 0xFFFFu) | static_cast<std::uint32_t>(high) << 16;
+}
+
+// A direction on an octahedron's unfolded sides (Meyer et al. 2010, "On floating-point normal
+// vectors"), two signed bytes pairs.
+std::uint32_t octahedral(const Eigen::Vector3f& normal) {
+  Eigen::Vector3f n = normal / std::max(1e-20f, normal.cwiseAbs().sum());
+  if (n.z() < 0) {
+    const Eigen::Vector2f turned(1 - std::abs(n.y()), 1 - std::abs(n.x()));
+    n.head<2>() << std::copysign(turned.x(), n.x()), std::copysign(turned.y(), n.y());
+  }
+  const auto word = [](float v) { return static_cast<std::int32_t>(std::lround(32767 * v)); };
+  return two_words(word(n.x()), word(n.y()));
+}
+
+std::uint32_t root_of(float light) {
+  const double root = std::sqrt(std::max(0.0, double(light))) / kColorRoot;
+  return static_cast<std::uint32_t>(std::lround(65535 * std::min(1.0, root)));
+}
+
+void add_patch(const SampleSource::Patch& patch, std::vector<std::uint32_t>& words) {
+  for (const auto& three : {patch.center, patch.extent, patch.along_u, patch.along_v})
+    for (const float number : three) words.push_back(bits_of(number));
+  words.insert(words.end(), {bits_of(patch.sine), bits_of(patch.cosine), patch.face, patch.count});
+}
+
+}  // namespace
+
+SampleTable::SampleTable(const SampleSource& source)
+    : patches(static_cast<int>(source.patches.size())), texel_mm(source.texel_mm) {
+  const std::size_t slots = source.b1.size();
+  std::vector<std::uint32_t> words;
+  words.reserve(4 * (slots + source.smooth.size() + 4 * source.patches.size()) +
+                std::size_t{4} * Table::kColumns);
+  for (std::size_t i = 0; i < slots; ++i) {
+    const bool used = i % SampleSource::kSlots < source.patches[i / SampleSource::kSlots].count;
+    words.insert(words.end(), {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used),
+                               static_cast<std::uint32_t>(source.detail[i]),
+                               static_cast<std::uint32_t>(source.detail[i] >> 32)});
+  }
+  first_smooth = static_cast<int>(words.size() / 4);
+  for (const auto& detail : source.smooth) words.insert(words.end(), detail.begin(), detail.end());
+  first_patch = static_cast<int>(words.size() / 4);
+  for (const SampleSource::Patch& patch : source.patches) add_patch(patch, words);
+  table.fill(words);
+}
+
+OrganTables::OrganTables(const OrganSource& source)
+    : id_(source.id),
+      origin_(source.at_rest.center()),
+      faces_(static_cast<int>(source.shells.size())),
+      steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0) {
+  fill_nodes(source);
+}
+
+// Each node: height, seen by, normal, red and green; place at rest, blue. Then each face's knots.
+void OrganTables::fill_nodes(const OrganSource& source) {
+  const BaseLayer& base = source.base;
+  std::vector<std::uint32_t> words;
+  for (std::uint32_t f = 0; f < base.face_count; ++f) {
+    each_node(base.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t at = std::size_t(f) * base.nodes_per_face() + node;
+      const Eigen::Vector3f& color = base.color[at];
+      const bool lit = source.lighting != nullptr;
+      Eigen::Vector3f place = Eigen::Vector3f::Zero();
+      if (lit)
+        place = shell_point(source.rest_shells[f], double(i) / base.steps, double(j) / base.steps,
+                            base.height_mm[at])
+                    .cast<float>();
+      words.insert(words.end(),
+                   {bits_of(base.height_mm[at]), base.seen_by[at],
+                    lit ? octahedral(source.rest_normals[at]) : 0,
+                    root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
+                    bits_of(place.y()), bits_of(place.z()), root_of(color[2])});
+    });
+  }
+  first_knot_ = static_cast<int>(words.size() / 4);
+  for (const auto& knots : source.knots_of_face) {
+    words.insert(words.end(), knots.begin(), knots.end());
+    words.insert(words.end(), {0, 0});
+  }
+  knots_ = source.knots;
+  nodes_.fill(words);
+}
+
+void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions,
+                       bool lit) {
+  const bool moved = posed_ != positions;
+  if (moved) {
+    posed_ = positions;
+    turned_ = false;
+    fill_shells(source);
+  }
+  if (!lit || turned_) return;
+  numbers_.clear();
+  for (const Eigen::Matrix3f& turn : source.turns)
+    for (int column = 0; column < 3; ++column)
+      numbers_.insert(numbers_.end(),
+                      {turn(0, column), turn(1, column), turn(2, column), 0.0f});
+  turns_.fill(numbers_);
+  turned_ = true;
+}
+
+// Seven texels a face: its matrix column by column, and whether both sides are skin.
+void OrganTables::fill_shells(const OrganSource& source) {
+  numbers_.resize(source.shells.size() * 28);
+  float* to = numbers_.data();
+  for (std::size_t f = 0; f < source.shells.size(); ++f) {
+    const ShellMatrix& shell = source.shells[f];
+    for (int row = 0; row < 3; ++row) *to++ = static_cast<float>(shell(row, 0) - origin_[row]);
+    for (int column = 1; column < 9; ++column)
+      for (int row = 0; row < 3; ++row) *to++ = static_cast<float>(shell(row, column));
+    *to++ = source.two_sided[f];
+  }
+  shells_.fill(numbers_);
+}
+
+const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
+  auto found = cameras_.find(camera);
+  if (found == cameras_.end())
+    found = cameras_.emplace(camera, SampleTable(warper.samples(camera))).first;
+  return found->second;
+}
+
+void OrganTables::bind_shell(const Program& program) const {
+  program.set_texture("shells", GL_TEXTURE_2D, shells_.texture());
+}
+
+void OrganTables::bind_nodes(const Program& program) const {
+  program.set_texture("nodes", GL_TEXTURE_2D, nodes_.texture());
+  program.set_texture("turns", GL_TEXTURE_2D, turns_.texture());
+  program.set("steps", steps_);
+  program.set("knots", knots_);
+  program.set("first_knot", first_knot_);
+}
+
+std::size_t OrganTables::bytes() const {
+  std::size_t sum = nodes_.bytes() + shells_.bytes() + turns_.bytes();
+  for (const auto& [camera, samples] : cameras_) sum += samples.table.bytes();
+  return sum;
+}
+
+}  // namespace organbake

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "gl_names.h"
+#include "organbake/warp/warper.h"
+#include "program.h"
+#include "table.h"
+
+namespace organbake {
+
+// One camera's samples in one table, texel by texel: the slots (place, confidence, colour), what
+// smooth colours need of each, and the patches, four texels each.
+struct SampleTable {
+  Table table{Table::Texel::words};
+  int first_smooth = 0, first_patch = 0, patches = 0;
+  double texel_mm = 0;
+
+  explicit SampleTable(const SampleSource& source);
+};
+
+// What graphics hardware holds of an organ.
+class OrganTables {
+ public:
+  explicit OrganTables(const OrganSource& source);
+
+  std::uint64_t id() const { return id_; }
+  const Eigen::Vector3d& origin() const { return origin_; }
+  int faces() const { return faces_; }
+  int steps() const { return steps_; }
+  // Uploads the pose unless it is the last one; how normals turn only where they are lit.
+  void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
+  const SampleTable& samples(Warper& warper, std::size_t camera);
+  // For the programs that read the shell, the base layer's nodes, and the turns.
+  void bind_shell(const Program& program) const;
+  void bind_nodes(const Program& program) const;
+  std::size_t bytes() const;
+
+ private:
+  void fill_nodes(const OrganSource& source);
+  void fill_shells(const OrganSource& source);
+
+  std::uint64_t id_;
+  Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
+  int faces_, steps_, knots_ = 3, first_knot_ = 0;
+  Table nodes_{Table::Texel::words}, shells_{Table::Texel::floats}, turns_{Table::Texel::floats};
+  std::map<std::size_t, SampleTable> cameras_;
+  std::vector<Eigen::Vector3d> posed_;
+  bool turned_ = false;  // turns_ is of the pose
+  std::vector<float> numbers_;
+};
+
+}  // namespace organbake

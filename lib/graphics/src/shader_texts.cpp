@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shader_texts.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "organbake/warp/frame.h"
+#include "organbake/warp/organ_source.h"
+#include "table.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kDesktop = "#version 330 core\n";
+constexpr const char* kEmbedded =
+    "#version 300 es\n"
+    "precision highp float;\n"
+    "precision highp int;\n";
+
+std::string line(const std::string& name, const std::string& value) {
+  return "#define " + name + " " + value + "\n";
+}
+
+std::string number(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.9e", value);
+  return text.data();
+}
+
+std::string constants() {
+  std::string text;
+  for (const ShaderConstant& constant : shader_constants()) {
+    const bool whole = constant.name == "kGrainSide";
+    text += line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
+  }
+  text += line("kSlots", std::to_string(SampleSource::kSlots));
+  text += line("kTableBits", std::to_string(Table::kBits));
+  text += line("kTableColumns", std::to_string(Table::kColumns));
+  text += line("kReduce", std::to_string(kReduce));
+  text += line("kColorRoot", number(kColorRoot));
+  text += line("kCoverSamples", number(double(Cover::samples)));
+  text += line("kCoverBase", number(double(Cover::base)));
+  text += line("kCoverFilled", number(double(Cover::filled)));
+  text += line("kCoverSolid", number(double(Cover::solid)));
+  return text;
+}
+
+}  // namespace
+
+std::string shader_text(ShaderDialect dialect, const std::vector<std::string>& files) {
+  static const std::string of_all = constants();
+  std::string text = (dialect == ShaderDialect::desktop ? kDesktop : kEmbedded) + of_all;
+  for (const std::string& file : files) text += shader_files().at(file);
+  return text;
+}
+
+const std::vector<ProgramFiles>& program_files() {
+  static const std::vector<ProgramFiles> files = {
+      {"place",
+       {"tables.glsl", "shell.glsl", "place.vert"},
+       {"place.frag"},
+       {"matrix0", "matrix1", "matrix2", "matrix3", "matrix4", "matrix5", "matrix6",
+        "texel_per_pixel", "splat"}},
+      {"reduce", {"screen.vert"}, {"reduce.frag"}},
+      {"splat", {"tables.glsl", "splat.vert"}, {"splat.frag"}},
+      {"base", {"tables.glsl", "shell.glsl", "weight.glsl", "base.vert"}, {"base.frag"}},
+      {"resolve",
+       {"screen.vert"},
+       {"tables.glsl", "weight.glsl", "skin.glsl", "light.glsl", "resolve.frag"}},
+      {"open", {"screen.vert"}, {"finish.glsl", "open.frag"}},
+      {"slits", {"screen.vert"}, {"finish.glsl", "slits.frag"}},
+      {"holes", {"screen.vert"}, {"finish.glsl", "holes.frag"}},
+      {"solids", {"screen.vert"}, {"finish.glsl", "solids.frag"}},
+      {"edges", {"screen.vert"}, {"finish.glsl", "edges.frag"}},
+      {"outline", {"screen.vert"}, {"finish.glsl", "outline.frag"}},
+  };
+  return files;
+}
+
+const ProgramFiles& files_of(const std::string& program) {
+  const auto& all = program_files();
+  return *std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == program; });
+}
+
+}  // namespace organbake

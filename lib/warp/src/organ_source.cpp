@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/organ_source.h"
+
+#include <algorithm>
+
+#include "drawing/base_drawing.h"
+#include "drawing/tile_keys.h"
+#include "finishing/front_edges.h"
+#include "finishing/slit_fill.h"
+#include "light/grain_table.h"
+#include "light/relit_skin.h"
+#include "light/scope_shine.h"
+#include "placing/chunk_frame.h"
+#include "sample_source.h"
+
+namespace organbake {
+
+static_assert(SampleSource::kSlots == kChunk && kGrainSide == GrainTable::kSide);
+
+SampleSource source_of(const SampleSet& set) {
+  SampleSource source;
+  source.patches.reserve(set.chunks.size());
+  for (const auto& [patch, count] : set.chunks) {
+    const auto three = [](const float* from) { return std::array{from[0], from[1], from[2]}; };
+    source.patches.push_back({patch.face, count, three(patch.center), three(patch.extent),
+                              three(patch.along_u), three(patch.along_v), patch.cone.sine,
+                              patch.cone.cosine});
+  }
+  source.b1 = set.b1, source.b2 = set.b2, source.h = set.h;
+  source.detail = set.detail;
+  source.smooth = set.smooth;
+  source.texel_mm = set.texel_mm;
+  return source;
+}
+
+std::vector<ShaderConstant> shader_constants() {
+  std::vector<ShaderConstant> all = {{"kReach", kReach},
+                                     {"kTieTexels", kTieTexels},
+                                     {"kMostSplat", kMostSplat},
+                                     {"kNearSplat", kNearSplat},
+                                     {"kSmoothSplat", kSmoothSplat},
+                                     {"kFullCoordinate", kFullCoordinate},
+                                     {"kBaseWeight", kBaseWeight},
+                                     {"kSeenEnough", kSeenEnough},
+                                     {"kStepTexels", kStepTexels},
+                                     {"kWidestSlit", kWidestSlit},
+                                     {"kLargestGain", kLargestGain},
+                                     {"kLeastLight", kLeastLight},
+                                     {"kGrainSide", kGrainSide}};
+  const std::vector<ShaderConstant> shine = ScopeShine::constants();
+  all.insert(all.end(), shine.begin(), shine.end());
+  return all;
+}
+
+std::span<const std::int8_t> grain_noise() {
+  return {GrainTable::shared().data(), std::size_t(kGrainSide) * kGrainSide * kGrainSide};
+}
+
+}  // namespace organbake

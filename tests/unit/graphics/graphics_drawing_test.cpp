@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures by graphics hardware against the processor's, of a small organ; a software driver will do.
+#include "organbake/graphics/graphics_drawing.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "organbake/core/error.h"
+#include "organbake/graphics/offscreen_context.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/png.h"
+#include "organbake/warp/warper.h"
+#include "support/synthetic_bundle.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Positions = std::vector<Vector3d>;
+
+// Wet tissue in a lamp's light, for a light at the scope.
+Lighting tissue_light() {
+  Lighting light;
+  light.ambient_above = {0.5, 0.5, 0.5};
+  light.ambient_below = {0.3, 0.3, 0.3};
+  light.lamps.push_back({Vector3d(1, -2, 2).normalized(), {0.5, 0.5, 0.5}});
+  light.gloss = wet_gloss();
+  light.scope = ScopeLight();
+  light.finish.relief_slope = 0.2;
+  light.finish.softness = {0.3, 0.2, 0.15};
+  light.finish.rim = 0.5;
+  light.finish.grain = {0.08, 0.1, 0.1};
+  return light;
+}
+
+Bundle small_organ(const Vector3d& center) {
+  SyntheticOptions options;
+  options.organ.center = center;
+  options.organ.lump_share = 0.06;
+  options.map_size = 256;
+  options.proxy_subdivisions = 2;
+  Bundle bundle = make_synthetic_bundle(options);
+  bundle.lighting = tissue_light();
+  return bundle;
+}
+
+const Bundle& tested_organ() {
+  static const Bundle bundle = small_organ({10, -20, 30});
+  return bundle;
+}
+
+View view_at(const Bundle& bundle, const Vector3d& direction, double away_mm) {
+  View view;
+  view.camera.intrinsics = {640, 360, 420, 420, 320, 180};
+  const Vector3d center = bundle.cameras.manifold.center_world_mm;
+  view.camera.camera_from_world =
+      look_at(center + away_mm * direction.normalized(), center, Vector3d::UnitZ());
+  return view;
+}
+
+Positions twisted(const TriangleMesh& proxy) {
+  const Vector3d center = bounds(proxy).center();
+  Positions turned = proxy.vertices;
+  for (Vector3d& vertex : turned) {
+    const double angle = 0.012 * (vertex.z() - center.z());
+    vertex = center + Eigen::AngleAxisd(angle, Vector3d::UnitZ()) * (vertex - center);
+  }
+  return turned;
+}
+
+// Both ways of drawing organs, side by side; no value where there is no EGL.
+class BothWays {
+ public:
+  static std::string missing() {
+    try {
+      const OffscreenContext context;
+      return {};
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+  }
+
+  struct Pair {
+    Frame processor, graphics;
+    ImageDifference difference;
+    double similarity = 0;
+    std::size_t apart = 0;  // pixels that one shows as background alone, no neighbour agreeing
+  };
+
+  Pair draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+            const DrawOptions& options) {
+    Pair pair;
+    if (organs.size() == 1) {
+      organs[0].warper.draw(organs[0].positions_mm, view, options, pair.processor);
+    } else {
+      joint_.draw(organs, view, options, pair.processor);
+    }
+    graphics_.draw(organs, view, options, pair.graphics);
+    pair.difference = compare_images(pair.processor.color, pair.graphics.color);
+    pair.similarity = structural_similarity(pair.processor.color, pair.graphics.color);
+    pair.apart = silhouettes_apart(pair.processor, pair.graphics) +
+                 silhouettes_apart(pair.graphics, pair.processor);
+    return pair;
+  }
+  std::size_t table_bytes() const { return graphics_.table_bytes(); }
+
+ private:
+  // Covered pixels of one without any covered pixel of the other within a pixel.
+  static std::size_t silhouettes_apart(const Frame& one, const Frame& other) {
+    std::size_t apart = 0;
+    for (int y = 1; y + 1 < one.color.height; ++y) {
+      for (int x = 1; x + 1 < one.color.width; ++x) {
+        if (!one.covered(x, y)) continue;
+        bool near = false;
+        for (int k = 0; k < 9; ++k) near = near || other.covered(x + k % 3 - 1, y + k / 3 - 1);
+        apart += !near;
+      }
+    }
+    return apart;
+  }
+
+  OffscreenContext context_;
+  GraphicsDrawing graphics_;
+  JointDrawing joint_;
+};
+
+// Keeps a pair and what is between them, ten times, where ORGANBAKE_PICTURES asks for pictures.
+void keep_pictures(const BothWays::Pair& pair, const std::string& name) {
+  const char* const folder = std::getenv("ORGANBAKE_PICTURES");
+  if (!folder) return;
+  Rgb8Image between(pair.processor.color.width, pair.processor.color.height);
+  for (std::size_t i = 0; i < between.pixels.size(); ++i) {
+    const int apart =
+        std::abs(int(pair.processor.color.pixels[i]) - int(pair.graphics.color.pixels[i]));
+    between.pixels[i] = static_cast<std::uint8_t>(std::min(255, 10 * apart));
+  }
+  const std::filesystem::path base = std::filesystem::path(folder) / name;
+  write_png(base.string() + "_cpu.png", pair.processor.color);
+  write_png(base.string() + "_gpu.png", pair.graphics.color);
+  write_png(base.string() + "_apart_x10.png", between);
+}
+
+// What the pictures must agree in: about what 8 bits and half a pixel's light leave.
+constexpr double kLeastPsnr_db = 40, kLeastSimilarity = 0.99;
+
+void expect_alike(const BothWays::Pair& pair, const std::string& name) {
+  keep_pictures(pair, name);
+  std::printf("%-28s %6.2f dB, SSIM %.4f, largest %3.0f, silhouettes %zu px apart\n", name.c_str(),
+              pair.difference.psnr_db, pair.similarity, pair.difference.max_abs, pair.apart);
+  EXPECT_GE(pair.difference.psnr_db, kLeastPsnr_db) << name;
+  EXPECT_GE(pair.similarity, kLeastSimilarity) << name;
+  EXPECT_EQ(pair.apart, 0u) << name;
+}
+
+class GraphicsDrawingTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string missing = BothWays::missing();
+    if (!missing.empty()) GTEST_SKIP() << "nothing was drawn with graphics hardware: " << missing;
+  }
+};
+
+TEST_F(GraphicsDrawingTest, LooksAsTheProcessorsPicture) {
+  const Bundle& bundle = tested_organ();
+  Warper warper(bundle);
+  BothWays both;
+  const std::array<std::pair<const char*, Positions>, 3> poses = {
+      {{"rest", bundle.proxy.vertices},
+       {"poke", dented(bundle.proxy, {1, 0.4, 0.3}, 15)},
+       {"twist", twisted(bundle.proxy)}}};
+  const std::array<std::pair<const char*, View>, 2> views = {
+      {{"aside", view_at(bundle, {1, 0.5, 0.35}, 190)}, {"near", view_at(bundle, {0.8, 0.6, 0.1}, 95)}}};
+  for (const auto& [pose, positions] : poses) {
+    for (const auto& [place, view] : views) {
+      for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope}) {
+        DrawOptions options;
+        options.light = light;
+        expect_alike(both.draw({{warper, positions, bundle.proxy, bundle.lighting}}, view, options),
+                     std::string(pose) + "_" + place + "_" + to_string(light));
+      }
+    }
+  }
+  EXPECT_GT(both.table_bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace organbake
