@@ -21,32 +21,58 @@ constexpr double kTurn = 2 * std::numbers::pi;
 
 using Eigen::Vector3d;
 
-constexpr double kBed_mm = 60;    // of the bed from the first camera
-constexpr double kReach_mm = 40;  // bumps lie within this of the axis
+constexpr double kBed_mm = 60;  // of the bed from the first camera
+constexpr double kBedBend_per_mm = 0.0012;
+constexpr double kReach_mm = 40;          // bumps lie within this of the axis
+constexpr double kFarthestSeen_mm = 400;  // of what is seen from the camera, along its axis
 const Vector3d kTissue(0.55, 0.20, 0.16), kOtherTissue(0.72, 0.52, 0.26);
 const Vector3d kSteel(0.34, 0.35, 0.36);
 constexpr double kInstrument_mm = 35;  // from the cameras
 constexpr double kMoistGlint = 2.2, kMoistGlintExponent = 200;
 
-// Where a ray from `eye` first meets z = h(x, y), by small steps and bisection.
+// Where `below`, negative before the surface, changes sign within a step: by the secant, whose
+// false end is halved (Illinois; Dowell & Jarratt 1971).
+template <class Below>
+double crossing(double before, double after, const Below& below) {
+  constexpr int kMost = 30;
+  constexpr double kClose_mm = 1e-12;
+  double low = below(before), high = below(after), at = after;
+  for (int i = 0; i < kMost && after - before > kClose_mm && high > low; ++i) {
+    const double next = before - low * (after - before) / (high - low);
+    if (std::abs(next - at) < kClose_mm) return next;
+    at = next;
+    const double value = below(at);
+    if (value < 0) {
+      before = at, low = value, high /= 2;
+    } else {
+      after = at, high = value, low /= 2;
+    }
+  }
+  return at;
+}
+
+// Where a ray from `eye` first meets z = h(x, y), whose slope is at most `steepest`: by steps of a
+// millimetre and bisection. Steps that cannot reach the surface are left out, and a bisection's
+// side is told by the crossing, unless that is too near to tell.
 template <class Height>
-double first_hit(const Vector3d& eye, const Vector3d& ray, const Height& height) {
-  constexpr double kStep = 1.0, kFarthest = 400;
-  double before = 10;
+double first_hit(const Vector3d& eye, const Vector3d& ray, double steepest, const Height& height) {
+  constexpr double kStep = 1.0, kFirst = 10, kTold_mm = 1e-10;
+  const double closing = std::abs(ray.z()) + steepest * ray.head<2>().norm() + 1e-9;
   const auto below = [&](double t) {
     const Vector3d p = eye + t * ray;
     return p.z() - height(p.x(), p.y());
   };
-  double t = before;
-  while (below(t) < 0 && t < kFarthest) {
-    before = t;
-    t += kStep;
+  double t = kFirst;
+  for (double left = below(t); left < 0; left = below(t)) {
+    t += kStep * std::max(1.0, std::floor(-left / closing));
+    if (t >= kFarthestSeen_mm) return std::numeric_limits<double>::infinity();
   }
-  if (t >= kFarthest) return std::numeric_limits<double>::infinity();
-  double after = t;
+  double before = std::max(kFirst, t - kStep), after = t;
+  const double hit = crossing(before, after, below);
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (before + after);
-    (below(middle) < 0 ? before : after) = middle;
+    const bool in_front = std::abs(middle - hit) > kTold_mm ? middle < hit : below(middle) < 0;
+    (in_front ? before : after) = middle;
   }
   return 0.5 * (before + after);
 }
@@ -101,12 +127,19 @@ LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : opti
 }
 
 double LaparoscopyPhantom::height_mm(double x_mm, double y_mm) const {
-  double z = kBed_mm + 0.0012 * (x_mm * x_mm + y_mm * y_mm);
+  double z = kBed_mm + kBedBend_per_mm * (x_mm * x_mm + y_mm * y_mm);
   for (const Bump& bump : bumps_) {
     const double dx = x_mm - bump.x, dy = y_mm - bump.y;
     z -= bump.height * std::exp(-(dx * dx + dy * dy) / (bump.radius * bump.radius));
   }
   return z;
+}
+
+double LaparoscopyPhantom::steepest_slope(double reach_mm) const {
+  double slope = 2 * kBedBend_per_mm * reach_mm;
+  for (const Bump& bump : bumps_)
+    slope += std::sqrt(2 / std::numbers::e) * std::abs(bump.height) / bump.radius;
+  return slope;
 }
 
 Vector3d LaparoscopyPhantom::normal_world(double x_mm, double y_mm) const {
@@ -198,7 +231,10 @@ LaparoscopyFrame LaparoscopyPhantom::frame_seen_by(const PosedCamera& view, cons
       } else {
         const Vector3d ray_camera = unproject(view.intrinsics, {x + 0.5, y + 0.5});
         const Vector3d ray = world_from_camera * ray_camera;
-        const double z = first_hit(eye, ray, [&](double a, double b) { return height_mm(a, b); });
+        const double steepest =
+            steepest_slope(eye.head<2>().norm() + kFarthestSeen_mm * ray.head<2>().norm());
+        const double z =
+            first_hit(eye, ray, steepest, [&](double a, double b) { return height_mm(a, b); });
         if (!std::isfinite(z)) continue;
         const Vector3d point = eye + z * ray, normal = normal_world(point.x(), point.y());
         const Vector3d toward = light - point;

@@ -69,6 +69,7 @@ class LaparoscopyPhantom {
     double angle_rad, length_mm, phase_rad;
   };
   Eigen::Vector3d light_world_mm(int frame) const;
+  double steepest_slope(double reach_mm) const;  // a bound for what is within reach of the axis
   Eigen::Vector3d normal_world(double x_mm, double y_mm) const;
   double albedo_factor(const Eigen::Vector3d& point) const;
   Eigen::Vector3d tissue_color(const Eigen::Vector3d& point) const;
