@@ -187,14 +187,17 @@ struct Nearest {
     face = candidate;
     return nearer;
   }
+  // Wide enough that float rounding hides no nearer face, nor an equally near one.
+  float radius() const {
+    const double rounding = kFloatRounding * (4 + query.cwiseAbs().maxCoeff());
+    return static_cast<float>(std::sqrt(distance2) + rounding);
+  }
 };
 
 bool visit_face(RTCPointQueryFunctionArguments* arguments) {
   auto& nearest = *static_cast<Nearest*>(arguments->userPtr);
   if (!nearest.consider(arguments->primID)) return false;
-  // Wide enough that float rounding hides no nearer face, nor an equally near one.
-  const double rounding = kFloatRounding * (4 + nearest.query.cwiseAbs().maxCoeff());
-  arguments->query->radius = static_cast<float>(std::sqrt(nearest.distance2) + rounding);
+  arguments->query->radius = nearest.radius();
   return true;
 }
 
@@ -245,7 +248,8 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occlu
   }
 }
 
-ClosestPoint RayScene::closest_point(const Eigen::Vector3d& point) const {
+ClosestPoint RayScene::closest_point(const Eigen::Vector3d& point,
+                                     std::uint32_t likely_face) const {
   if (!point.allFinite()) return {};
   const TracedMesh& mesh = impl_->mesh;
   Nearest nearest{.mesh = mesh, .query = mesh.scale * (point - mesh.center)};
@@ -255,7 +259,8 @@ ClosestPoint RayScene::closest_point(const Eigen::Vector3d& point) const {
     for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) nearest.consider(face);
   } else {
     const Eigen::Vector3f at = nearest.query.cast<float>();
-    RTCPointQuery query{at.x(), at.y(), at.z(), 0, std::numeric_limits<float>::infinity()};
+    if (likely_face != kNoHit) nearest.consider(likely_face);
+    RTCPointQuery query{at.x(), at.y(), at.z(), 0, nearest.radius()};
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(mesh.scene.get(), &query, &context, visit_face, &nearest);

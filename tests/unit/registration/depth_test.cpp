@@ -166,8 +166,6 @@ TEST_F(Depth, CostHasItsOwnSlopes) {
 TEST_F(Depth, AndPhotographTogetherAreBetterThanEither) {
   const DepthFaults faults{.noise = 0.01, .bias = 0.02, .bumps_mm = 0.7, .hidden_share = 0.15};
   const PhotoToRegister both = photo(faults, 1);
-  PhotoToRegister alone = both;
-  alone.depth = {};
   const RegisteredPhoto found = register_photo(half_, both, {});
   const double together_mm = error_mm(found.camera.camera_from_world);
   const FoundByDepth by_depth =

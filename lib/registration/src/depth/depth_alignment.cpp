@@ -41,13 +41,14 @@ RayHit as_hit(const TriangleMesh& mesh, const ClosestPoint& closest) {
 
 DepthMatch match_point(const RegisteredSurface& surface, const Vector3d& eye_world,
                        const Vector3d& point_world, const Vector3d& seen_normal_world,
-                       const RayHit& first) {
+                       const RayHit& first, std::uint32_t likely_face) {
   // A surface that hides what is seen: seen askew, its distance along the ray is up to so many
   // times that to its nearest place.
   constexpr double kAskew = 3, kSlack = 0.01;
   constexpr double kLeastAlike = 0.5;  // cosine: noise and a start that is turned
   DepthMatch match;
-  const ClosestPoint closest = surface.scene().closest_point(point_world);
+  const ClosestPoint closest = surface.scene().closest_point(point_world, likely_face);
+  match.nearest_face = closest.face;
   if (closest.face == kNoHit) return match;
   const Vector3d way = point_world - eye_world;
   const double hidden = first.face == kNoHit ? 0 : (1 - first.t) * way.norm();
@@ -134,7 +135,8 @@ bool step(System& system, const ScalePrior& prior, double radius_mm, DepthState&
 }  // namespace
 
 std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const SeenDepth& depth,
-                                    const DepthState& state, std::size_t stride) {
+                                    const DepthState& state, std::size_t stride,
+                                    const std::vector<DepthMatch>& before) {
   const RigidTransform world_from_camera = rigid_transform(state.pose, surface.center()).inverse();
   const double scale = std::exp(state.log_scale);
   std::vector<Ray> rays;
@@ -151,7 +153,7 @@ std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const Seen
   for (std::size_t i = 0; i < rays.size(); ++i)
     matches.push_back(match_point(surface, rays[i].origin, rays[i].origin + rays[i].direction,
                                   world_from_camera.rotation * depth.points[i * stride].normal,
-                                  hits[i]));
+                                  hits[i], before.empty() ? kNoHit : before[i].nearest_face));
   return matches;
 }
 
@@ -186,16 +188,17 @@ double depth_noise(const SeenDepth& depth, const std::vector<DepthMatch>& matche
 double align_depth(const RegisteredSurface& surface, const SeenDepth& depth,
                    const ScalePrior& prior, const AlignOptions& options, DepthState& state) {
   const Vector3d& center = surface.center();
+  std::vector<DepthMatch> matches;
   for (int i = 0; i < options.iterations; ++i) {
     const double done = static_cast<double>(i) / std::max(1, options.iterations - 1);
     const double reach =
         options.first_reach * std::pow(options.last_reach / options.first_reach, done);
-    const auto matches = match_depth(surface, depth, state, options.stride);
+    matches = match_depth(surface, depth, state, options.stride, matches);
     System system = system_of(depth, matches, options.stride, reach, state, center);
     if (!step(system, prior, surface.radius_mm(), state)) return 2;
   }
   if (!(state.pose.center_camera_mm.z() > 0)) return 2;
-  const auto matches = match_depth(surface, depth, state, options.stride);
+  matches = match_depth(surface, depth, state, options.stride, matches);
   return mean_cost(depth, matches, options.stride, options.last_reach, state, center);
 }
 

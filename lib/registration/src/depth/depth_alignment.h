@@ -31,11 +31,14 @@ struct DepthMatch {
   };
   Kind kind = Kind::beyond;
   Eigen::Vector3d place_world = Eigen::Vector3d::Zero(), normal_world = Eigen::Vector3d::Zero();
+  std::uint32_t nearest_face = kNoHit;
 };
 
-// The points' nearest places on the surface; `stride` takes every so-manieth point.
+// The points' nearest places on the surface; `stride` takes every so-manieth point. Matches of a
+// state near this one, of the same points, make the search quicker and change nothing else.
 std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const SeenDepth& depth,
-                                    const DepthState& state, std::size_t stride = 1);
+                                    const DepthState& state, std::size_t stride = 1,
+                                    const std::vector<DepthMatch>& before = {});
 
 // A point's distance to the plane of its match over its distance from the camera, and the slopes of
 // that by the surface's motion and by log_scale. Scale makes no distance smaller (Umeyama's

@@ -53,8 +53,10 @@ class RayScene {
   void first_hits(std::span<const Ray> rays, std::span<RayHit> hits) const;
   // occluded[i] = 1 when anything lies between t_min and t_max.
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
-  // face = kNoHit for a point that is not finite.
-  ClosestPoint closest_point(const Eigen::Vector3d& point) const;
+  // face = kNoHit for a point that is not finite. A face that is likely to be near, as one that was
+  // nearest before, makes the search quicker and changes nothing else.
+  ClosestPoint closest_point(const Eigen::Vector3d& point,
+                             std::uint32_t likely_face = kNoHit) const;
 
  private:
   struct Impl;
