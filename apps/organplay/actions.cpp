@@ -6,6 +6,7 @@
 
 #include "bench.h"
 #include "dataset_run.h"
+#include "graphics_loader.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -201,6 +202,7 @@ void run_command(const Command& given, const ContextOf& context_of) {
   // The paper's table is of springs, whatever the organ has.
   if (command.compare && !deform.solver) deform.solver = TissueSolver::springs;
   Player player(command.bundles, deform, command.compare || command.paper_warp);
+  draw_as_asked(command, player, context);
   if (script) context.info("solver: " + player.solver_text());
   context.throw_if_cancelled();
   Results results(command.shared.json);
@@ -215,6 +217,7 @@ void run_command(const Command& given, const ContextOf& context_of) {
     results.wrote("sheet", command.sheet);
   }
   if (command.compare) compare(command, player, results, context_of("comparison"));
+  warn_of_processor(command, player, context);
   results.finish();
   if (reference) check_frames(command, *reference, context);
 }

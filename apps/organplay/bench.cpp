@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "actions.h"
+#include "graphics_loader.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/files.h"
 #include "organbake/core/median.h"
@@ -123,6 +124,7 @@ void run_bench(const Command& command, const RunContext& context) {
   DeformOptions deform;
   deform.solver = command.solver;
   Player player(command.bundles, deform);
+  draw_as_asked(command, player, context);
   Frame first;
   player.draw(view_of(command, player.bundle()), drawing(command, player), first);
   const double first_frame_ms = watch.lap();
@@ -141,6 +143,7 @@ void run_bench(const Command& command, const RunContext& context) {
   if (command.layers.any())
     options.watch = [&](const PlayedScene& scene) { truth.watch(player, scene); };
   const std::vector<PlayedFrame> played = play(player, script, options, {}, context);
+  warn_of_processor(command, player, context);
   Json ms = medians(played);
   const FrameSpan span(played);
   if (command.layers.any()) {

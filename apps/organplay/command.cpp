@@ -60,8 +60,8 @@ void check(const Command& c) {
 
 // What is more than one word or number, as it was written.
 struct Texts {
-  std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", solver, light,
-                                        layers, shell;
+  std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
+                                        solver, light, layers, shell;
   double stereo_mm = std::numeric_limits<double>::quiet_NaN();  // one eye
   bool man = false, baked_light = false;
 };
@@ -147,9 +147,13 @@ void add_looks(OptionList& list, Texts& texts) {
                     "bundle is made for, or what the script names",
             .choices = {"scope", "world", "baked"}})
       .add("baked_light", &texts.baked_light, {.help = "the same as --light baked"})
-      .add(
-          "warp", &texts.warp,
-          {.help = "bound, or the paper's own chain as a baseline", .choices = {"bound", "paper"}});
+      .add("warp", &texts.warp,
+           {.help = "bound, or the paper's own chain as a baseline", .choices = {"bound", "paper"}})
+      .add("draw", &texts.draw,
+           {.help = "auto: the window by graphics hardware where there is any, all else by the "
+                    "processor; cpu: all by the processor; gpu: by graphics hardware, be it a "
+                    "driver that does as if; what that cannot draw, the processor does",
+            .choices = {"auto", "cpu", "gpu"}});
 }
 
 void add_measures(OptionList& list, Command& c, Texts& texts) {
@@ -229,6 +233,9 @@ void interpret(const Texts& texts, Command& c) {
   if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
   if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
   c.paper_warp = texts.warp == "paper";
+  c.drawn_by = texts.draw == "gpu"   ? DrawnBy::graphics
+               : texts.draw == "cpu" ? DrawnBy::processor
+                                     : DrawnBy::automatic;
   c.solver = tissue_solver(texts.solver);
   c.light = drawn_light(texts.baked_light ? "baked" : texts.light);
 }

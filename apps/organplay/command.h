@@ -12,6 +12,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/truth/layer_set.h"
 #include "organbake/warp/drawn_light.h"
+#include "window/drawn_by.h"
 
 namespace organbake {
 
@@ -28,6 +29,7 @@ struct Command {
   std::optional<PictureSize> lens_size;  // of the lens, once it is read
   bool instruments = true;
   bool paper_warp = false;
+  DrawnBy drawn_by = DrawnBy::automatic;
   std::optional<DrawnLight> light;     // else the script's, or what the organ is meant for
   std::optional<TissueSolver> solver;  // else the script's, or what the organs have
   bool compare = false;

@@ -40,6 +40,7 @@ void open_window(const Command& command, const RunContext& context) {
   window.bundles = command.bundles;
   window.solver = command.solver;
   window.light = command.light;
+  window.drawn_by = command.drawn_by;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;
   run(window, context);

@@ -9,6 +9,9 @@
 
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
+#ifdef ORGANBAKE_GRAPHICS
+#include "organbake/graphics/graphics_drawing.h"
+#endif
 #include "organbake/image/png.h"
 #include "organbake/player/eye_inside.h"
 #include "window/look_panel.h"
@@ -45,6 +48,23 @@ OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
       truth_(bundles.front(), player_.bundle().shell()) {
   state_.drawing.measure = true;
   if (player_.can_relight()) state_.drawing.light = light.value_or(player_.default_light());
+}
+
+void OrganView::draw_with(DrawnBy drawn_by) {
+#ifdef ORGANBAKE_GRAPHICS
+  if (drawn_by == DrawnBy::processor) return;
+  try {
+    const GraphicsDevice device = current_graphics_device();
+    if (device.software && drawn_by == DrawnBy::automatic) return;
+    player_.draw_by(std::make_shared<GraphicsDrawing>(GraphicsDrawing::FirstPicture::checked));
+    state_.message = "drawn by " + device.name;
+  } catch (const GraphicsError& error) {
+    state_.message = std::string("drawn by the processor: ") + error.what();
+  }
+#else
+  if (drawn_by == DrawnBy::graphics)
+    state_.message = "drawn by the processor: this organplay was built without graphics hardware";
+#endif
 }
 
 void OrganView::show(Display& display) {
@@ -137,6 +157,10 @@ void OrganView::advance(Display& display) {
   frame_shown_ = as_drawn;
   display.move_picture({layout_.organ.x, layout_.organ.y});
   if (const auto why = why_empty(player_, session_.view(), last_.draw)) state_.message = *why;
+  if (player_.drawing_note() != noted_) {
+    noted_ = player_.drawing_note();
+    if (!noted_.empty()) state_.message = "drawn by the processor: " + noted_;
+  }
 }
 
 Rgb8Image OrganView::composed() {

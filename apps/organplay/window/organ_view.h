@@ -7,6 +7,7 @@
 
 #include "organbake/player/live_session.h"
 #include "window/display.h"
+#include "window/drawn_by.h"
 #include "window/truth_pictures.h"
 #include "window/window_state.h"
 
@@ -19,6 +20,10 @@ class OrganView {
   OrganView(const std::vector<std::filesystem::path>& bundles, std::filesystem::path save_folder,
             std::optional<TissueSolver> solver, std::optional<DrawnLight> light);
 
+  // Lets graphics hardware draw, in the display's context, which has to outlive this: what was
+  // asked for, or by itself only a real one whose first picture is the processor's. Says which it
+  // is.
+  void draw_with(DrawnBy drawn_by);
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);
   bool unsaved() const { return session_.record_end() > saved_steps_; }
@@ -46,6 +51,7 @@ class OrganView {
   PanelLayout layout_;
   PlayedFrame last_;
   Frame rest_frame_;
+  std::string noted_;         // of Player::drawing_note()
   bool frame_shown_ = false;  // the display has the session's frame, and nothing else
   int tick_ = 0;
   enum class Drag { none, tool, turn, shift } drag_ = Drag::none;

@@ -32,12 +32,14 @@ class Pace {
 
 void run_window(const WindowCommand& command, const RunContext& context) {
   // A bundle named on the command line that can't be read is an error like any other.
-  std::unique_ptr<OrganView> view;
+  std::unique_ptr<OrganView> named;
   const auto open = [&command](const std::vector<std::filesystem::path>& bundles) {
     return std::make_unique<OrganView>(bundles, command.save_folder, command.solver, command.light);
   };
-  if (!command.bundles.empty()) view = open(command.bundles);
+  if (!command.bundles.empty()) named = open(command.bundles);
   Display display("organplay", command.width, command.height);
+  std::unique_ptr<OrganView> view = std::move(named);  // ends before the display, which it draws in
+  if (view) view->draw_with(command.drawn_by);
   StartPage start;
   LeaveQuestion leave;
   std::string problem;
@@ -50,6 +52,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
         view->show(display);
       } else if (const std::string folder = start.show(problem); !folder.empty()) {
         view = open({folder});
+        view->draw_with(command.drawn_by);
       }
     } catch (const Error& error) {  // of a bundle, perhaps of a camera that came late
       view.reset();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "drawn_by.h"
 #include "organbake/core/run_context.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/warp/drawn_light.h"
@@ -15,7 +16,8 @@ struct WindowCommand {
   std::vector<std::filesystem::path> bundles;  // none: the start page
   std::filesystem::path save_folder = ".";
   std::optional<TissueSolver> solver = {};  // nothing: what the organs have
-  std::optional<DrawnLight> light;          // to begin with; else what the organ is meant for
+  DrawnBy drawn_by = DrawnBy::automatic;
+  std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
   int width = 1280, height = 720;
 };
 

@@ -90,7 +90,8 @@ void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, 
   solids_.use();
   solids_.set_texture("solids", GL_TEXTURE_2D, solid_table_.name());
   solids_.set("solid_count", static_cast<int>(solids.size()));
-  solids_.set("solid_box", Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
+  solids_.set("solid_box",
+              Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
   solids_.set("view_lens", lens_of(view));
   solids_.set("near_mm", static_cast<float>(view.near_mm));
   solids_.set("reach", scale.reach_mm);

@@ -9,7 +9,6 @@
 #include <optional>
 #include <vector>
 
-#include "organbake/core/error.h"
 #include "organbake/graphics/graphics_drawing.h"
 
 namespace organbake {
@@ -41,10 +40,13 @@ EGLContext context_on(EGLDisplay display, bool embedded) {
   if (!eglChooseConfig(display, wanted.data(), &config, 1, &configs) || configs == 0)
     return EGL_NO_CONTEXT;
   eglBindAPI(embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
-  const std::array<EGLint, 7> desktop = {EGL_CONTEXT_MAJOR_VERSION, 3,
-                                         EGL_CONTEXT_MINOR_VERSION, 3,
+  const std::array<EGLint, 7> desktop = {EGL_CONTEXT_MAJOR_VERSION,
+                                         3,
+                                         EGL_CONTEXT_MINOR_VERSION,
+                                         3,
                                          EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                         EGL_NONE};
   const std::array<EGLint, 5> es = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 0,
                                     EGL_NONE};
   return eglCreateContext(display, config, EGL_NO_CONTEXT, embedded ? es.data() : desktop.data());
@@ -86,7 +88,7 @@ OffscreenContext::OffscreenContext(Kind kind) : impl_(std::make_unique<Impl>()) 
     impl_->close();
   }
   if (software && impl_->open(*software, embedded)) return;
-  throw UsageError(
+  throw GraphicsError(
       "no graphics hardware answers without a display: EGL and a driver of OpenGL 3.3 are needed "
       "(on Debian libegl1 and libgl1-mesa-dri); draw with --draw cpu");
 }

@@ -82,11 +82,10 @@ void OrganTables::fill_nodes(const OrganSource& source) {
         place = shell_point(source.rest_shells[f], double(i) / base.steps, double(j) / base.steps,
                             base.height_mm[at])
                     .cast<float>();
-      words.insert(words.end(),
-                   {bits_of(base.height_mm[at]), base.seen_by[at],
-                    lit ? octahedral(source.rest_normals[at]) : 0,
-                    root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
-                    bits_of(place.y()), bits_of(place.z()), root_of(color[2])});
+      words.insert(words.end(), {bits_of(base.height_mm[at]), base.seen_by[at],
+                                 lit ? octahedral(source.rest_normals[at]) : 0,
+                                 root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
+                                 bits_of(place.y()), bits_of(place.z()), root_of(color[2])});
     });
   }
   first_knot_ = static_cast<int>(words.size() / 4);
@@ -110,8 +109,7 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
   numbers_.clear();
   for (const Eigen::Matrix3f& turn : source.turns)
     for (int column = 0; column < 3; ++column)
-      numbers_.insert(numbers_.end(),
-                      {turn(0, column), turn(1, column), turn(2, column), 0.0f});
+      numbers_.insert(numbers_.end(), {turn(0, column), turn(1, column), turn(2, column), 0.0f});
   turns_.fill(numbers_);
   turned_ = true;
 }

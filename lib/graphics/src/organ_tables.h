@@ -31,6 +31,7 @@ class OrganTables {
   const Eigen::Vector3d& origin() const { return origin_; }
   int faces() const { return faces_; }
   int steps() const { return steps_; }
+  bool is_posed(const std::vector<Eigen::Vector3d>& positions) const { return posed_ == positions; }
   // Uploads the pose unless it is the last one; how normals turn only where they are lit.
   void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
   const SampleTable& samples(Warper& warper, std::size_t camera);

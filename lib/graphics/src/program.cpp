@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "organbake/core/error.h"
+#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {
@@ -32,7 +32,7 @@ unsigned compile(GLenum kind, const std::string& text, const std::string& name) 
       shader, [](unsigned s, GLint* n) { glGetShaderiv(s, GL_INFO_LOG_LENGTH, n); },
       [](unsigned s, GLsizei n, char* to) { glGetShaderInfoLog(s, n, nullptr, to); });
   glDeleteShader(shader);
-  throw UsageError("the graphics driver does not compile the shader '" + name + "': " + reason);
+  throw GraphicsError("the graphics driver does not compile the shader '" + name + "': " + reason);
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ Program::Program(ShaderDialect dialect, const ProgramFiles& files) {
   GLint linked = GL_FALSE;
   glGetProgramiv(program, GL_LINK_STATUS, &linked);
   if (linked != GL_TRUE) {
-    throw UsageError(
+    throw GraphicsError(
         "the graphics driver does not link the shaders '" + files.name + "': " +
         words_of(
             program, [](unsigned p, GLint* n) { glGetProgramiv(p, GL_INFO_LOG_LENGTH, n); },

@@ -18,7 +18,7 @@ namespace organbake {
 // over: compilers leave out what does not count.
 class Program {
  public:
-  // Throws UsageError with the compiler's words.
+  // Throws GraphicsError with the compiler's words.
   Program(ShaderDialect dialect, const ProgramFiles& files);
 
   void use() const;

@@ -32,7 +32,8 @@ std::string constants() {
   std::string text;
   for (const ShaderConstant& constant : shader_constants()) {
     const bool whole = constant.name == "kGrainSide";
-    text += line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
+    text +=
+        line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
   }
   text += line("kSlots", std::to_string(SampleSource::kSlots));
   text += line("kTableBits", std::to_string(Table::kBits));
@@ -80,7 +81,8 @@ const std::vector<ProgramFiles>& program_files() {
 
 const ProgramFiles& files_of(const std::string& program) {
   const auto& all = program_files();
-  return *std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == program; });
+  return *std::find_if(all.begin(), all.end(),
+                       [&](const auto& one) { return one.name == program; });
 }
 
 }  // namespace organbake

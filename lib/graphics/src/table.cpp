@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "organbake/core/error.h"
+#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {
@@ -31,7 +31,8 @@ void Table::fill(std::vector<std::uint32_t>& numbers) {
 void Table::upload(const void* numbers, std::size_t count) {
   const int rows = static_cast<int>(count / kRowNumbers);
   const bool words = texel_ == Texel::words;
-  const GLenum format = words ? GL_RGBA_INTEGER : GL_RGBA, type = words ? GL_UNSIGNED_INT : GL_FLOAT;
+  const GLenum format = words ? GL_RGBA_INTEGER : GL_RGBA,
+               type = words ? GL_UNSIGNED_INT : GL_FLOAT;
   glBindTexture(GL_TEXTURE_2D, texture_.name());
   if (rows == rows_) {
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kColumns, rows, format, type, numbers);
@@ -40,8 +41,8 @@ void Table::upload(const void* numbers, std::size_t count) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   if (rows > most)
-    throw UsageError("an organ of so many samples does not fit into this graphics hardware (" +
-                     std::to_string(rows) + " rows of " + std::to_string(most) + ")");
+    throw GraphicsError("an organ of so many samples does not fit into this graphics hardware (" +
+                        std::to_string(rows) + " rows of " + std::to_string(most) + ")");
   glTexImage2D(GL_TEXTURE_2D, 0, words ? GL_RGBA32UI : GL_RGBA32F, kColumns, rows, 0, format, type,
                numbers);
   set_nearest(GL_TEXTURE_2D);

@@ -10,8 +10,8 @@
 
 namespace organbake {
 
-inline constexpr int kReduce = 16;        // texels a side that become one
-inline constexpr double kColorRoot = 2;   // the largest root of a colour that a table holds
+inline constexpr int kReduce = 16;       // texels a side that become one
+inline constexpr double kColorRoot = 2;  // the largest root of a colour that a table holds
 
 // A table that shaders read by texelFetch(…, table_at(i), 0): a texture of kColumns texels a row.
 // Its memory stays from one filling to the next.

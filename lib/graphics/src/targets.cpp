@@ -3,7 +3,7 @@
 
 #include <epoxy/gl.h>
 
-#include "organbake/core/error.h"
+#include "organbake/warp/organ_source.h"
 #include "program.h"
 #include "table.h"
 
@@ -17,17 +17,21 @@ struct Format {
 
 Format format_of(Target::Kind kind) {
   switch (kind) {
-    case Target::Kind::color: return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
-    case Target::Kind::depth: return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
-    case Target::Kind::key: return {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT};
-    case Target::Kind::edges: break;
+    case Target::Kind::color:
+      return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
+    case Target::Kind::depth:
+      return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
+    case Target::Kind::key:
+      return {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT};
+    case Target::Kind::edges:
+      break;
   }
   return {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE};
 }
 
 void check_framebuffer() {
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw UsageError("the graphics driver refuses a picture of this size and kind");
+    throw GraphicsError("the graphics driver refuses a picture of this size and kind");
 }
 
 void bind_targets(const FramebufferName& framebuffer, const Target& color, const Target* depth,

@@ -11,7 +11,12 @@ namespace organbake {
 // A texture of a picture's size, or one of its layers, to draw into and to read.
 class Target {
  public:
-  enum class Kind : std::uint8_t { color, depth, key, edges };  // four bytes; 32F; two words; a byte
+  enum class Kind : std::uint8_t {
+    color,
+    depth,
+    key,
+    edges
+  };  // four bytes; 32F; two words; a byte
 
   Target(Kind kind, int layers = 0) : kind_(kind), layers_(layers) {}  // 0: no array
   void resize(int width, int height);

@@ -192,6 +192,8 @@ std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
 }
 
 DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
+  if (drawing_)
+    if (const auto report = draw_otherwise(view, options, frame)) return *report;
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   if (options.method == WarpMethod::bound) {
@@ -221,17 +223,46 @@ std::vector<Eigen::Vector3d> Player::node_positions(std::size_t organ) const {
   return deformer_.node_positions(organ);
 }
 
-DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
-  if (options.method != WarpMethod::bound) {
-    throw UsageError("the paper's own warp draws one organ alone");
-  }
+// use() of the organs as they lie now.
+template <class Use>
+auto Player::with_drawn_organs(const Use& use) {
   std::vector<JointDrawing::Organ> drawn;
   std::vector<std::vector<Eigen::Vector3d>> positions;
   for (const Organ& organ : organs_) positions.push_back(organ.drawn_positions());
   for (std::size_t o = 0; o < organs_.size(); ++o)
     drawn.push_back(
         {organs_[o].shown(), positions[o], organs_[o].bundle.proxy, organs_[o].bundle.lighting});
-  return joint_drawing_.draw(drawn, view, options, frame);
+  return use(drawn);
+}
+
+DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
+  if (options.method != WarpMethod::bound) {
+    throw UsageError("the paper's own warp draws one organ alone");
+  }
+  return with_drawn_organs([&](const std::vector<JointDrawing::Organ>& drawn) {
+    return joint_drawing_.draw(drawn, view, options, frame);
+  });
+}
+
+void Player::draw_by(std::shared_ptr<OrganDrawing> drawing) {
+  drawing_ = std::move(drawing);
+  drawing_note_.clear();
+}
+
+std::optional<DrawReport> Player::draw_otherwise(const View& view, const DrawOptions& options,
+                                                 Frame& frame) {
+  return with_drawn_organs(
+      [&](const std::vector<JointDrawing::Organ>& drawn) -> std::optional<DrawReport> {
+        drawing_note_ = drawing_->refusal(drawn, view, options);
+        if (!drawing_note_.empty()) return {};
+        try {
+          return drawing_->draw(drawn, view, options, frame);
+        } catch (const GraphicsError& error) {
+          drawing_note_ = error.what();
+          drawing_.reset();
+          return {};
+        }
+      });
 }
 
 }  // namespace organbake

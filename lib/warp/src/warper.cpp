@@ -16,13 +16,13 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/warp/organ_source.h"
-#include "sample_source.h"
 #include "picture/phase_clock.h"
 #include "picture/tile_grid.h"
 #include "placing/active_cameras.h"
 #include "placing/dirty_cells.h"
 #include "placing/placed_faces.h"
 #include "placing/posed_shell.h"
+#include "sample_source.h"
 #include "samples/bundle_fit.h"
 #include "samples/face_split.h"
 #include "samples/sample_store.h"
@@ -319,9 +319,9 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
   return source;
 }
 
-SampleSource Warper::samples(std::size_t camera) {
-  return source_of(impl_->store->made(camera));
-}
+std::uint64_t Warper::id() const { return impl_->id; }
+
+SampleSource Warper::samples(std::size_t camera) { return source_of(impl_->store->made(camera)); }
 
 ScopeShading Warper::scope_shading(const View& view, double reference_mm) const {
   ScopeShine shine = impl_->relit.value().shine();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures by graphics hardware against the processor's, of a small organ; a software driver will do.
+// Pictures by graphics hardware against the processor's, of a small organ; a software driver will
+// do.
 #include "organbake/graphics/graphics_drawing.h"
 
 #include <gtest/gtest.h>
@@ -108,7 +109,6 @@ class BothWays {
                  silhouettes_apart(pair.graphics, pair.processor);
     return pair;
   }
-  std::size_t table_bytes() const { return graphics_.table_bytes(); }
 
  private:
   // Covered pixels of one without any covered pixel of the other within a pixel.
@@ -174,19 +174,104 @@ TEST_F(GraphicsDrawingTest, LooksAsTheProcessorsPicture) {
       {{"rest", bundle.proxy.vertices},
        {"poke", dented(bundle.proxy, {1, 0.4, 0.3}, 15)},
        {"twist", twisted(bundle.proxy)}}};
-  const std::array<std::pair<const char*, View>, 2> views = {
-      {{"aside", view_at(bundle, {1, 0.5, 0.35}, 190)}, {"near", view_at(bundle, {0.8, 0.6, 0.1}, 95)}}};
+  // Of all texels' sizes, from a few in a pixel to many pixels a texel.
+  const std::array<std::pair<const char*, View>, 3> views = {
+      {{"far", view_at(bundle, {1, 0.5, 0.35}, 190)},
+       {"aside", view_at(bundle, {-0.3, 1, 0.2}, 120)},
+       {"near", view_at(bundle, {0.8, 0.6, 0.1}, 85)}}};
+  std::size_t drawn = 0;
   for (const auto& [pose, positions] : poses) {
-    for (const auto& [place, view] : views) {
-      for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope}) {
+    for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope}) {
+      // Each light in each pose from two of the views.
+      for (const std::size_t v : {drawn % views.size(), (drawn + 1) % views.size()}) {
         DrawOptions options;
         options.light = light;
-        expect_alike(both.draw({{warper, positions, bundle.proxy, bundle.lighting}}, view, options),
-                     std::string(pose) + "_" + place + "_" + to_string(light));
+        expect_alike(both.draw({{warper, positions, bundle.proxy, bundle.lighting}},
+                               views[v].second, options),
+                     std::string(pose) + "_" + views[v].first + "_" + to_string(light));
       }
+      ++drawn;
     }
   }
-  EXPECT_GT(both.table_bytes(), 0u);
+}
+
+Solid rod(const Vector3d& from, const Vector3d& to, double radius_mm) {
+  Solid solid;
+  solid.from = from, solid.to = to, solid.radius_mm = radius_mm;
+  return solid;
+}
+
+// A rod into the organ, a ball before it and a plate half behind it.
+std::vector<Solid> tools_at(const Vector3d& center) {
+  std::vector<Solid> tools = {rod(center, center + Vector3d(70, 40, 60), 2.5),
+                              rod(center + Vector3d(75, 10, 10), center + Vector3d(75, 10, 10), 6)};
+  tools.push_back(rod(center + Vector3d(30, 60, 10), center + Vector3d(40, 40, 60), 1));
+  tools.back().corner = center + Vector3d(55, 35, 20);
+  return tools;
+}
+
+TEST_F(GraphicsDrawingTest, DrawsToolsOverTwoOrgans) {
+  const Bundle& first = tested_organ();
+  const Bundle second = small_organ({10, 40, 75});
+  Warper of_first(first), of_second(second);
+  const std::vector<JointDrawing::Organ> organs = {
+      {of_first, first.proxy.vertices, first.proxy, first.lighting},
+      {of_second, second.proxy.vertices, second.proxy, second.lighting}};
+  BothWays both;
+  DrawOptions options;
+  options.light = DrawnLight::scope;
+  options.keep_depth = true;
+  options.solids = tools_at(first.cameras.manifold.center_world_mm);
+  const BothWays::Pair pair = both.draw(organs, view_at(first, {1, 0.3, 0.5}, 260), options);
+  expect_alike(pair, "two_organs_and_tools");
+  std::size_t tools = 0, far_apart = 0;
+  for (std::size_t i = 0; i < pair.graphics.cover.size(); ++i) {
+    tools += pair.graphics.cover[i] == Cover::solid;
+    far_apart += std::abs(pair.graphics.depth_mm[i] - pair.processor.depth_mm[i]) > 1;
+  }
+  EXPECT_GT(tools, 500u);
+  // Where one surface ends before another, single pixels go either way.
+  EXPECT_LT(far_apart, pair.graphics.cover.size() / 1000);
+}
+
+TEST_F(GraphicsDrawingTest, OpenGlEsDrawsTheSame) {
+  const Bundle& bundle = tested_organ();
+  Warper warper(bundle);
+  const std::vector<JointDrawing::Organ> organs = {
+      {warper, bundle.proxy.vertices, bundle.proxy, bundle.lighting}};
+  const View view = view_at(bundle, {1, 0.5, 0.35}, 130);
+  DrawOptions options;
+  options.light = DrawnLight::scope;
+  std::array<Frame, 2> frames;
+  for (const auto kind : {OffscreenContext::Kind::desktop, OffscreenContext::Kind::embedded}) {
+    const OffscreenContext context(kind);
+    GraphicsDrawing(GraphicsDrawing::FirstPicture::checked)
+        .draw(organs, view, options, frames[static_cast<int>(kind)]);
+  }
+  EXPECT_GT(compare_images(frames[0].color, frames[1].color).psnr_db, 50);
+}
+
+TEST_F(GraphicsDrawingTest, LeavesAPictureThatStaysAlone) {
+  const Bundle& bundle = tested_organ();
+  Warper warper(bundle);
+  const OffscreenContext context;
+  GraphicsDrawing drawing;
+  Positions positions = bundle.proxy.vertices;
+  const std::vector<JointDrawing::Organ> organs = {
+      {warper, positions, bundle.proxy, bundle.lighting}};
+  const View view = view_at(bundle, {1, 0, 0}, 200);
+  Frame frame;
+  EXPECT_FALSE(drawing.draw(organs, view, {}, frame).unchanged);
+  EXPECT_TRUE(drawing.draw(organs, view, {}, frame).unchanged);
+  const Rgb8Image before = frame.color;
+  positions = dented(bundle.proxy, {1, 0, 0}, 10);
+  EXPECT_FALSE(drawing.draw(organs, view, {}, frame).unchanged);
+  EXPECT_NE(before.pixels, frame.color.pixels);
+  // The processor's own next picture of this frame is made from nothing, not gone on with.
+  Frame anew;
+  warper.draw(positions, view, {}, frame);
+  Warper(bundle).draw(positions, view, {}, anew);
+  EXPECT_EQ(frame.color.pixels, anew.color.pixels);
 }
 
 }  // namespace

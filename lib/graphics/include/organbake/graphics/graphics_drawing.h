@@ -14,7 +14,7 @@ struct GraphicsDevice {
   std::string name;       // as its driver calls it
   bool software = false;  // a processor that does as if
 };
-// Throws UsageError where no context is current, or it is older than OpenGL 3.3 and ES 3.0.
+// Throws GraphicsError where no context is current, or it is older than OpenGL 3.3 and ES 3.0.
 GraphicsDevice current_graphics_device();
 
 // Draws organs with graphics hardware, in the words that OpenGL 3.3, OpenGL ES 3.0 and WebGL 2
@@ -33,16 +33,22 @@ GraphicsDevice current_graphics_device();
 // new one is: with no program, framebuffer or texture bound. One draw() at a time.
 class GraphicsDrawing : public OrganDrawing {
  public:
-  // Compiles the shaders for the current context. Throws UsageError with the driver's words.
-  GraphicsDrawing();
+  // Whether the first picture is held against the processor's.
+  enum class FirstPicture { trusted, checked };
+  static constexpr double kLeastAgreement_db = 40;
+
+  // Compiles the shaders for the current context. Throws GraphicsError with the driver's words.
+  explicit GraphicsDrawing(FirstPicture first = FirstPicture::trusted);
   ~GraphicsDrawing() override;
 
   // Frames that keep what is shown or bound, and the paper's own warp, are the processor's.
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override;
-  // Throws what JointDrawing does, and UsageError when the driver refuses: of a lost context, or
-  // for want of memory. The organs are as they were, and the processor can draw them. Of the
-  // report, counts of samples and faces are left out; times are of this thread, waiting included.
+  // Throws what JointDrawing does, and GraphicsError when the driver refuses: of a lost context,
+  // for want of memory, or where a first picture that is checked agrees less than
+  // kLeastAgreement_db. The organs are as they were, and the processor can draw them. Of the
+  // report, counts of samples and faces are left out, and times are one: this thread's, waiting
+  // included.
   DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options, Frame& frame) override;
   // The same without reading the picture back: a texture of four bytes a pixel, rows from the top,
@@ -54,6 +60,9 @@ class GraphicsDrawing : public OrganDrawing {
   std::size_t table_bytes() const;
 
  private:
+  void check_agreement(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                       const DrawOptions& options, const Frame& frame);
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -11,8 +11,8 @@ class OffscreenContext {
  public:
   enum class Kind { desktop, embedded };  // OpenGL 3.3 core; OpenGL ES 3.0
 
-  // Of real graphics hardware where there is any, else of a software one. Throws UsageError where
-  // EGL or a driver is missing.
+  // Of real graphics hardware where there is any, else of a software one. Throws GraphicsError
+  // where EGL or a driver is missing.
   explicit OffscreenContext(Kind kind = Kind::desktop);
   ~OffscreenContext();
 

@@ -15,6 +15,7 @@
 #include "organbake/deform/deformer.h"
 #include "organbake/player/state_reader.h"
 #include "organbake/warp/joint_drawing.h"
+#include "organbake/warp/organ_source.h"
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
 
@@ -64,6 +65,11 @@ class Player {
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  // From now on draw() leaves to another way of drawing what that can draw; null: nothing. What it
+  // refuses, the processor draws; where it fails, it is let go for good. Neither loses anything.
+  void draw_by(std::shared_ptr<OrganDrawing> drawing);
+  // Why the processor drew the last picture although draw_by() named another way; else empty.
+  const std::string& drawing_note() const { return drawing_note_; }
   // The organs as they were baked, at rest and whole, whatever has been done to them since: to be
   // shown beside what draw() shows. Not by the paper's own warp.
   DrawReport draw_at_rest(const View& view, const DrawOptions& options, Frame& frame);
@@ -164,7 +170,11 @@ class Player {
                    const std::vector<ContactPoint>& punctures);
   void begin_pending_cut();
   void end_pending_cut();
+  template <class Use>
+  auto with_drawn_organs(const Use& use);
   DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
+  std::optional<DrawReport> draw_otherwise(const View& view, const DrawOptions& options,
+                                           Frame& frame);
 
   std::vector<Organ> organs_;
   DeformOptions options_;
@@ -173,6 +183,8 @@ class Player {
   JointDrawing joint_drawing_;        // of several organs
   std::vector<Warper> resting_;       // made when first asked for, as the next
   JointDrawing resting_drawing_;
+  std::shared_ptr<OrganDrawing> drawing_;  // other than the processor's
+  std::string drawing_note_;
   CuttingEdges cutting_edges_;
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.

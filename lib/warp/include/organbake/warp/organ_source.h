@@ -10,6 +10,7 @@
 
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/lighting.h"
+#include "organbake/core/error.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/geometry/view_manifold.h"
@@ -97,8 +98,15 @@ std::span<const std::int8_t> grain_noise();
 double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options);
 
-// Another way of drawing organs, whose pictures look like JointDrawing's. A frame's colour and cover
-// are filled, its depth where it is asked for; what else it could keep is not.
+// What another way of drawing throws when it cannot go on: for want of memory, of a context that is
+// lost. What is wrong with a view or a bundle is an error like the processor's.
+class GraphicsError : public UsageError {
+ public:
+  using UsageError::UsageError;
+};
+
+// Another way of drawing organs, whose pictures look like JointDrawing's. A frame's colour and
+// cover are filled, its depth where it is asked for; what else it could keep is not.
 class OrganDrawing {
  public:
   virtual ~OrganDrawing() = default;

@@ -69,6 +69,7 @@ class Warper {
   // not; the samples of a camera, bound now where they were not; what the light at the scope does
   // in a view, where the bundle can be lit anew.
   OrganSource pose(const std::vector<Eigen::Vector3d>& positions, bool lit);
+  std::uint64_t id() const;  // OrganSource::id
   SampleSource samples(std::size_t camera);
   ScopeShading scope_shading(const View& view, double reference_mm) const;
 

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graphics/graphics_module.h"
+
+#include "organbake/graphics/offscreen_drawing.h"
+
+extern "C" void organplay_open_graphics(organbake::OpenedGraphics& opened) {
+  auto drawing = std::make_shared<organbake::OffscreenDrawing>();
+  opened.device = drawing->device().name;
+  opened.drawing = std::move(drawing);
+}
