@@ -190,7 +190,8 @@ CommandManual manual_of(const OptionList& options) {
           .synopsis = "[BUNDLE…] [OPTIONS]",
           .description =
               "Plays bundles that organbake(1) made: tissue yields to instruments, and pictures "
-              "are warped from the baked ones, on the processor alone. Without any of --script, "
+              "are warped from the baked ones, on the processor alone unless --draw or a window's "
+              "graphics hardware says otherwise. Without any of --script, "
               "--frame, --sheet, --compare and --bench it opens a window, which is a package of "
               "its own (organplay-window).",
           .options = manual_options(options),

@@ -72,11 +72,11 @@ The result is a bundle that organplay draws and pokes on an ordinary processor.
 It reads DICOM, NIfTI and other scans with their masks, and laparoscopy videos.")
 organbake_package(organplay science "poke baked organs and draw them without a GPU"
   "organplay plays bundles that organbake made: tissue yields to instruments, and
-pictures are warped from the baked ones on the processor alone. It writes
+pictures are warped from the baked ones on the processor. It writes
 frames, videos and reports; its window is in the package organplay-window.")
 organbake_package(organplay-window science "window of organplay"
   "The interactive window of organplay: an organ to turn, poke and grab with the
-mouse, with readings of forces and times.")
+mouse, with readings of forces and times; and what draws with graphics hardware.")
 organbake_package(liborganplay-dev libdevel "embed the player of baked organs in a program"
   "Static libraries and headers of organplay's runtime, and a CMake package for
 find_package(organplay): load a bundle, step its tissue under instruments, draw
