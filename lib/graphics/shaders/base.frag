@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 in vec3 place;
 flat in uint face_at;
 flat in int weighs, sides;

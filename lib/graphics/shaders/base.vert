@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The base layer's lattice: triangle after triangle of face after face, as lib/warp's
 // drawing/base_drawing.cpp draws it.
 uniform highp usampler2D nodes;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the finishing passes share: a picture whose alpha tells what each pixel shows (Cover), and
 // the depth of its skin.
 uniform highp sampler2D colors, depths;

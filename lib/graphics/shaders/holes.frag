@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An open pixel with five covered neighbours or more gets their mean (finishing/hole_fill.h).
 layout(location = 0) out vec4 shown;
 void main() {

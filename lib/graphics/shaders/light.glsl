@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The skin lit anew, as lib/warp's light/ does: by the world's light, or by one at the scope.
 uniform int light;  // 0: as baked, 1: the world's, 2: at the scope
 uniform vec3 above, below, up;

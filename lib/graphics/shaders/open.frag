@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pixels that look through the skin at what lies behind (finishing/see_through.h) become open.
 layout(location = 0) out vec4 shown;
 uniform float texel;  // as depths are

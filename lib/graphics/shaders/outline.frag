@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Both sides of a border are blended by the share of the pixel that the skin in front covers, by
 // the stretches into which the border falls: finishing/outline.h (Reshetov 2009, "Morphological
 // antialiasing"). What a stretch longer than kLongest does beyond it, nobody sees.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Places one patch of samples, as lib/warp's placing/patch_frames.cpp and drawing/landing.cpp do:
 // what its samples land by is captured for splat.vert, and the face's largest splat drawn into the
 // table of faces, a point each.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest of a block of kReduce² texels.
 uniform highp sampler2D stretches;
 layout(location = 0) out vec4 largest;

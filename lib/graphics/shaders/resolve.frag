@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blends the cameras' layers and the base layer into what a pixel shows, as lib/warp's
 // drawing/resolve.cpp does: a layer counts by camera share × confidence, fading out between two
 // and four texels behind the nearest.

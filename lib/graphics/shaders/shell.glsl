@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A face of the shell in the view's frame, mm: S = m · (1, b1, b2, h, h·b1, h·b2, b1², b1·b2, b2²).
 uniform highp sampler2D shells;
 uniform mat3 rotation;  // of the view from the organ's frame

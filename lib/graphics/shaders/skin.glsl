@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The skin at a place of a face: by the three nodes of the base layer round it.
 uniform highp usampler2D nodes;
 uniform int first_knot;  // texels of the nodes' table that hold each face's knots, two a face

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slits of at most kWidestSlit open pixels between skin (finishing/slit_fill.h), one way.
 layout(location = 0) out vec4 shown;
 uniform ivec2 back;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instruments, lit from the eye, hidden where tissue is nearer: finishing/solids.cpp, four rays a
 // pixel.
 layout(location = 0) out vec4 shown;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pixel for which a sample may stand: the nearest of its camera's wins, as by drawing/tile_keys.h.
 flat in vec4 by_pixel, depth_by_offset;
 flat in vec4 first;

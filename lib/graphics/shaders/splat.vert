@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One sample: where its splat begins, how far that pixel's centre lies from it, its depth. As
 // lib/warp's drawing/landing.cpp places it.
 layout(location = 0) in vec4 matrix0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tables: textures whose texels are read row by row.
 ivec2 table_at(int i) { return ivec2(i & (kTableColumns - 1), i >> kTableBits); }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The base layer's weight at a node, by the shares of the cameras in use that see it.
 uniform uvec3 active_cameras;
 uniform vec3 active_shares;
