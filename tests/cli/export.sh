@@ -6,15 +6,20 @@ quick_recipe >r.yaml
 expect 0 organbake bake r.yaml -o organ --no-report --set bundle.surface=true --set mechanics.fem=false
 for format in gltf colmap transforms obj usd sofa; do
   expect 0 organbake export organ --format $format -o $format
-  expect 0 organbake export organ --format $format -o again_$format --threads 1
-  expect_same $format again_$format
+done
+for format in gltf obj usd; do  # those that threads make textures for
+  for threads in 0 1; do
+    expect 0 organbake export organ --format $format -o by_$threads --texture-px 256 --threads $threads
+  done
+  expect_same by_0 by_1
+  rm -r by_0 by_1
 done
 expect 0 organbake inspect obj/organ.obj --unit m
 expect 0 organbake inspect gltf/organ.glb
 python3 "$SOURCE/tests/cli/read_exports.py" organ || fail "an export"
 python3 "$SOURCE/tests/cli/read_assets.py" organ usd sofa || fail "an asset with springs"
 expect 0 organbake bake r.yaml -o solid --no-report
-for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format; done
+for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format --texture-px 256; done
 python3 "$SOURCE/tests/cli/read_assets.py" solid solid_usd solid_sofa || fail "an asset with tetrahedra"
 for format in mjcf gmsh; do
   expect 0 organbake export solid --format $format -o solid_$format

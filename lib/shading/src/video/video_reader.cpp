@@ -145,8 +145,15 @@ struct VideoReader::Impl {
   }
 
   Turn turn() const {
+#if LIBAVFORMAT_VERSION_MAJOR >= 61  // FFmpeg 7 (Debian 13)
+    const AVCodecParameters& coded = *format->streams[stream]->codecpar;
+    const AVPacketSideData* matrix = av_packet_side_data_get(
+        coded.coded_side_data, coded.nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+    const std::uint8_t* side = matrix ? matrix->data : nullptr;
+#else
     const std::uint8_t* side =
         av_stream_get_side_data(format->streams[stream], AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+#endif
     return side ? turn_of(reinterpret_cast<const std::int32_t*>(side)) : Turn::none;
   }
 
