@@ -5,9 +5,9 @@
 source "$(dirname "$0")/assert.sh"
 small_recipe >r.yaml
 expect 0 organbake bake r.yaml -o whole --cache whole-cache
+expect 0 organbake verify whole
 start=$(milliseconds)
 expect 0 organbake bake r.yaml -o timed --cache timed-cache
-expect 0 organbake verify whole
 total=$(($(milliseconds) - start))
 
 RANDOM=${ORGANBAKE_SEED:-7}
