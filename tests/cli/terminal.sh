@@ -31,10 +31,30 @@ grep -q 'skipped: ' err && fail "what was skipped is told without --verbose"
 expect 0 organbake bake r.yaml -o b --force --verbose
 expect_err "place: skipped: "
 
-# A task that tells no fraction tells its time from its second second on.
-mkdir -p slow
-printf '#!/bin/sh\nsleep 3\n' >slow/ffmpeg
-chmod +x slow/ffmpeg
+# From its second second on a task tells its time, and what is left: one that was held up for three.
+python3 - "$BIN/organbake" bake r.yaml -o b --force <<'END' >seen || fail "a bake that was held up"
+import os, pty, signal, sys, time
+pid, screen = pty.fork()
+if pid == 0:
+    os.environ["TERM"] = "xterm"
+    os.execv(sys.argv[1], sys.argv[1:])
+held = False
+while True:
+    try:
+        text = os.read(screen, 4096)
+    except OSError:
+        break
+    if not text:
+        break
+    sys.stdout.buffer.write(text)
+    if b"phantom [" in text and not held:
+        held = True
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(3)
+        os.kill(pid, signal.SIGCONT)
+sys.exit(os.waitpid(pid, 0)[1] != 0)
+END
+grep -qE 'phantom \[#* *\] [0-9]+ %, (about )?[0-9]+ s' seen || fail "no time on a terminal"
 on_terminal TERM=dumb >seen
 grep -q "$escape" seen && fail "control characters on a dumb terminal"
 # An error is red on a terminal, and plain under NO_COLOR.
