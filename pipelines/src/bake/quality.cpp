@@ -18,6 +18,7 @@ constexpr QualityRow kQualityRows[] = {
     {"decimate", "flips", {"false", "true", "true"}},
     {"place", "count", {"6", "8", "12"}},
     {"place", "size_px", {"256", "512", "1024"}},
+    {"place", "size_limit_px", {"512", "2048", "2048"}},
     {"capture", "rays_per_texel_side", {"1", "0", "0"}},
     {"capture", "base_step_mm", {"4", "1.5", "1"}},
 };

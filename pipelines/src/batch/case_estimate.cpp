@@ -220,9 +220,9 @@ class Estimator {
 
   void capture() {
     constexpr double kOfFrames_px = 1536;  // about what a frame's own pixels come to
+    const double own_px = std::min(kOfFrames_px, number("place", "size_limit_px"));
     const double size_px = number("place", "size_px");
-    const double texels =
-        number("place", "count") * std::pow(size_px > 0 ? size_px : kOfFrames_px, 2);
+    const double texels = number("place", "count") * std::pow(size_px > 0 ? size_px : own_px, 2);
     spend(texels * cost::kTexel_s, texels * cost::kTexel_bytes + faces_ * cost::kFace_bytes +
                                        photo_pixels() * cost::kColorPixel_bytes);
   }

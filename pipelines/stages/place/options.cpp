@@ -43,9 +43,14 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .max = 65536})
       .add("size_px", &o.placement.map_size,
            {.help = "side of the cameras' maps, which are square; 0 = as fine as the pixels of the "
-                    "picture that the surface was read from (2048 at most), or 512 without one",
+                    "picture that the surface was read from, or 512 without one",
             .unit = "px",
             .min = 0,
+            .max = 16384})
+      .add("size_limit_px", &o.size_limit_px,
+           {.help = "with size_px 0, maps as fine as a picture are no larger than this",
+            .unit = "px",
+            .min = 64,
             .max = 16384})
       .add("field_of_view_deg", Degrees{&o.placement.field_of_view_rad},
            {.help = "angle of view of each camera", .unit = "deg", .min = 0.5, .max = 143.5})

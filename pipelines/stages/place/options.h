@@ -12,6 +12,7 @@ struct PlaceStageOptions {
   Eigen::Vector3d cone_axis = ViewingCone().axis;
   double cone_angle_rad = 0;      // half angle; 0 = cameras all round
   CoverageGoal goal{.share = 0};  // share 0 = go by count
+  int size_limit_px = 2048;       // of maps as fine as a picture
   CoverageDetail report = CoverageDetail::brief;
   MeshFrame frame;
 

@@ -66,8 +66,8 @@ void tell_views(const CoverageReport& coverage, StageReport& report) {
 
 // The size of maps in the middle of which a texel is a pixel of the picture.
 int map_size_of_picture(const TriangleMesh& surface, const PosedCamera& picture,
-                        PlacementOptions options) {
-  constexpr int kStep = 64, kSmallest = 256, kLargest = 2048;
+                        PlacementOptions options, int limit) {
+  constexpr int kStep = 64, kSmallest = 256;
   options.coverage.reset();
   const Placement placement = place_cameras(surface, options);
   const PosedCamera& map = placement.cameras.front();
@@ -76,7 +76,7 @@ int map_size_of_picture(const TriangleMesh& surface, const PosedCamera& picture,
     return camera.intrinsics.fx / std::max(depth_mm, 1e-6);
   };
   const double size = options.map_size * per_mm(picture) / per_mm(map);
-  return std::clamp(kStep * static_cast<int>(std::ceil(size / kStep)), kSmallest, kLargest);
+  return std::min(limit, std::max(kSmallest, kStep * static_cast<int>(std::ceil(size / kStep))));
 }
 
 StageReport run(const StageCall& call) {
@@ -88,7 +88,8 @@ StageReport run(const StageCall& call) {
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
   const fs::path* photo = call.input("scope_photo");
   if (own_size && photo) {
-    options.map_size = map_size_of_picture(surface, read_cameras(*photo).cameras.front(), options);
+    options.map_size = map_size_of_picture(surface, read_cameras(*photo).cameras.front(), options,
+                                           asked.size_limit_px);
   }
   const Placement placement = place_cameras(surface, options, call.context);
   const CoverageReport coverage =
