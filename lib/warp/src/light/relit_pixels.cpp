@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // RelitSkin by the pixel; what it does by the node, in Eigen's words, is in relit_skin.cpp.
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "light/relit_skin.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 
@@ -25,7 +27,9 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
     return static_cast<std::int32_t>(
         base_node_index(lattice_.steps, std::uint32_t(i), std::uint32_t(j)));
   };
-  for (int k = 0; k < skin.count; ++k) {
+  const int count = skin.count;
+  ORGANBAKE_INDEPENDENT
+  for (int k = 0; k < count; ++k) {
     const float u = in_unit(skin.b1[k]) * n, v = in_unit(skin.b2[k]) * n;
     const auto cell_u = static_cast<std::int32_t>(u), cell_v = static_cast<std::int32_t>(v);
     const std::int32_t i = cell_u < steps - 1 ? cell_u : steps - 1;
@@ -84,6 +88,26 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& span,
   add_gloss(normals, colors);
 }
 
+namespace {
+
+// In as many chains as a vector has lanes: one would wait for each comparison in turn.
+float nearest_of(const float* depth_mm, int count) {
+  std::array<float, kLanes> least;
+  least.fill(std::numeric_limits<float>::infinity());
+  const int lanes = static_cast<int>(kLanes), whole = count / lanes * lanes;
+  for (int first = 0; first < whole; first += lanes) {
+    for (unsigned lane = 0; lane < kLanes; ++lane) {
+      const float depth = depth_mm[static_cast<unsigned>(first) + lane];
+      least[lane] = depth < least[lane] ? depth : least[lane];
+    }
+  }
+  float nearest = *std::min_element(least.begin(), least.end());
+  for (int i = whole; i < count; ++i) nearest = std::min(nearest, depth_mm[i]);
+  return nearest;
+}
+
+}  // namespace
+
 // Where skin lies at rest is asked for only where gloss or grain may show: both are bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
                             const ShadingInterpolation& spread, ScopeSkin& scope_skin,
@@ -93,7 +117,7 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
     const float depth = colors.depth_mm[i];
     scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
   }
-  const float nearest = *std::min_element(colors.depth_mm, colors.depth_mm + colors.count);
+  const float nearest = nearest_of(colors.depth_mm, colors.count);
   const bool grain = shine_.grain_shows(nearest);
   ShadedPosts mixed;
   ScopeSkinAtRest at_rest;
@@ -102,7 +126,7 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
     spread(mixed, 0, at_rest.normals.planes());
     spread(mixed, 3, at_rest.places_mm.planes());
   };
-  if (grain) place_at_rest(), shine_.add_grain(scope_skin, at_rest, colors);
+  if (grain) place_at_rest(), shine_.add_grain(scope_skin, at_rest, nearest, colors);
   ScopeLit lit;
   if (!shine_.light(scope_skin, colors, lit)) return;
   if (!grain) place_at_rest();

@@ -189,6 +189,8 @@ ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* 
   const float full_r = 1 / (1 + soft_r), full_g = 1 / (1 + soft_g), full_b = 1 / (1 + soft_b);
   const float rim = kSurroundings * static_cast<float>(finish.rim);
   const float inverse_fade = 1 / (kFade * (1 - least_cosine));
+  const ScopeShine::Lobe wide = sheen[0], wider = sheen[1];
+  ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
     const float column = static_cast<float>(x0) + static_cast<float>(static_cast<int>(i)) + 0.5f;
     const float rx = row_x + column * frame.right[0], ry = row_y + column * frame.right[1];
@@ -231,7 +233,8 @@ ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* 
       const float d = 1 - near * near * (1 - lobe.alpha2);
       return lobe.strength * lobe.alpha2 * lobe.alpha2 / (d * d + 1e-12f);
     };
-    const float veiled = near > 0 ? white * (veil(sheen[0]) + veil(sheen[1])) : 0.f;
+    const float both = white * (veil(wide) + veil(wider));
+    const float veiled = near > 0 ? both : 0.f;
     red[i] = red[i] * share * positive((facing + soft_r) * full_r) + mirrored +
              ScopeShine::kSheen[0] * veiled;
     green[i] = green[i] * share * positive((facing + soft_g) * full_g) + mirrored +
@@ -285,6 +288,7 @@ ORGANBAKE_MULTIVERSION void gloss_pixels(const GlossPlanes& in, const ScopeShine
   const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
   const float* const depths = in.depth;
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
+  ORGANBAKE_INDEPENDENT
   for (unsigned k = 0; k < whole_vectors(count); ++k) {
     const std::size_t i = first + k;
     const float nx = n.x[i], ny = n.y[i], nz = n.z[i];
@@ -341,6 +345,7 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
                                               int count, const std::array<float*, 3>& planes) {
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
   constexpr float kPart = 0.65f / GrainTable::kDeviation, kLeast = 0.15f;
+  ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
     const float px = grain_px / depths[i];
     const float a = resolved(px) * grain.value[0][i];
@@ -357,8 +362,11 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
   }
 }
 
+// Without an early end, which would ask one by one.
 bool any_shows(const float* shows, unsigned count) {
-  return std::any_of(shows, shows + count, [](float share) { return share > 0; });
+  int any = 0;
+  for (unsigned i = 0; i < count; ++i) any |= shows[i] > 0;
+  return any != 0;
 }
 
 }  // namespace
@@ -369,7 +377,7 @@ bool ScopeShine::grain_shows(float depth_mm) const {
          finish_.grain_mm * frame_.inverse_pixel > kLeast_px * depth_mm;
 }
 
-void ScopeShine::add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
+void ScopeShine::add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float nearest_mm,
                            const SpanColors& colors) const {
   const std::int8_t* const table = GrainTable::shared().data();
   GrainPlaces grain;
@@ -377,14 +385,20 @@ void ScopeShine::add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest
   const Direction other = place.turned(), third = other.turned();
   float per_mm = GrainTable::kPerGrain / static_cast<float>(finish_.grain_mm);
   const std::array<const Direction*, kOctaves> places = {&place, &other, &third};
-  for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep) {
+  const float grain_px = frame_.inverse_pixel * static_cast<float>(finish_.grain_mm);
+  float most_px = grain_px / nearest_mm;
+  for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep, most_px *= kOctaveStep) {
+    // What no pixel of the span shows needs not be looked up.
+    if (resolved(most_px) <= 0) {
+      std::fill_n(grain.value[k], kSpan, 0.f);
+      continue;
+    }
     find_grain(*places[k], per_mm, colors.count, grain.at[k]);
     for (unsigned i = 0; i < whole_vectors(colors.count); ++i)
       grain.value[k][i] = table[grain.at[k][i]];
   }
-  multiply_by_grain(grain, skin.depth_mm,
-                    frame_.inverse_pixel * static_cast<float>(finish_.grain_mm),
-                    floats(finish_.grain), colors.count, colors.planes);
+  multiply_by_grain(grain, skin.depth_mm, grain_px, floats(finish_.grain), colors.count,
+                    colors.planes);
 }
 
 bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {

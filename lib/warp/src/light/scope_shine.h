@@ -59,9 +59,10 @@ class ScopeShine {
   ScopeShading shading() const;
   static std::vector<ShaderConstant> constants();
 
-  // Whether grain shows on skin at that depth, and on it: multiplies colours by it.
+  // Whether grain shows on skin at that depth, and on it: multiplies colours by it, of which no
+  // skin is nearer than nearest_mm.
   bool grain_shows(float depth_mm) const;
-  void add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
+  void add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float nearest_mm,
                  const SpanColors& colors) const;
 
   // `colors` hold the albedo × weight before, and what is seen but for the

@@ -21,6 +21,15 @@
 #define ORGANBAKE_LANES(count)
 #endif
 
+// Before a loop none of whose steps reads what another writes: g++ gives up on a loop that would
+// need more than ten checks of that at run time, as those over many planes would, and takes number
+// by number.
+#if defined(__clang__)
+#define ORGANBAKE_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define ORGANBAKE_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace organbake {
 
 // Such loops run over whole vectors of the widest kind: what lies beyond the last number is worked
