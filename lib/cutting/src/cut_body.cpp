@@ -120,13 +120,18 @@ bool CutBody::add(std::span<const CutSheet::Triangle> triangles, std::size_t fir
 }
 
 void CutBody::add_barriers(std::span<const CutSheet::Triangle> triangles) {
+  if (triangles.empty()) return;
+  const std::size_t first = barriers_.size();
+  GridBox all = box_of(triangles.front());
   for (const CutSheet::Triangle& triangle : triangles) {
-    const GridBox box = box_of(triangle);
-    for (std::size_t t = 0; t < boxes_.size(); ++t) {
-      if (boxes_[t].meets(box))
-        near_barriers_[t].push_back(static_cast<std::uint32_t>(barriers_.size()));
-    }
-    barriers_.push_back({triangle.corners, box});
+    barriers_.push_back({triangle.corners, box_of(triangle)});
+    all.add(barriers_.back().box);
+  }
+  for (std::size_t t = 0; t < boxes_.size(); ++t) {
+    if (!boxes_[t].meets(all)) continue;
+    for (std::size_t b = first; b < barriers_.size(); ++b)
+      if (boxes_[t].meets(barriers_[b].box))
+        near_barriers_[t].push_back(static_cast<std::uint32_t>(b));
   }
 }
 

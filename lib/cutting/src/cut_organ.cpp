@@ -11,6 +11,7 @@
 
 #include "cut_walls.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "tissue_look.h"
 
 namespace organbake {
@@ -101,16 +102,8 @@ void CutOrgan::remake(const CutSheet& sheet) {
   const CutSkin skin(fine_skin_.mesh(), fine_skin_.edges(), sheet);
   const CutWalls walls = cut_walls(skin, sheet);
   now_.proxy = {};
-  std::vector<TissuePlace> places;
-  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side,
-                       const TissuePlace* beside) {
-    now_.proxy.vertices.push_back(at);
-    places.push_back(body_.place(at, side, beside));
-  };
-  places.reserve(skin.vertices().size() + walls.vertices.size());
-  for (const CutSkin::Vertex& v : skin.vertices())
-    add(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
-  for (const CutWalls::Vertex& v : walls.vertices) add(v.at_mm, v.side_mm, &places[v.lip]);
+  for (const CutSkin::Vertex& v : skin.vertices()) now_.proxy.vertices.push_back(v.at_mm);
+  for (const CutWalls::Vertex& v : walls.vertices) now_.proxy.vertices.push_back(v.at_mm);
   for (const SkinPart& part : skin.parts()) now_.proxy.faces.push_back(part.corners);
   const auto first = static_cast<std::uint32_t>(skin.vertices().size());
   for (const auto& [a, b, c] : walls.faces)
@@ -120,7 +113,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
   for (std::size_t v = 0; v < skin.vertices().size(); ++v)
     now_.skin->creased[v] = skin.vertices()[v].on_border;
   remake_face_parts(skin);
-  remake_body(places);
+  remake_body(places_of(skin, walls));
   remake_base(skin, walls);
   gape_ = LipGape(skin, ways_down(walls));
 }
@@ -145,6 +138,31 @@ void CutOrgan::remake_face_parts(const CutSkin& skin) {
   }
 }
 
+// Of the vertices of the skin, then of the walls. A border's may be carried with its corner, a
+// wall's with its lip, whose places come first.
+std::vector<TissuePlace> CutOrgan::places_of(const CutSkin& skin, const CutWalls& walls) const {
+  const std::size_t lips = skin.vertices().size();
+  std::vector<TissuePlace> places(lips + walls.vertices.size());
+  constexpr std::size_t kGrain = 64;
+  const auto each = [&](std::size_t begin, std::size_t end, const auto& place) {
+    parallel_pieces(begin, end, kGrain, [&](std::size_t i, std::size_t last) {
+      for (; i < last; ++i) place(i);
+    });
+  };
+  const std::size_t uncut = fine_skin_.mesh().vertices.size();
+  const auto place_on_skin = [&](std::size_t i) {
+    const CutSkin::Vertex& v = skin.vertices()[i];
+    places[i] = body_.place(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
+  };
+  each(0, uncut, place_on_skin);
+  each(uncut, lips, place_on_skin);
+  each(lips, places.size(), [&](std::size_t i) {
+    const CutWalls::Vertex& v = walls.vertices[i - lips];
+    places[i] = body_.place(v.at_mm, v.side_mm, &places[v.lip]);
+  });
+  return places;
+}
+
 void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   const CutTetrahedra& cut = body_.cut();
   const TetrahedralBody& uncut = body_.uncut();
@@ -165,8 +183,8 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
 }
 
-Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, double b1,
-                                      double b2) const {
+Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
+                                          double b2) const {
   const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
   double depth_mm = 0, share = 0;
@@ -175,27 +193,27 @@ Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, d
     at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
     share += weights[k] * corner.light;
   }
-  const Eigen::Vector3f albedo = float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
-  if (!lighting_) return albedo;
-  const Eigen::Vector3d light = lighting_->diffuse(
-      face_normal(now_.proxy, now_.proxy.faces.size() - walls.faces.size() + face));
-  return albedo.cwiseProduct(light.cwiseMax(0.05).cast<float>());
+  return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
 }
 
 // The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
-// they are bent, nothing opens between the two.
-void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const {
-  const std::uint32_t n = base_.steps;
-  for (int k = 0; k < 3; ++k) {
-    const int next = (k + 1) % 3;
-    const auto on_border = [&](int c) { return skin.vertices()[face[c]].on_border; };
-    const std::uint32_t last = on_border(k) && on_border(next) ? n : 0;
-    for (std::uint32_t s = 0; on_border(k) && s <= last; ++s) {
-      std::array<std::uint32_t, 3> b{};
-      b[k] = n - s, b[next] += s;
-      heights_mm[base_node_index(n, b[1], b[2])] = 0;
+// they are bent, nothing opens between the two. Where the relief falls to them within a cell it is
+// as wide as the gap, and all that is seen of a cut from aside: so it is wet as its rim is.
+void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t first) {
+  each_node(base_.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    const std::array<std::uint32_t, 3> of_corner = {base_.steps - i - j, i, j};
+    int corners = 0;
+    bool on_border = true;
+    for (int k = 0; k < 3; ++k) {
+      if (of_corner[k] == 0) continue;
+      ++corners;
+      on_border = on_border && skin.vertices()[face[k]].on_border;
     }
-  }
+    if (corners == 3 || !on_border) return;
+    now_.base.height_mm[first + node] = 0;
+    Eigen::Vector3f& color = now_.base.color[first + node];
+    color = color.cwiseProduct(Eigen::Map<const Eigen::Vector3f>(kBloodFilm.data()));
+  });
 }
 
 void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
@@ -220,16 +238,20 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
           if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
         }
       });
-      flatten_lips(skin, now_.proxy.faces[part.face],
-                   &base.height_mm[std::size_t(part.face) * nodes]);
+      flatten_lips(skin, now_.proxy.faces[part.face], std::size_t(part.face) * nodes);
     }
   }
-  for (std::size_t w = 0; w < walls.faces.size(); ++w) {
-    const std::size_t first = (skin.parts().size() + w) * nodes;
+  const std::size_t first_wall = skin.parts().size();
+  parallel_for(std::size_t{0}, walls.faces.size(), [&](std::size_t w) {
+    Eigen::Vector3f light = Eigen::Vector3f::Ones();
+    if (lighting_)
+      light =
+          lighting_->diffuse(face_normal(now_.proxy, first_wall + w)).cwiseMax(0.05).cast<float>();
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      base.color[first + node] = inner_color(walls, w, double(i) / n, double(j) / n);
+      base.color[(first_wall + w) * nodes + node] =
+          inner_albedo_of(walls, w, double(i) / n, double(j) / n).cwiseProduct(light);
     });
-  }
+  });
 }
 
 }  // namespace organbake

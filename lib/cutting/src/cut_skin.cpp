@@ -19,6 +19,17 @@ constexpr double kLeastPart = 2e-3;   // of a face's area; paths that would leav
 constexpr double kProbeShare = 0.98;  // of the way to the first place where an edge is cut
 constexpr double kAside = 0.02;       // of the way from the border to the side's corners
 
+// Those of whose edges one may be cut, in increasing order.
+std::vector<std::uint32_t> crossed_faces(const TriangleMesh& skin, const EdgeCrossings& edges) {
+  const std::vector<std::uint8_t> beside_cuts = edges.beside_cuts();
+  std::vector<std::uint32_t> crossed;
+  for (std::uint32_t f = 0; f < skin.faces.size(); ++f) {
+    const auto& [a, b, c] = skin.faces[f];
+    if (beside_cuts[a] + beside_cuts[b] + beside_cuts[c] >= 2) crossed.push_back(f);
+  }
+  return crossed;
+}
+
 double doubled(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
 }
@@ -200,10 +211,10 @@ CutSkin::CutSkin(const TriangleMesh& skin, const EdgeCrossings& edges, const Cut
     vertices_.push_back({v, v, false, 0, {}, Vector3d::Zero()});
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
     parts_.push_back({f, skin.faces[f], kCornersInFace});
-  cut_edges(skin, edges);
+  const std::vector<std::uint32_t> crossed = crossed_faces(skin, edges);
+  cut_edges(skin, edges, crossed);
   if (ends_.empty()) return;
-  for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
-    FaceCutter(*this, skin, edges, sheet, f).cut();
+  for (const std::uint32_t f : crossed) FaceCutter(*this, skin, edges, sheet, f).cut();
   draw_skin_back(*this, sheet, vertices_);
 }
 
@@ -220,9 +231,10 @@ std::uint32_t CutSkin::add_vertex(const Vertex& vertex) {
 
 // An edge falls in two when a face beside it comes apart; its halves' ends are one when the other
 // face does not.
-void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
+void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges,
+                        const std::vector<std::uint32_t>& crossed_faces) {
   std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, bool>>> beside;  // faces: parted?
-  for (std::uint32_t f = 0; f < skin.faces.size(); ++f) {
+  for (const std::uint32_t f : crossed_faces) {
     std::array<std::uint32_t, 3> own;
     int count = 0;
     for (int k = 0; k < 3; ++k) {

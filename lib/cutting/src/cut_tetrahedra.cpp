@@ -47,8 +47,14 @@ CutTetrahedra::CutTetrahedra(const TetrahedralBody& body, const EdgeCrossings& e
 }
 
 void CutTetrahedra::make_copies(const TetrahedralBody& body, const EdgeCrossings& edges) {
+  const std::vector<std::uint8_t> beside_cuts = edges.beside_cuts();
   for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
     first_.push_back(static_cast<std::uint32_t>(copies_.size()));
+    const auto& nodes = body.tetrahedra[t].nodes;
+    if (std::none_of(nodes.begin(), nodes.end(), [&](auto n) { return beside_cuts[n] != 0; })) {
+      copies_.push_back({t, 0b1111, nodes, 1});
+      continue;
+    }
     const TetrahedronPieces pieces(body, edges, t);
     if (!pieces.falls_apart()) {
       copies_.push_back({t, 0b1111, body.tetrahedra[t].nodes, 1});
@@ -83,11 +89,16 @@ void CutTetrahedra::join_nodes(const TetrahedralBody& body) {
     }
   }
   std::map<FaceKey, std::vector<std::uint32_t>> sharing;  // of split tetrahedra's faces
+  std::vector<std::uint8_t> of_split(nodes, 0);           // their nodes: few of all
   for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
     if (!split(t)) continue;
     for (int face = 0; face < 4; ++face) sharing[key_of(body.tetrahedra[t], face)];
+    for (const std::uint32_t n : body.tetrahedra[t].nodes) of_split[n] = 1;
   }
   for (std::uint32_t t = 0; !sharing.empty() && t < body.tetrahedra.size(); ++t) {
+    const auto& own = body.tetrahedra[t].nodes;
+    if (std::count_if(own.begin(), own.end(), [&](auto n) { return of_split[n] != 0; }) < 3)
+      continue;
     for (int face = 0; face < 4; ++face) {
       const auto found = sharing.find(key_of(body.tetrahedra[t], face));
       if (found != sharing.end()) found->second.push_back(t);

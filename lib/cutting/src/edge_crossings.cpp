@@ -71,6 +71,13 @@ std::uint32_t EdgeCrossings::index_of(std::uint32_t a, std::uint32_t b) const {
                                     edges_.begin());
 }
 
+std::vector<std::uint8_t> EdgeCrossings::beside_cuts() const {
+  std::vector<std::uint8_t> beside(points_.size(), 0);
+  for (std::size_t e = 0; e < edges_.size(); ++e)
+    if (crossed_[e].cut) beside[edges_[e][0]] = beside[edges_[e][1]] = 1;
+  return beside;
+}
+
 bool EdgeCrossings::cross(std::uint32_t edge, std::span<const CutSheet::Triangle> triangles,
                           std::span<const GridBox> boxes, const GridBox& all) {
   const GridPoint &a = points_[edges_[edge][0]], &b = points_[edges_[edge][1]];

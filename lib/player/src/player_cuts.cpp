@@ -6,6 +6,7 @@
 
 #include "organbake/core/background_thread.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/player/player.h"
 
 namespace organbake {
@@ -37,6 +38,7 @@ struct Player::PendingCut {
  private:
   void run(std::span<const Player::Organ> shown, const DeformOptions& options);
   void part(std::span<const Player::Organ> shown, const DeformOptions& options);
+  void remake_drawn(std::span<const Player::Organ> shown);
 };
 
 void Player::PendingCut::begin(std::span<const Player::Organ> shown, const DeformOptions& options) {
@@ -64,20 +66,28 @@ void Player::PendingCut::run(std::span<const Player::Organ> shown, const DeformO
 void Player::PendingCut::part(std::span<const Player::Organ> shown, const DeformOptions& options) {
   retired.reset();
   DeformBodies bodies;
+  bool any_changed = false;
   for (std::size_t o = 0; o < shown.size(); ++o) {
     Organ& next = organs[o];
     if (next.sheet) {
       next.cutting = std::make_unique<CutOrgan>(*shown[o].cutting);
       next.changed = next.cutting->part(*next.sheet);
     }
-    if (next.changed) {
-      next.warper.emplace(shown[o].warper.cut(next.cutting->now(), next.cutting->face_parts()));
-      next.node_sources = next.cutting->body().sources(shown[o].cutting->body());
-    }
+    any_changed = any_changed || next.changed;
     bodies.push_back(deform_body(next.changed ? next.cutting->now() : shown[o].now()));
   }
-  if (std::any_of(organs.begin(), organs.end(), [](const Organ& o) { return o.changed; }))
-    deformer.emplace(bodies, options);
+  if (!any_changed) return;
+  // What is drawn and what moves know nothing of each other.
+  parallel_both([&] { remake_drawn(shown); }, [&] { deformer.emplace(bodies, options); });
+}
+
+void Player::PendingCut::remake_drawn(std::span<const Player::Organ> shown) {
+  for (std::size_t o = 0; o < shown.size(); ++o) {
+    Organ& next = organs[o];
+    if (!next.changed) continue;
+    next.warper.emplace(shown[o].warper.cut(next.cutting->now(), next.cutting->face_parts()));
+    next.node_sources = next.cutting->body().sources(shown[o].cutting->body());
+  }
 }
 
 void Player::cut(const std::vector<Instrument>& instruments) {

@@ -129,7 +129,8 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       base(bundle.base, rest) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
-    std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest());
+    const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;
+    std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
     if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
     scope = bundle.lighting->scope;

@@ -80,7 +80,7 @@ View view_of_cut(RandomStream& random) {
   return view;
 }
 
-TEST(LipGape, ACutAtRestShowsInMostOfTwentyViews) {
+TEST(LipGape, ACutAtRestShowsInEighteenOfTwentyViews) {
   Player& player = cut_in_front();
   ASSERT_TRUE(player.is_cut());
   RandomStream random(5);
@@ -100,10 +100,8 @@ TEST(LipGape, ACutAtRestShowsInMostOfTwentyViews) {
                 100.0 * dark / places, least);
     shares.push_back(double(dark) / places);
   }
-  // Of the views the one in the middle: this organ's texels of a millimetre reach over the lips,
-  // and from aside what they leave of the gap is closed like a slit.
-  std::nth_element(shares.begin(), shares.begin() + 10, shares.end());
-  EXPECT_GE(shares[10], 0.95);
+  // In the other two the nearer lip hides most of the gap.
+  EXPECT_GE(std::count_if(shares.begin(), shares.end(), [](double s) { return s >= 0.95; }), 18);
 }
 
 // Between lips, far from the cut's ends: what the pose that is drawn adds to the tissue's own.

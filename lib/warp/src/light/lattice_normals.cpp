@@ -72,30 +72,42 @@ void spread_rim(std::uint32_t steps, Vector3d* normals) {
 
 }  // namespace
 
-std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy) {
+std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& whole,
+                                      std::uint32_t first_face) {
   const std::size_t per_face = layer.nodes_per_face();
+  TriangleMesh proxy;
+  proxy.vertices = whole.vertices;
+  proxy.faces.assign(whole.faces.begin() + first_face, whole.faces.end());
+  const auto count = static_cast<std::uint32_t>(proxy.faces.size());
   const std::vector<ShellMatrix> shells = shell_matrices(proxy);
   const Lattice lattice(proxy, layer.steps);
   std::vector<Vector3d> joined(lattice.node_count(), Vector3d::Zero());
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
+  for (std::uint32_t f = 0; f < count; ++f) {
     std::vector<Vector3d> own(per_face, Vector3d::Zero());
-    add_face(layer, shells[f], &layer.height_mm[f * per_face], own.data());
+    add_face(layer, shells[f], &layer.height_mm[(first_face + f) * per_face], own.data());
     each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       joined[lattice.node(f, i, j)] += own[node];
     });
   }
   for (Vector3d& normal : joined) normal.stableNormalize();
-  std::vector<Vector3d> normals;
+  std::vector<Vector3d> normals(first_face * per_face, Vector3d::Zero());
   normals.reserve(layer.face_count * per_face);
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
+  for (std::uint32_t f = 0; f < count; ++f) {
     each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
       normals.push_back(joined[lattice.node(f, i, j)]);
     });
   }
-  const double narrow_mm = kNarrow * usual_size(proxy);
-  for (std::uint32_t f = 0; f < layer.face_count; ++f)
-    if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
+  const double narrow_mm = kNarrow * usual_size(whole);
+  for (std::uint32_t f = first_face; f < layer.face_count; ++f)
+    if (altitude(whole, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
   return normals;
+}
+
+std::uint32_t first_wall(std::size_t uncut_faces, const CutOrgan::FaceParts& parts) {
+  auto first = static_cast<std::uint32_t>(uncut_faces);
+  for (const auto& [face, pieces] : parts)
+    for (const CutOrgan::FacePart& part : pieces) first = std::max(first, part.face + 1);
+  return first;
 }
 
 void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,

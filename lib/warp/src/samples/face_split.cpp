@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -38,6 +41,49 @@ struct IntoPart {
 Eigen::Vector3d weights_at(const Eigen::Vector2d& b) { return {1 - b.sum(), b.x(), b.y()}; }
 Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(), b.y()}; }
 
+// The film of blood along lips, on texels of a size: on each as much of it as lies on the rim.
+class BloodFilm {
+ public:
+  explicit BloodFilm(double texel_mm)
+      : texels_(std::max(1.0, CutOrgan::kWetRim_mm / std::max(texel_mm, 1e-3))) {
+    const double share = std::min(1.0, CutOrgan::kWetRim_mm / std::max(texel_mm, 1e-3));
+    for (int c = 0; c < 3; ++c)  // of square-root light
+      kept_[c] = std::sqrt(1 - share * (1 - CutOrgan::kBloodFilm[c]));
+  }
+
+  // How far it reaches from a lip, in half texels.
+  double reach() const { return 2 * texels_; }
+
+  PackedDetail over(PackedDetail packed) const {
+    auto texel = std::bit_cast<TexelDetail>(packed);
+    texel.red = dimmed(texel.red, 0);
+    texel.green = dimmed(texel.green, 1);
+    texel.blue = dimmed(texel.blue, 2);
+    const double mean = (kept_[0] + kept_[1] + kept_[2]) / 3;
+    for (std::int8_t* term : {&texel.along_u, &texel.along_v, &texel.curve_u, &texel.curve_v})
+      *term = static_cast<std::int8_t>(std::lround(mean * *term));
+    return std::bit_cast<PackedDetail>(texel);
+  }
+  SmoothDetail over(SmoothDetail texel) const {
+    for (int k = 0; k < 4; ++k) {
+      std::uint32_t word = 0;
+      for (int c = 0; c < 3; ++c)
+        word |= std::uint32_t{dimmed(texel[k] >> (8 * c) & 255u, c)} << (8 * c);
+      const std::uint32_t middle = texel[k] >> 24;
+      texel[k] = word | (k < 3 ? dimmed(middle, k) : middle) << 24;
+    }
+    return texel;
+  }
+
+ private:
+  std::uint8_t dimmed(std::uint32_t value, int channel) const {
+    return static_cast<std::uint8_t>(std::lround(kept_[channel] * value));
+  }
+
+  double texels_;
+  std::array<double, 3> kept_;
+};
+
 // A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
 // them; where a part is too narrow for that it stays. along_u, along_v: of a texel, in the part.
 Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
@@ -54,15 +100,37 @@ Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
   return {weights[1], weights[2]};
 }
 
+// Of a texel, how the weights of a part's corners change over half of it.
+Eigen::Vector3d half_texel(const IntoPart& part, const Eigen::Vector2d& along_u,
+                           const Eigen::Vector2d& along_v) {
+  return 0.5 * (weights_along(part.turn * along_u).cwiseAbs() +
+                weights_along(part.turn * along_v).cwiseAbs());
+}
+
+// Whether a lip of a part lies within so many half texels of a place in the face, on either side.
+bool near_lip(const IntoPart& part, const Eigen::Vector2d& at, const Eigen::Vector3d& half_texel,
+              double reach) {
+  const Eigen::Vector3d weights = weights_at(part(at));
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3, last = (k + 2) % 3;
+    if (part.lip[k] && std::abs(weights[k]) < reach * half_texel[k] &&
+        weights[next] > -half_texel[next] && weights[last] > -half_texel[last])
+      return true;
+  }
+  return false;
+}
+
 // Samples of a chunk that lie in one part.
 struct Group {
   std::vector<std::uint32_t> from_slots;
   std::vector<Eigen::Array3f> bound;
+  std::vector<bool> wet;
 };
 
 class ChunkSplitter {
  public:
-  ChunkSplitter(const SampleSet& from, SampleSet& to) : from_(from), to_(to) {}
+  ChunkSplitter(const SampleSet& from, SampleSet& to)
+      : from_(from), to_(to), film_(from.texel_mm) {}
 
   void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
     std::vector<Group> groups(parts.size());
@@ -81,6 +149,9 @@ class ChunkSplitter {
       }
       const Eigen::Vector2d in_part = within_lips(
           parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
+      groups[best].wet.push_back(std::any_of(parts.begin(), parts.end(), [&](const IntoPart& part) {
+        return near_lip(part, at, half_texel(part, along_u, along_v), film_.reach());
+      }));
       groups[best].from_slots.push_back(slot);
       groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
                                       static_cast<float>(in_part.y()), bound[2]);
@@ -119,13 +190,18 @@ class ChunkSplitter {
       std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
     to_.put(group.bound, first, patch);
     for (std::size_t i = 0; i < group.from_slots.size(); ++i) {
-      to_.detail[first + i] = from_.detail[group.from_slots[i]];
-      if (!to_.smooth.empty()) to_.smooth[first + i] = from_.smooth[group.from_slots[i]];
+      const auto put = [&](const auto& from, auto& to) {
+        const auto& texel = from[group.from_slots[i]];
+        to[first + i] = group.wet[i] ? film_.over(texel) : texel;
+      };
+      put(from_.detail, to_.detail);
+      if (!to_.smooth.empty()) put(from_.smooth, to_.smooth);
     }
   }
 
   const SampleSet& from_;
   SampleSet& to_;
+  BloodFilm film_;
 };
 
 }  // namespace

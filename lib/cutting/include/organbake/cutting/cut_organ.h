@@ -23,6 +23,11 @@ struct CutWalls;
 // uncut organ stay, and are told by face_parts() to which of a cut face's parts they belong.
 class CutOrgan {
  public:
+  // Along the lips of a cut so much of the skin is wet with blood, through whose film these shares
+  // of its colour (linear red, green, blue) come back.
+  static constexpr double kWetRim_mm = 0.7;
+  static constexpr std::array<float, 3> kBloodFilm = {0.26f, 0.09f, 0.08f};
+
   // Throws UsageError for an organ that was baked without tetrahedra. Keeps nothing by reference.
   explicit CutOrgan(const Bundle& bundle);
 
@@ -64,10 +69,12 @@ class CutOrgan {
  private:
   void remake(const CutSheet& sheet);
   void remake_face_parts(const CutSkin& skin);
+  std::vector<TissuePlace> places_of(const CutSkin& skin, const CutWalls& walls) const;
   void remake_body(const std::vector<TissuePlace>& places);
   void remake_base(const CutSkin& skin, const CutWalls& walls);
-  void flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const;
-  Eigen::Vector3f inner_color(const CutWalls& walls, std::size_t face, double b1, double b2) const;
+  void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
+  Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
+                                  double b2) const;
 
   BaseLayer base_;  // of the uncut organ
   std::optional<Lighting> lighting_;

@@ -73,7 +73,8 @@ class CutSkin {
     std::uint32_t first, second;
   };
   class FaceCutter;
-  void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges);
+  void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges,
+                 const std::vector<std::uint32_t>& crossed_faces);
   std::uint32_t add_vertex(const Vertex& vertex);
 
   std::vector<Vertex> vertices_;

@@ -45,6 +45,8 @@ class EdgeCrossings {
   std::uint32_t index_of(std::uint32_t a, std::uint32_t b) const;  // of an edge that there is
   const Crossed& operator[](std::uint32_t e) const { return crossed_[e]; }
   bool cut(std::uint32_t e) const { return crossed_[e].cut; }
+  // By vertex: whether an edge is cut that ends there.
+  std::vector<std::uint8_t> beside_cuts() const;
   const GridPoint& point(std::uint32_t vertex) const { return points_[vertex]; }
   const std::vector<GridPoint>& points() const { return points_; }
 
