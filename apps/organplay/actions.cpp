@@ -42,8 +42,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.draw = drawing(command, player, script.light);
   options.draw.measure = !command.report.empty();
   const auto lens = lens_picture(command, script.width, script.height);
-  if (lens) options.lens = lens->pinhole();
-  if (lens && lens->surroundings()) options.draw.background = DrawOptions::kCavity;
+  if (lens) options.lens = lens->pinhole(), lens->prepare(options.draw);
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
@@ -53,7 +52,6 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   if (command.wants_truth()) {
     options.draw.keep_bound = true;
     truth.emplace(folder->path(), truth_options(command, script, player, lens), options.draw);
-    options.watch = [&](const PlayedScene& scene) { truth->add(player, scene); };
   }
   std::optional<VideoPipe> video;
   if (!command.video.empty())
@@ -62,17 +60,16 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
   context.progress(0);
   Rgb8Image seen;
-  const auto frames = play(
-      player, script, options,
-      [&](int number, const Frame& frame) {
-        if (lens) lens->show(frame.color, seen);
-        const Rgb8Image& picture = lens ? seen : frame.color;
-        if (folder) write_png(folder->path() / frame_file_name(number), picture, kQuick);
-        if (video) video->add(picture);
-        if (reference) reference->compare(number, picture);
-        context.progress(double(number + 1) / script.frames);
-      },
-      context);
+  options.watch = [&, organs = rest_bounds(player)](const PlayedScene& scene) {
+    if (lens) lens->show({scene.picture, scene.view, organs}, seen);
+    const Rgb8Image& picture = lens ? seen : scene.picture.color;
+    if (folder) write_png(folder->path() / frame_file_name(scene.frame), picture, kQuick);
+    if (video) video->add(picture);
+    if (reference) reference->compare(scene.frame, picture);
+    if (truth) truth->add(player, scene);
+    context.progress(double(scene.frame + 1) / script.frames);
+  };
+  const auto frames = play(player, script, options, {}, context);
   context.throw_if_cancelled();
   if (truth) truth->finish();
   if (folder) folder->commit(), results.wrote("out", command.out_folder);
@@ -125,12 +122,12 @@ void draw_one(const Command& command, Player& player, Results& results, const Ru
       lens_picture(command, view.camera.intrinsics.width, view.camera.intrinsics.height);
   if (lens) view.camera.intrinsics = lens->pinhole();
   DrawOptions options = drawing(command, player);
-  if (lens && lens->surroundings()) options.background = DrawOptions::kCavity;
+  if (lens) lens->prepare(options);
   options.keep_bound = command.wants_truth();
   const DrawReport report = player.draw(view, options, frame);
   if (const auto why = why_empty(player, view, report)) context.warn(*why);
   Rgb8Image seen;
-  if (lens) lens->show(frame.color, seen);
+  if (lens) lens->show({frame, view, rest_bounds(player)}, seen);
   write_picture(command.frame_file, lens ? seen : frame.color, context);
   if (command.wants_truth())
     write_truth_of_view(command, player, view, lens.get(), options, frame, context);

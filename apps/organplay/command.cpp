@@ -32,9 +32,10 @@ void check(const Command& c) {
     throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
   if (c.wants_truth() && c.paper_warp)
     throw UsageError("--layers and --stereo-mm do not go with --warp paper");
-  if (!c.lens.empty() && c.out_folder.empty() && c.video.empty() && c.reference.empty() &&
-      c.frame_file.empty())
-    throw UsageError("--scope needs --script with --out DIR, --video or --reference, or -o FILE");
+  if (!c.lens.empty() && !c.wants_window() && c.out_folder.empty() && c.video.empty() &&
+      c.reference.empty() && c.frame_file.empty())
+    throw UsageError(
+        "--scope needs --script with --out DIR, --video or --reference, -o FILE, or the window");
   if (!c.lens.empty() && c.paper_warp) throw UsageError("--scope does not go with --warp paper");
   if (!c.cameras.empty() && c.script.empty() && c.frame_file.empty())
     throw UsageError("--cameras needs --script or -o");
@@ -92,7 +93,8 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
       .add("scope", &c.lens,
            {.help = "preset of a scope (JSON, see 'organbake schema scope-lens', or cameras.json): "
                     "its distortion and vignette are put on pictures and layers, its camera's "
-                    "round field, exposure, haze, bloom, sharpening and grain on pictures alone; "
+                    "round field, exposure, haze, bloom, sharpening, grain, focus and surroundings "
+                    "on pictures alone; in the window the camera's alone; "
                     "its size is theirs unless --size or the script says another",
             .value = "FILE"})
       .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})

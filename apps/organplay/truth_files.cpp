@@ -77,7 +77,7 @@ void write_truth_of_view(const Command& command, Player& player, const View& vie
     Frame drawn;
     player.draw(right, options, drawn);
     Rgb8Image shown;
-    if (lens) lens->show(drawn.color, shown);
+    if (lens) lens->show({drawn, right, rest_bounds(player)}, shown);
     write_png(folder / (stem + "_right.png"), lens ? shown : drawn.color);
     write(right, stem + "_right", drawn);
   }

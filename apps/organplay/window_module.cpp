@@ -7,6 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/truth/scope_lens.h"
 #include "window/run_window.h"
 
 namespace organbake {
@@ -41,6 +42,7 @@ void open_window(const Command& command, const RunContext& context) {
   window.solver = command.solver;
   window.light = command.light;
   window.drawn_by = command.drawn_by;
+  if (!command.lens.empty()) window.scope = read_scope_lens(command.lens).picture;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;
   run(window, context);

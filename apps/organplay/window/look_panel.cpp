@@ -20,6 +20,8 @@ void show_scope(WindowState& state, const Player& player, LiveSession& session) 
   ImGui::SetNextItemWidth(-1);
   if (ImGui::SliderFloat("##lens", &angle, 10, 110, "lens %.0f degrees"))
     session.set_view_angle_deg(angle);
+  if (!(state.scope == ScopePicture()))
+    ImGui::Checkbox("scope's picture (O)", &state.through_scope);
   if (!player.can_relight()) return;
   int light = static_cast<int>(state.drawing.light);
   ImGui::SetNextItemWidth(-1);

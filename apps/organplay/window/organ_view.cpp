@@ -14,6 +14,7 @@
 #endif
 #include "organbake/image/png.h"
 #include "organbake/player/eye_inside.h"
+#include "organbake/truth/cavity_wall.h"
 #include "window/look_panel.h"
 #include "window/measured_picture.h"
 #include "window/overlays.h"
@@ -65,6 +66,11 @@ void OrganView::draw_with(DrawnBy drawn_by) {
   if (drawn_by == DrawnBy::graphics)
     state_.message = "drawn by the processor: this organplay was built without graphics hardware";
 #endif
+}
+
+void OrganView::look_through(const ScopePicture& scope) {
+  state_.scope = scope;
+  state_.through_scope = !(scope == ScopePicture());
 }
 
 void OrganView::show(Display& display) {
@@ -124,6 +130,7 @@ void OrganView::follow_keys(const Display& display) {
   toggle('3', state_.manifold_lines);
   toggle('4', state_.tetrahedra_lines);
   toggle('B', state_.at_rest_beside);
+  if (!(state_.scope == ScopePicture())) toggle('O', state_.through_scope);
   if (display.pressed('.')) state_.paused = state_.step_once = true;
   if (display.pressed('R')) state_.restart(session_);
   if (display.pressed('F')) session_.face_front();
@@ -143,6 +150,8 @@ void OrganView::advance(Display& display) {
   const bool plain = state_.against == Against::nothing;
   const bool runs = !state_.paused && plain && ++tick_ % state_.slowness == 0;
   const PixelRect rect = picture_rect();
+  const bool wall = state_.through_scope && state_.scope.surroundings;
+  state_.drawing.background = wall ? DrawOptions::kCavity : DrawOptions().background;
   last_ = session_.advance(runs || state_.step_once, rect.width, rect.height, state_.drawing);
   player_.load_ahead();  // once there is something to look at
   if (runs || state_.step_once) {
@@ -151,7 +160,9 @@ void OrganView::advance(Display& display) {
     state_.largest_force_n = std::max(state_.largest_force_n, state_.force_n);
   }
   state_.step_once = false;
-  const bool as_drawn = plain && state_.colors == FalseColors::none && !state_.at_rest_beside;
+  const bool as_drawn = plain && state_.colors == FalseColors::none && !state_.at_rest_beside &&
+                        through_scope_ == state_.through_scope;
+  through_scope_ = state_.through_scope;
   if (!as_drawn || !last_.draw.unchanged || !frame_shown_)
     display.set_picture(composed(), {layout_.organ.x, layout_.organ.y});
   frame_shown_ = as_drawn;
@@ -163,9 +174,21 @@ void OrganView::advance(Display& display) {
   }
 }
 
+// The lens's distortion is left out: what is touched lies under the pointer.
+Rgb8Image OrganView::seen_tissue() const {
+  const Frame& frame = session_.frame();
+  Rgb8Image picture = frame.color;
+  if (!state_.through_scope) return picture;
+  if (state_.scope.surroundings)
+    paint_cavity_wall({frame, session_.view(), rest_bounds(player_)}, DrawOptions::kCavity,
+                      picture);
+  apply_scope_picture(state_.scope, picture);
+  return picture;
+}
+
 Rgb8Image OrganView::composed() {
   Rgb8Image picture = state_.colors == FalseColors::none
-                          ? session_.frame().color
+                          ? seen_tissue()
                           : measured_picture(state_, player_, session_.view(), session_.frame());
   if (state_.against != Against::nothing) swipe(picture);
   if (state_.at_rest_beside) put_at_rest_beside(picture);

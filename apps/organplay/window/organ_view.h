@@ -24,6 +24,9 @@ class OrganView {
   // asked for, or by itself only a real one whose first picture is the processor's. Says which it
   // is.
   void draw_with(DrawnBy drawn_by);
+  // Shows the tissue as a scope's camera does, until the person chooses otherwise.
+  void look_through(const ScopePicture& scope);
+
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);
   bool unsaved() const { return session_.record_end() > saved_steps_; }
@@ -33,6 +36,7 @@ class OrganView {
   void follow_mouse();
   void follow_keys(const Display& display);
   void advance(Display& display);
+  Rgb8Image seen_tissue() const;
   Rgb8Image composed();
   void swipe(Rgb8Image& picture);
   void put_at_rest_beside(Rgb8Image& picture);
@@ -51,8 +55,9 @@ class OrganView {
   PanelLayout layout_;
   PlayedFrame last_;
   Frame rest_frame_;
-  std::string noted_;         // of Player::drawing_note()
-  bool frame_shown_ = false;  // the display has the session's frame, and nothing else
+  std::string noted_;           // of Player::drawing_note()
+  bool through_scope_ = false;  // in the last picture
+  bool frame_shown_ = false;    // the display has the session's frame, and nothing else
   int tick_ = 0;
   enum class Drag { none, tool, turn, shift } drag_ = Drag::none;
   std::size_t saved_steps_ = 0;

@@ -34,7 +34,10 @@ void run_window(const WindowCommand& command, const RunContext& context) {
   // A bundle named on the command line that can't be read is an error like any other.
   std::unique_ptr<OrganView> named;
   const auto open = [&command](const std::vector<std::filesystem::path>& bundles) {
-    return std::make_unique<OrganView>(bundles, command.save_folder, command.solver, command.light);
+    auto opened =
+        std::make_unique<OrganView>(bundles, command.save_folder, command.solver, command.light);
+    opened->look_through(command.scope);
+    return opened;
   };
   if (!command.bundles.empty()) named = open(command.bundles);
   Display display("organplay", command.width, command.height);

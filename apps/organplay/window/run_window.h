@@ -8,6 +8,7 @@
 #include "drawn_by.h"
 #include "organbake/core/run_context.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/truth/scope_picture.h"
 #include "organbake/warp/drawn_light.h"
 
 namespace organbake {
@@ -17,7 +18,8 @@ struct WindowCommand {
   std::filesystem::path save_folder = ".";
   std::optional<TissueSolver> solver = {};  // nothing: what the organs have
   DrawnBy drawn_by = DrawnBy::automatic;
-  std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
+  std::optional<DrawnLight> light;          // to begin with; else what the organ is meant for
+  ScopePicture scope = {};                  // what a scope's camera makes of the picture
   int width = 1280, height = 720;
 };
 

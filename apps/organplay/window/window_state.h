@@ -9,6 +9,7 @@
 #include "organbake/player/live_session.h"
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/player.h"
+#include "organbake/truth/scope_picture.h"
 #include "window/truth_pictures.h"
 
 namespace organbake {
@@ -24,6 +25,8 @@ struct WindowState {
   int slowness = 1;              // one time step every so many pictures
   InstrumentKind kind = Ball{};  // of the next touch
   DrawOptions drawing;
+  ScopePicture scope;  // what a scope's camera makes of the picture, once one was given
+  bool through_scope = false;
   FalseColors colors = FalseColors::none;
   double most_displacement_mm = 10, most_strain = 0.3;  // of the colours' range
   bool proxy_lines = false, tetrahedra_lines = false, camera_lines = false, manifold_lines = false;

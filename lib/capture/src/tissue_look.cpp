@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-const std::vector<Lighting::Lobe> kWet = {{12, 600}, {0.035, 12}};
+const std::vector<Lighting::Lobe> kWet = {{8, 750}, {0.035, 12}};
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
 const std::vector<Lighting::Lobe> kGreasy = {{5, 700}, {0.05, 40}};
 // One wide, blown highlight with a soft rim on skin without bumps.

@@ -81,6 +81,7 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
   TruthRecorder recorder(folder.path(), truth, draw);
   Counts counts;
   Json clips = Json::array();
+  const Bounds organs = rest_bounds(player);
   for (int c = 0; c < shard.clips; ++c) {
     const DatasetClip clip = make_clip(spec, player.bundle(), shard.organ, shard.first_clip + c);
     draw.light = clip.script.light.value_or(player.default_light());
@@ -99,18 +100,22 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
     recorder.begin(part);
     PlayOptions options;
     options.draw = draw;
-    if (lens) options.lens = lens->pinhole();
+    if (lens) options.lens = lens->pinhole(), lens->prepare(options.draw);
     options.watch = [&](const PlayedScene& scene) {
       counts.add(scene.step);
       const int frame = part.first_frame + scene.frame;
-      const auto picture = std::make_shared<Rgb8Image>(scene.picture.color);
-      writers.run(
-          [expose_frame, lens, frame, picture, file = folder.path() / frame_file_name(frame)] {
-            constexpr int kQuick = 1;  // PNG level
-            if (lens) lens->show(Rgb8Image(*picture), *picture);
-            expose_frame(frame, false, *picture);
-            write_png(file, *picture, kQuick);
-          });
+      const auto drawn = std::make_shared<Frame>();
+      drawn->color = scene.picture.color;
+      if (lens) drawn->cover = scene.picture.cover, drawn->depth_mm = scene.picture.depth_mm;
+      writers.run([expose_frame, lens, frame, drawn, view = scene.view, organs,
+                   file = folder.path() / frame_file_name(frame)] {
+        constexpr int kQuick = 1;  // PNG level
+        Rgb8Image seen;
+        if (lens) lens->show({*drawn, view, organs}, seen);
+        Rgb8Image* const picture = lens ? &seen : &drawn->color;
+        expose_frame(frame, false, *picture);
+        write_png(file, *picture, kQuick);
+      });
       recorder.add(player, scene);
       const double done = double(frame + 1) / (shard.clips * spec.clip_frames);
       context.progress(shard.begin + done * (shard.end - shard.begin));

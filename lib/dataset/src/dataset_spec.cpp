@@ -92,8 +92,9 @@ void read_lights(const JsonField& lights, DatasetSpec& spec) {
 }
 
 // The pictures have the lens's size, unless another is asked for.
-void read_lens(const JsonField& lens, const std::string& name, bool size_asked, DatasetSpec& spec) {
-  spec.lens = scope_lens_from_json(lens.json().dump(), name + ": /lens");
+void read_scope(const JsonField& scope, const std::string& name, bool size_asked,
+                DatasetSpec& spec) {
+  spec.lens = scope_lens_from_json(scope.json().dump(), name);
   const Intrinsics& given = spec.lens->intrinsics;
   if (!size_asked) spec.width = given.width, spec.height = given.height;
   spec.lens = spec.lens->in_size(spec.width, spec.height);
@@ -108,8 +109,8 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   const JsonField document(json, name);
   document.require_schema(kDatasetSchema);
   document.allow_only({"schema", "name", "seed", "frames", "clip_frames", "shard_frames", "size",
-                       "layers", "stereo_mm", "lens", "test_share", "time_step_s", "views", "pokes",
-                       "lights", "gain", "noise"});
+                       "layers", "stereo_mm", "scope", "lens", "test_share", "time_step_s", "views",
+                       "pokes", "lights", "gain", "noise"});
   DatasetSpec spec;
   const Keys keys(document);
   if (const auto named = document.find("name")) spec.name = named->text();
@@ -128,8 +129,12 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
     spec.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));
     spec.height = static_cast<int>(size->at(1).integer(1, kLargestSide_px));
   }
-  if (const auto lens = document.find("lens"))
-    read_lens(*lens, name, document.find("size").has_value(), spec);
+  // "lens" is what scope was called once.
+  if (document.find("scope") && document.find("lens"))
+    document["lens"].fail("is another name of scope: write one of them");
+  for (const char* const key : {"scope", "lens"})
+    if (const auto scope = document.find(key))
+      read_scope(*scope, name + ": /" + key, document.find("size").has_value(), spec);
   if (const auto layers = document.find("layers")) read_layers(*layers, spec);
   if (const auto stereo = document.find("stereo_mm")) spec.baseline_mm = stereo->number(1e-3, 1000);
   keys.number("test_share", 0, 1, spec.test_share);

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
+#include "depth_of_field.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
@@ -60,6 +62,13 @@ Intrinsics pinhole_round(const std::vector<Vector3d>& rays, const Intrinsics& le
     low = low.cwiseMin(ray.head<2>());
     high = high.cwiseMax(ray.head<2>());
   }
+  constexpr double kNarrowest_deg = 0.1, kWidest_deg = 170, kDegrees = 180 / std::numbers::pi;
+  const double field_deg = kDegrees * std::max(std::atan(high.x()) - std::atan(low.x()),
+                                               std::atan(high.y()) - std::atan(low.y()));
+  if (!(field_deg >= kNarrowest_deg && field_deg <= kWidest_deg))
+    throw BadDataError(name, "has a field of " + to_text(field_deg, 1) +
+                                 " degrees; a flat picture shows 0.1 to 170: check fx and fy, "
+                                 "which are focal lengths in pixels");
   const Vector2d focal_px(lens.fx, lens.fy);
   const Vector2d span_px = (high - low).cwiseProduct(focal_px);
   constexpr double kRoom_px = kLargestSide_px - 2 * kMargin_px - 2;  // two for whole pixels
@@ -146,6 +155,20 @@ void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
     }
   });
   apply_scope_picture(scope_.picture, seen);
+}
+
+void LensPicture::prepare(DrawOptions& options) const {
+  if (scope_.picture.surroundings) options.background = DrawOptions::kCavity;
+  options.keep_depth |= scope_.picture.surroundings || scope_.picture.aperture_mm > 0;
+}
+
+void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
+  const ScopePicture& scope = scope_.picture;
+  if (!scope.surroundings && !(scope.aperture_mm > 0)) return show(scene.frame.color, seen);
+  Rgb8Image drawn = scene.frame.color;
+  if (scope.surroundings) paint_cavity_wall(scene, DrawOptions::kCavity, drawn);
+  blur_out_of_focus(scope.aperture_mm, pinhole_.fx, scene.frame.depth_mm, drawn);
+  show(drawn, seen);
 }
 
 LensPicture::Corners LensPicture::corners(std::size_t pixel, const PixelTruth& drawn) const {

@@ -14,7 +14,8 @@ constexpr const char* kScopeLensSchema = "organbake/scope-lens/1";
 constexpr const char* kScopePictureSchema = "organbake/scope-lens/2";
 
 ScopePicture picture_from(const JsonField& field) {
-  field.allow_only({"field", "exposure", "haze", "bloom", "sharpening", "grain", "surroundings"});
+  field.allow_only(
+      {"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm", "surroundings"});
   ScopePicture picture;
   const auto number = [&](const char* key, double low, double high, double& value) {
     if (const auto given = field.find(key)) value = given->number(low, high);
@@ -25,6 +26,7 @@ ScopePicture picture_from(const JsonField& field) {
   number("bloom", 0, 1, picture.bloom);
   number("sharpening", 0, 5, picture.sharpening);
   number("grain", 0, 50, picture.grain);
+  number("aperture_mm", 0, 5, picture.aperture_mm);
   if (const auto given = field.find("surroundings")) {
     if (!given->json().is_boolean()) given->fail("is neither true nor false");
     picture.surroundings = given->json().get<bool>();
@@ -36,6 +38,7 @@ Json picture_to_json(const ScopePicture& p) {
   Json json = {{"exposure", p.exposure},     {"haze", p.haze},   {"bloom", p.bloom},
                {"sharpening", p.sharpening}, {"grain", p.grain}, {"surroundings", p.surroundings}};
   if (p.field > 0) json["field"] = p.field;
+  if (p.aperture_mm > 0) json["aperture_mm"] = p.aperture_mm;
   return json;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // In the order of a camera: light, haze, what the sensor spreads, its curve, sharpening, noise, and
-// the edge of the field. Blurs are three boxes, each sum kept running: near enough to a Gaussian.
+// the edge of the field.
 #include "organbake/truth/scope_picture.h"
 
 #include <algorithm>
@@ -9,39 +9,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "organbake/core/parallel.h"
+#include "box_blur.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {
 
 using Channel = std::vector<float>;
-
-// A window's mean along a line of `count` values, `step` apart; beyond the ends is what lies there.
-void box_line(const float* from, float* to, int count, std::size_t step, int radius) {
-  const auto at = [&](int i) { return from[std::size_t(std::clamp(i, 0, count - 1)) * step]; };
-  double sum = 0;
-  for (int i = -radius; i <= radius; ++i) sum += at(i);
-  for (int i = 0; i < count; ++i) {
-    to[std::size_t(i) * step] = static_cast<float>(sum / (2 * radius + 1));
-    sum += at(i + radius + 1) - at(i - radius);
-  }
-}
-
-Channel blurred(Channel channel, int width, int height, int radius) {
-  constexpr int kBoxes = 3;
-  Channel other(channel.size());
-  for (int k = 0; k < kBoxes; ++k) {
-    parallel_for(0, height, [&](int y) {
-      const std::size_t row = std::size_t(y) * width;
-      box_line(&channel[row], &other[row], width, 1, radius);
-    });
-    parallel_for(0, width, [&](int x) {
-      box_line(&other[x], &channel[x], height, std::size_t(width), radius);
-    });
-  }
-  return channel;
-}
 
 std::uint32_t hashed(std::uint32_t h) {
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -88,7 +62,7 @@ struct Developing {
     for (std::size_t i = 0; i < blown.size(); ++i)
       blown[i] =
           kTimes * std::max(0.0f, std::min({light[0][i], light[1][i], light[2][i]}) - kBlown);
-    const Channel spread = blurred(std::move(blown), width, height, std::max(1, width / 320));
+    const Channel spread = box_blurred(std::move(blown), width, height, std::max(1, width / 320));
     for (int c = 0; c < 3; ++c)
       for (std::size_t i = 0; i < spread.size(); ++i)
         light[c][i] += static_cast<float>(scope.bloom) * kHue[c] * spread[i];
@@ -105,7 +79,7 @@ struct Developing {
     Channel luma(light[0].size());
     for (std::size_t i = 0; i < luma.size(); ++i)
       luma[i] = luminance(light[0][i], light[1][i], light[2][i]);
-    const Channel soft = blurred(luma, width, height, 1);
+    const Channel soft = box_blurred(luma, width, height, 1);
     for (Channel& channel : light)
       for (std::size_t i = 0; i < luma.size(); ++i)
         channel[i] += static_cast<float>(scope.sharpening) * (luma[i] - soft[i]);

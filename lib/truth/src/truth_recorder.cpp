@@ -136,9 +136,10 @@ void TruthRecorder::add(Player& player, const PlayedScene& scene) {
   const View view = right_eye(scene.view, *options_.baseline_mm);
   DrawOptions draw = draw_;
   draw.solids = scene.solids;
+  if (right.lens) right.lens->prepare(draw);
   player.draw(view, draw, right.picture);
   const auto picture = std::make_shared<Rgb8Image>(right.picture.color);
-  if (right.lens) right.lens->show(right.picture.color, *picture);
+  if (right.lens) right.lens->show({right.picture, view, rest_bounds(player)}, *picture);
   right.run(
       [expose = clip_.expose_right, frame, picture, file = right.folder / frame_file_name(frame)] {
         constexpr int kQuick = 1;  // PNG level

@@ -126,7 +126,10 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       rest(shell.matrices()),
       store(std::move(samples)),
       cut(whole != nullptr),
-      base(bundle.base, rest) {
+      base(bundle.base, rest),
+      post_process((bundle.lighting ? bundle.lighting->scope : std::nullopt)
+                       .value_or(ScopeLight())
+                       .offset_mm) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
     const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "depth_of_field.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/orbit.h"
+#include "organbake/truth/cavity_wall.h"
 #include "traced_organ.h"
 
 namespace organbake {
@@ -198,6 +201,7 @@ ScopePicture all_of_it() {
           .bloom = 0.3,
           .sharpening = 0.8,
           .grain = 3,
+          .aperture_mm = 0.4,
           .surroundings = true};
 }
 
@@ -214,7 +218,94 @@ TEST(ScopePicture, IsReadAsItWasWrittenAndRefusesWhatItDoesNotKnow) {
   EXPECT_THROW(read(R"("boom": 1)"), BadDataError);
   EXPECT_THROW(read(R"("field": 0)"), BadDataError);
   EXPECT_THROW(read(R"("grain": -1)"), BadDataError);
+  EXPECT_THROW(read(R"("aperture_mm": 6)"), BadDataError);
   EXPECT_THROW(read(R"("surroundings": 1)"), BadDataError);
+}
+
+// A picture of no field, and one of 200°, which no plane holds.
+TEST(ScopeLens, RefusesFieldsOfNothingAndOfMoreThanAPlaneHolds) {
+  const auto with_focal = [](const std::string& focal_px) {
+    return scope_lens_from_json(R"({"width": 64, "height": 48, "cx": 32, "cy": 24, "fx": )" +
+                                    focal_px + R"(, "fy": )" + focal_px + "}",
+                                "field.json");
+  };
+  EXPECT_THROW(with_focal("0"), BadDataError);
+  EXPECT_THROW(with_focal("-5"), BadDataError);
+  for (const char* const focal_px : {"0.0001", "1e8"}) {
+    try {
+      LensPicture(with_focal(focal_px), "field.json");
+      FAIL() << focal_px << " was taken";
+    } catch (const BadDataError& error) {
+      EXPECT_NE(std::string(error.what()).find("has a field of"), std::string::npos);
+    }
+  }
+}
+
+// The wall stands still in the world: the same place of it has the same colour from another side.
+TEST(CavityWall, StaysInTheWorldBehindTheOrganAndOutOfTheFrame) {
+  Player player(traced_organ());
+  DrawOptions options;
+  options.background = DrawOptions::kCavity;
+  options.keep_depth = true;
+  const Bounds organs = rest_bounds(player);
+  const auto painted = [&](const View& view, Frame& frame) {
+    player.draw(view, options, frame);
+    Rgb8Image picture = frame.color;
+    paint_cavity_wall({frame, view, organs}, DrawOptions::kCavity, picture);
+    return picture;
+  };
+  const View view = orbit_view(traced_organ().cameras, {0.3, 0.1}, 320, 240);
+  View turned = view;  // about its own axis by half a turn: (x, y) goes to (w − x, h − y)
+  turned.camera.camera_from_world.rotation.topRows<2>() *= -1;
+  turned.camera.camera_from_world.translation.head<2>() *= -1;
+  Frame frame, other;
+  const Rgb8Image picture = painted(view, frame), upside_down = painted(turned, other);
+  std::size_t wall = 0;
+  int darkest = 255, brightest = 0;
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x) {
+      if (frame.covered(x, y)) {
+        ASSERT_TRUE(std::equal(frame.color.at(x, y), frame.color.at(x, y) + 3, picture.at(x, y)));
+        continue;
+      }
+      if (!std::equal(DrawOptions::kCavity.begin(), DrawOptions::kCavity.end(),
+                      frame.color.at(x, y)) ||
+          other.covered(319 - x, 239 - y))
+        continue;
+      ++wall;
+      const int red = picture.at(x, y)[0];
+      darkest = std::min(darkest, red), brightest = std::max(brightest, red);
+      EXPECT_GE(red, picture.at(x, y)[2]);
+      EXPECT_NEAR(red, upside_down.at(319 - x, 239 - y)[0], 12);  // lit from the same place, about
+    }
+  EXPECT_GT(wall, 10000u);
+  EXPECT_GT(brightest, darkest + 10);
+}
+
+// A checkerboard whose left half lies in focus and whose right half far behind.
+TEST(DepthOfField, BlursWhatLiesOffTheFocusByItsDistance) {
+  constexpr int kWide = 120, kHigh = 60;
+  Rgb8Image picture(kWide, kHigh);
+  std::vector<float> depth_mm(kWide * kHigh);
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x) {
+      std::fill_n(picture.at(x, y), 3, static_cast<std::uint8_t>((x / 3 + y / 3) % 2 ? 200 : 40));
+      depth_mm[std::size_t(y) * kWide + x] = x < 75 ? 50 : 200;
+    }
+  const Rgb8Image sharp = picture;
+  blur_out_of_focus(0.4, 900, depth_mm, picture);
+  const auto contrast = [](const Rgb8Image& of, int x0) {
+    int least = 255, most = 0;
+    for (int x = x0; x < x0 + 6; ++x)
+      least = std::min<int>(least, of.at(x, 30)[1]), most = std::max<int>(most, of.at(x, 30)[1]);
+    return most - least;
+  };
+  EXPECT_EQ(contrast(picture, 30), contrast(sharp, 30));
+  EXPECT_LT(contrast(picture, 100), contrast(sharp, 100) / 3);
+  std::fill(depth_mm.begin(), depth_mm.end(), std::numeric_limits<float>::infinity());
+  picture = sharp;
+  blur_out_of_focus(0.4, 900, depth_mm, picture);
+  EXPECT_EQ(picture.pixels, sharp.pixels);
 }
 
 // Black beyond the round field, noisy within, a glow round what is blown; the same bytes each time.

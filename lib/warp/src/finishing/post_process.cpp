@@ -8,6 +8,7 @@
 #include "finishing/hole_fill.h"
 #include "finishing/see_through.h"
 #include "finishing/slit_fill.h"
+#include "finishing/tool_shadows.h"
 #include "organbake/warp/draw_options.h"
 #include "picture/phase_clock.h"
 
@@ -37,6 +38,16 @@ void PostProcess::keep(const PixelBox& box, const Frame& frame) {
   }
 }
 
+void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame& frame) {
+  const bool shadows = options.light == DrawnLight::scope;
+  const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
+  const std::vector<SolidBlock> shaded =
+      shadows ? solid_blocks(with_shadows(options.solids), view) : std::vector<SolidBlock>();
+  for (const SolidBlock& block : shadows ? shaded : blocks) keep(block.box, frame);
+  shade_skin_by_solids(options.solids, shaded, view, light_mm_, frame);
+  draw_solids(options.solids, blocks, view, frame);
+}
+
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
                         const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report) {
   PhaseClock clock(options.measure);
@@ -51,9 +62,7 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   report.holes_after = holes.after;
   if (!options.solids.empty()) {
     clock.lap(report.times.fill, report.critical_path.fill);
-    const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
-    for (const SolidBlock& block : blocks) keep(block.box, frame);
-    draw_solids(options.solids, blocks, view, frame);
+    draw_tools(view, options, frame);
     clock.lap(report.times.tools, report.critical_path.tools);
     skin_.read_with_border(drawn, frame);
   }

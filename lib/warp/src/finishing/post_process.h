@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -25,6 +26,9 @@ struct DrawReport;
 // and draw the tiles that changed alone.
 class PostProcess {
  public:
+  // light_mm: of the light at the scope, from the eye, camera axes: by it tools throw shadows.
+  explicit PostProcess(const Eigen::Vector3d& light_mm) : light_mm_(light_mm) {}
+
   // drawn: everything but the background. depth: of its skin. deeper_mm: skin at least so far
   // behind other skin is not one surface with it.
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
@@ -41,8 +45,10 @@ class PostProcess {
   };
   static Pixel pixel_of(const Frame& frame, std::size_t at);
   void keep(const PixelBox& box, const Frame& frame);
+  void draw_tools(const View& view, const DrawOptions& options, Frame& frame);
   void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
+  Eigen::Vector3d light_mm_;
   PixelBox drawn_;
   CoverMask skin_;             // with a border
   std::vector<Pixel> opened_;  // as they were

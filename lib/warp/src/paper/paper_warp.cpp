@@ -277,7 +277,8 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
                                  .norm();
   const auto deeper_mm =
       static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
-  PostProcess().apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
+  PostProcess(Eigen::Vector3d::Zero())
+      .apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
   return report;
 }
 

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "organbake/image/channel_image.h"
+#include "organbake/truth/cavity_wall.h"
 #include "organbake/truth/flow.h"
 #include "organbake/truth/pixel_truth.h"
 #include "organbake/truth/scope_lens.h"
+#include "organbake/warp/draw_options.h"
 
 namespace organbake {
 
@@ -23,11 +25,15 @@ class LensPicture {
 
   const Intrinsics& lens() const { return scope_.intrinsics; }  // of the pictures that come out
   const Intrinsics& pinhole() const { return pinhole_; }        // of those that are to be drawn
-  bool surroundings() const { return scope_.picture.surroundings; }
+  // Asks for what show(DrawnScene) needs of a frame. Layers of truth do not depend on it.
+  void prepare(DrawOptions& options) const;
 
   // Blended between four pixels, in linear light, weakened by the vignette, and made what the
   // scope's camera makes of it.
   void show(const Rgb8Image& drawn, Rgb8Image& seen) const;
+  // The same of a frame that was drawn as prepare() asks, with what lies behind the organs and what
+  // is out of focus, where the scope's picture has them.
+  void show(const DrawnScene& scene, Rgb8Image& seen) const;
   // What each ray meets: of the four pixels round it the part that fills most of them, with planar
   // depth, normals and skin points between those that show it, as exact as these are. Points are
   // not told.

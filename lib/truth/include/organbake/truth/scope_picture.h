@@ -5,17 +5,19 @@
 
 namespace organbake {
 
-// What a scope's camera makes of the light that its lens brings, as a preset tells it: for pictures
+// What a scope's lens and camera make of the light, as a preset tells it: for pictures
 // that shall look like an operation's, never for measuring. All of it off unless asked for.
 struct ScopePicture {
-  double field = 0;       // diameter of the round field, as a share of the width; 0: the whole
-  double exposure = 1;    // multiplies the light; what becomes more than 1 is white
-  double haze = 0;        // 0…1: share of smoke's even light in the picture
-  double bloom = 0;       // 0…1: of blown light, what spreads about it, bluish
-  double sharpening = 0;  // 0…5: of what the camera adds at edges, with its dark and light halo
-  double grain = 0;       // standard deviation of the noise in mid grey, sRGB levels of 255
-  bool surroundings = false;  // a cavity's dark wall behind the organ (DrawOptions)
+  double field = 0;        // diameter of the round field, as a share of the width; 0: the whole
+  double exposure = 1;     // multiplies the light; what becomes more than 1 is white
+  double haze = 0;         // 0…1: share of smoke's even light in the picture
+  double bloom = 0;        // 0…1: of blown light, what spreads about it, bluish
+  double sharpening = 0;   // 0…5: of what the camera adds at edges, with its dark and light halo
+  double grain = 0;        // standard deviation of the noise in mid grey, sRGB levels of 255
+  double aperture_mm = 0;  // of the lens: what is out of its focus, amid the picture, blurs; 0: no
+  bool surroundings = false;  // a cavity's wall behind the organ (cavity_wall.h)
 
+  // But for what is behind the organ and out of focus, which take more than a picture.
   bool off() const {
     return field == 0 && exposure == 1 && haze == 0 && bloom == 0 && sharpening == 0 && grain == 0;
   }

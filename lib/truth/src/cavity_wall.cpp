@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wall's folds are sine waves that bend each other (domain warping, Quilez 2002): no table, no
+// seam, the same on every processor. Its light falls off with the square of the range, from what
+// the nearest skin amid the picture is exposed for.
+#include "organbake/truth/cavity_wall.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+struct WallSphere {
+  Vector3d center;  // from the eye, world axes
+  double radius;
+
+  // How far along a ray its far side lies; negative where the ray misses it.
+  double far_side(const Vector3d& ray) const {
+    const double a = ray.squaredNorm(), b = ray.dot(center);
+    const double discriminant = b * b - a * (center.squaredNorm() - radius * radius);
+    return discriminant < 0 ? -1 : (b + std::sqrt(discriminant)) / a;
+  }
+};
+
+// −1…1: folds some 50 mm apart that wind, and faint ones across them.
+double folds_at(const Vector3d& p) {
+  const double bend =
+      2.2 * std::sin(0.031 * p.x() - 0.023 * p.z()) + 1.9 * std::sin(0.037 * p.y() + 1.9);
+  const double large = std::sin(0.083 * p.z() + 0.047 * p.x() + bend);
+  const double small = std::sin(0.13 * p.y() - 0.09 * p.x() + 2.3 * bend + 1.5 * large);
+  return 0.8 * large + 0.2 * small;
+}
+
+// Muscle and peritoneum, with yellow fat below it in places.
+Vector3f wall_albedo(const Vector3d& p, double fold) {
+  const Vector3f flesh(0.17f, 0.042f, 0.034f), fat(0.34f, 0.17f, 0.07f);
+  const double patch = std::sin(0.031 * p.x() + 0.7) * std::sin(0.027 * p.y() - 0.4) +
+                       0.5 * std::sin(0.05 * p.z() + 1.1);
+  const auto share = static_cast<float>(std::clamp(1.6 * patch - 0.7, 0.0, 0.7));
+  return (flesh + share * (fat - flesh)) * static_cast<float>(0.85 + 0.15 * fold);
+}
+
+// What skin is exposed for: the median of its depth amid the picture; 0 where none is there.
+double exposed_range_mm(const DrawnScene& scene) {
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < scene.frame.depth_mm.size(); i += 7)
+    if (std::isfinite(scene.frame.depth_mm[i])) depths.push_back(scene.frame.depth_mm[i]);
+  if (depths.empty()) return 0;
+  const auto half = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), half, depths.end());
+  return *half;
+}
+
+}  // namespace
+
+Bounds rest_bounds(const Player& player) {
+  Bounds organs;
+  for (std::size_t o = 0; o < player.organ_count(); ++o)
+    for (const Vector3d& vertex : player.bundle(o).proxy.vertices) organs.add(vertex);
+  return organs;
+}
+
+void paint_cavity_wall(const DrawnScene& scene, const std::array<std::uint8_t, 3>& behind,
+                       Rgb8Image& picture) {
+  constexpr double kBehind_mm = 30, kFull = 0.75, kUnseen_mm = 100;
+  constexpr float kAmbient = 0.02f;  // of light that other tissue throws there
+  const Intrinsics& k = scene.view.camera.intrinsics;
+  const RigidTransform& pose = scene.view.camera.camera_from_world;
+  const Vector3d eye = scene.view.camera.center_world_mm();
+  const WallSphere sphere{scene.organs.center() - eye, 0.75 * scene.organs.diagonal() + kBehind_mm};
+  const double range = exposed_range_mm(scene);
+  const double full_mm2 = kFull * (range > 0 ? range * range : kUnseen_mm * kUnseen_mm);
+  parallel_for(0, picture.height, [&](int y) {
+    for (int x = 0; x < picture.width; ++x) {
+      std::uint8_t* const rgb = picture.at(x, y);
+      if (scene.frame.covered(x, y) || !std::equal(behind.begin(), behind.end(), rgb)) continue;
+      const Vector3d ray =
+          pose.rotation.transpose() * Vector3d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+      const double along = sphere.far_side(ray);
+      if (!(along > 0)) continue;
+      const Vector3d away = along * ray, inward = (sphere.center - away) / sphere.radius;
+      const double range2 = std::max(away.squaredNorm(), 1.0);
+      const double facing = std::max(0.0, -inward.dot(away) / std::sqrt(range2));
+      const double fold = folds_at(eye + away);
+      const auto light = static_cast<float>(full_mm2 / range2 * facing * (0.85 + 0.15 * fold));
+      const Vector3f color = (std::min(light, 1.0f) + kAmbient) * wall_albedo(eye + away, fold);
+      for (int c = 0; c < 3; ++c) rgb[c] = srgb8_from_linear(color[c]);
+    }
+  });
+}
+
+}  // namespace organbake

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// All of it from distances between segments: a shadow where the way to the light passes a capsule,
+// with a penumbra as wide as the light is (Quilez 2010, "Soft shadows in raymarched SDFs", by the
+// nearest point in the place of marching); ambient occlusion by the gap; a mirror image where the
+// mirrored ray passes a capsule within a few millimetres.
+#include "finishing/tool_shadows.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Capsule {
+  Vector3d from, to;  // camera axes
+  double radius;
+  float color;
+};
+
+std::vector<Capsule> capsules_of(const Solid& solid, const RigidTransform& pose) {
+  const Vector3d a = pose * solid.from, b = pose * solid.to;
+  const float color = solid.color.mean();
+  std::vector<Capsule> capsules = {{a, b, solid.radius_mm, color}};
+  if (!solid.corner) return capsules;
+  const Vector3d c = pose * *solid.corner;
+  capsules.push_back({b, c, solid.radius_mm, color});
+  capsules.push_back({c, a, solid.radius_mm, color});
+  return capsules;
+}
+
+struct Passing {
+  double gap;    // between the ray and the capsule's surface, mm; below 0: through it
+  double along;  // the ray, mm
+};
+
+// Where a ray from p along the unit direction d, `length` long, is nearest to a capsule (Ericson
+// 2005, 5.1.9).
+Passing passing(const Vector3d& p, const Vector3d& d, double length, const Capsule& capsule) {
+  const Vector3d axis = capsule.to - capsule.from, r = p - capsule.from;
+  const double e = axis.squaredNorm(), f = axis.dot(r), c = d.dot(r), b = d.dot(axis);
+  const double denominator = e - b * b;
+  double s = denominator > 1e-9 ? std::clamp((b * f - c * e) / denominator, 0.0, length) : 0;
+  const double t = e > 1e-12 ? std::clamp((b * s + f) / e, 0.0, 1.0) : 0;
+  s = std::clamp(b * t - c, 0.0, length);
+  return {(r + s * d - t * axis).norm() - capsule.radius, s};
+}
+
+double rising(double low, double high, double value) {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+// From which on a solid does nothing to skin: most of a shaft.
+constexpr double kShadeReach_mm = 8;
+
+struct Skin {
+  Vector3d place, normal;  // camera axes; the normal is 0 where the skin breaks off
+};
+
+// Of what the tools leave of a pixel's light, and what they add.
+struct ToolShade {
+  double kept = 1, mirrored = 0;
+};
+
+void shade_by(const Capsule& capsule, const Skin& skin, const Vector3d& light, ToolShade& shade) {
+  const double gap = std::max(0.0, passing(skin.place, Vector3d::Zero(), 0, capsule).gap);
+  if (gap >= kShadeReach_mm) return;
+  constexpr double kLightRadius_mm = 1.5, kDarkest = 0.72, kNear_mm = 1.5, kOccluded = 0.45;
+  constexpr double kMirrorReach_mm = 12, kWater = 0.03, kLeastSoft_mm = 0.25;
+  const Vector3d way = light - skin.place;
+  const double range = std::max(way.norm(), 1.0);
+  const Passing shadow = passing(skin.place, way / range, range, capsule);
+  const double soft = kLeastSoft_mm + kLightRadius_mm * shadow.along / range;
+  const double touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
+  double kept = 1 - kDarkest * touches * rising(soft, -soft, shadow.gap);
+  kept *= 1 - kOccluded * std::exp(-gap / kNear_mm);
+  shade.kept = std::min(shade.kept, kept);
+  if (skin.normal.isZero(0)) return;
+  const Vector3d sight = skin.place.normalized();
+  const double facing = -sight.dot(skin.normal);
+  if (!(facing > 0)) return;
+  const Vector3d mirror = sight + 2 * facing * skin.normal;
+  const Passing image = passing(skin.place, mirror, kMirrorReach_mm, capsule);
+  const double grazing = 1 - facing, fresnel = kWater + (1 - kWater) * std::pow(grazing, 5);
+  const double shown =
+      rising(0.3, -0.3, image.gap) * (1 - image.along / kMirrorReach_mm) * capsule.color;
+  shade.mirrored = std::max(shade.mirrored, std::min(fresnel, 0.4) * shown);
+}
+
+class Shading {
+ public:
+  Shading(const std::vector<Solid>& solids, const View& view, const Vector3d& light, Frame& frame)
+      : k_(view.camera.intrinsics), light_(light), frame_(frame) {
+    for (const Solid& solid : solids)
+      capsules_.push_back(capsules_of(solid, view.camera.camera_from_world));
+  }
+
+  void shade(const SolidBlock& block) {
+    const PixelBox& box = block.box;
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        const Cover cover = frame_.cover[std::size_t(y) * frame_.color.width + x];
+        if (cover == Cover::background || !std::isfinite(depth(x, y))) continue;
+        const Skin skin{place(x, y), normal(x, y)};
+        ToolShade shade;
+        for (const std::uint32_t s : block.solids)
+          for (const Capsule& capsule : capsules_[s]) shade_by(capsule, skin, light_, shade);
+        if (shade.kept > 0.995 && shade.mirrored < 0.001) continue;
+        std::uint8_t* const rgb = frame_.color.at(x, y);
+        for (int c = 0; c < 3; ++c)
+          rgb[c] = srgb8_from_linear(static_cast<float>(shade.kept) * linear_from_srgb8()[rgb[c]] +
+                                     static_cast<float>(shade.mirrored));
+      }
+  }
+
+ private:
+  float depth(int x, int y) const {
+    return frame_.depth_mm[std::size_t(y) * frame_.color.width + x];
+  }
+  Vector3d place(int x, int y) const {
+    return depth(x, y) * Vector3d((x + 0.5 - k_.cx) / k_.fx, (y + 0.5 - k_.cy) / k_.fy, 1);
+  }
+  // Toward the eye, over some pixels each way; 0 beside borders and edges.
+  Vector3d normal(int x, int y) const {
+    constexpr int kReach = 3;
+    constexpr float kSteepest = 0.1f;  // of the depth
+    if (x < kReach || y < kReach || x + kReach >= frame_.color.width ||
+        y + kReach >= frame_.color.height)
+      return Vector3d::Zero();
+    const float here = depth(x, y);
+    for (const auto& [u, v] : {std::pair(x - kReach, y), std::pair(x + kReach, y),
+                               std::pair(x, y - kReach), std::pair(x, y + kReach)})
+      if (!(std::abs(depth(u, v) - here) < kSteepest * here)) return Vector3d::Zero();
+    const Vector3d across = place(x + kReach, y) - place(x - kReach, y);
+    const Vector3d down = place(x, y + kReach) - place(x, y - kReach);
+    return down.cross(across).stableNormalized();
+  }
+
+  const Intrinsics& k_;
+  Vector3d light_;
+  Frame& frame_;
+  std::vector<std::vector<Capsule>> capsules_;
+};
+
+}  // namespace
+
+std::vector<Solid> with_shadows(std::vector<Solid> solids) {
+  for (Solid& solid : solids) solid.radius_mm += kShadeReach_mm;
+  return solids;
+}
+
+void shade_skin_by_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                          const View& view, const Vector3d& light_mm, Frame& frame) {
+  Shading shading(solids, view, light_mm, frame);
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.shade(blocks[b]); });
+}
+
+}  // namespace organbake
