@@ -38,7 +38,7 @@ TEST(Verdict, AnotherOrganIsNotOk) {
   options.photo_size = 512;
   const PosedCamera camera = OrganPhantom(options).photo_cameras().front();
   options.seed = 2;
-  TriangleMesh other = OrganPhantom(options).surface(6);
+  TriangleMesh other = OrganPhantom(options).surface(5);
   other.colors.clear();
   const RegisteredSurface surface(other);
   PhotoToRegister photo;
