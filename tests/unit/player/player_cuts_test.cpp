@@ -143,8 +143,8 @@ TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
   EXPECT_EQ(bytes_of(again, record), live);
 }
 
-// The skin shows no seam where a cut has not opened: nearly the picture of the whole organ.
-TEST(PlayerCuts, AClosedCutHardlyShows) {
+// A cut that nothing pulls on is a thin wet line: elsewhere the picture is that of the whole organ.
+TEST(PlayerCuts, ACutAtRestChangesNoMoreThanItsLine) {
   Player player(organ_to_cut(), with_fem());
   const View view = orbit_view(organ_to_cut().cameras, {0.1, 0.1, 1}, 320, 240);
   Frame whole, cut;
@@ -162,7 +162,7 @@ TEST(PlayerCuts, AClosedCutHardlyShows) {
   std::size_t differ = 0;
   for (std::size_t i = 0; i < whole.color.pixels.size(); ++i)
     differ += std::abs(int(whole.color.pixels[i]) - int(cut.color.pixels[i])) > 40;
-  EXPECT_LT(double(differ), 0.002 * double(whole.color.pixels.size()));
+  EXPECT_LT(double(differ), 0.006 * double(whole.color.pixels.size()));
 }
 
 TEST(PlayerCuts, TheProxyOfACutOrganIsTold) {
