@@ -452,6 +452,8 @@ std::string GraphicsDrawing::refusal(const std::vector<JointDrawing::Organ>&, co
   if (options.method != WarpMethod::bound) return "it does not draw the paper's own warp";
   if (options.keep_shown || options.keep_bound)
     return "it does not tell what skin each pixel shows, which layers of truth ask for";
+  if (options.light == DrawnLight::scope && !options.solids.empty())
+    return "it does not draw the shadows that tools throw in the light at the scope";
   if (options.keep_depth && impl_->dialect == ShaderDialect::embedded)
     return "by OpenGL ES it tells no depth";
   return {};

@@ -217,7 +217,7 @@ TEST_F(GraphicsDrawingTest, DrawsToolsOverTwoOrgans) {
       {of_second, second.proxy.vertices, second.proxy, second.lighting}};
   BothWays both;
   DrawOptions options;
-  options.light = DrawnLight::scope;
+  options.light = DrawnLight::world;
   options.keep_depth = true;
   options.solids = tools_at(first.cameras.manifold.center_world_mm);
   const BothWays::Pair pair = both.draw(organs, view_at(first, {1, 0.3, 0.5}, 260), options);

@@ -41,7 +41,8 @@ class GraphicsDrawing : public OrganDrawing {
   explicit GraphicsDrawing(FirstPicture first = FirstPicture::trusted);
   ~GraphicsDrawing() override;
 
-  // Frames that keep what is shown or bound, and the paper's own warp, are the processor's.
+  // Frames that keep what is shown or bound, the paper's own warp, and tools by the light at the
+  // scope, whose shadows no pass here draws yet, are the processor's.
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override;
   // Throws what JointDrawing does, and GraphicsError when the driver refuses: of a lost context,
