@@ -3,6 +3,7 @@
 
 #include "bench.h"
 #include "measuring/baker.h"
+#include "measuring/error_measures.h"
 #include "measuring/noise_ct.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/phantom/laparoscopy.h"
