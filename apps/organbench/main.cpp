@@ -139,10 +139,10 @@ OptionList option_list(Command& c) {
       .add(
           "only", &c.options.only,
           {.help = "only this part of a suite; fat, gallbladder and liver: of appearance; colmap: "
-                   "motion with COLMAP beside it; refit: fits the model of relief anew; stability: "
-                   "how steady tissue stays before a moving scope; the others are of registration",
-           .choices = {"colmap", "fat", "gallbladder", "liver", "open patches", "refit",
-                       "stability", "time", "tracking"}});
+                   "motion with COLMAP beside it; refit: fits the model of relief anew; the others "
+                   "are of registration",
+           .choices = {"colmap", "fat", "gallbladder", "liver", "open patches", "refit", "time",
+                       "tracking"}});
   list.append(c.shared.options());
   return list;
 }

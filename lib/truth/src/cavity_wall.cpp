@@ -42,7 +42,7 @@ double folds_at(const Vector3d& p) {
 Vector3f wall_albedo(const Vector3d& p, double fold) {
   const Vector3f flesh(0.17f, 0.042f, 0.034f), fat(0.34f, 0.17f, 0.07f);
   const double patch = std::sin(0.031 * p.x() + 0.7) * std::sin(0.027 * p.y() - 0.4) +
-                       0.5 * std::sin(0.05 * p.z() + 1.1);
+                       0.5 * std::sin(0.05 * p.z() + 1.1) + 0.45 * fold;
   const auto share = static_cast<float>(std::clamp(1.6 * patch - 0.7, 0.0, 0.7));
   return (flesh + share * (fat - flesh)) * static_cast<float>(0.85 + 0.15 * fold);
 }
@@ -58,6 +58,62 @@ double exposed_range_mm(const DrawnScene& scene) {
   return *half;
 }
 
+// The wall's colours, 0…255 in sRGB, at every few pixels, and between them in proportion: its
+// folds are far wider.
+class WallLattice {
+ public:
+  WallLattice(const DrawnScene& scene, const Vector3f& behind)
+      : columns_(scene.view.camera.intrinsics.width / kStep_px + 2),
+        nodes_(std::size_t(columns_) * (scene.view.camera.intrinsics.height / kStep_px + 2)) {
+    constexpr double kBehind_mm = 30, kFull = 0.75, kUnseen_mm = 100;
+    eye_ = scene.view.camera.center_world_mm();
+    sphere_ = {scene.organs.center() - eye_, 0.75 * scene.organs.diagonal() + kBehind_mm};
+    const double range = exposed_range_mm(scene);
+    full_mm2_ = kFull * (range > 0 ? range * range : kUnseen_mm * kUnseen_mm);
+    parallel_for(0, static_cast<int>(nodes_.size()) / columns_, [&](int row) {
+      for (int column = 0; column < columns_; ++column)
+        nodes_[std::size_t(row) * columns_ + column] =
+            seen_along(ray_through(scene.view.camera, column * kStep_px, row * kStep_px), behind);
+    });
+  }
+
+  Vector3f at(int x, int y) const {
+    const float u = float(x % kStep_px) / kStep_px, v = float(y % kStep_px) / kStep_px;
+    const Vector3f* const corner = &nodes_[std::size_t(y / kStep_px) * columns_ + x / kStep_px];
+    return (1 - v) * ((1 - u) * corner[0] + u * corner[1]) +
+           v * ((1 - u) * corner[columns_] + u * corner[columns_ + 1]);
+  }
+
+ private:
+  static constexpr int kStep_px = 4;
+
+  // In world axes, through a pixel's middle.
+  static Vector3d ray_through(const PosedCamera& camera, int x, int y) {
+    const Intrinsics& k = camera.intrinsics;
+    return camera.camera_from_world.rotation.transpose() *
+           Vector3d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+  }
+
+  Vector3f seen_along(const Vector3d& ray, const Vector3f& behind) const {
+    constexpr float kAmbient = 0.02f;  // of light that other tissue throws there
+    const double along = sphere_.far_side(ray);
+    if (!(along > 0)) return behind;
+    const Vector3d away = along * ray, inward = (sphere_.center - away) / sphere_.radius;
+    const double range2 = std::max(away.squaredNorm(), 1.0);
+    const double facing = std::max(0.0, -inward.dot(away) / std::sqrt(range2));
+    const double fold = folds_at(eye_ + away);
+    const auto light = static_cast<float>(full_mm2_ / range2 * facing * (0.85 + 0.15 * fold));
+    const Vector3f color = (std::min(light, 1.0f) + kAmbient) * wall_albedo(eye_ + away, fold);
+    return 255 * color.unaryExpr([](float c) { return srgb_from_linear(std::min(c, 1.0f)); });
+  }
+
+  Vector3d eye_;
+  WallSphere sphere_;
+  double full_mm2_ = 0;
+  int columns_;
+  std::vector<Vector3f> nodes_;
+};
+
 }  // namespace
 
 Bounds rest_bounds(const Player& player) {
@@ -69,29 +125,13 @@ Bounds rest_bounds(const Player& player) {
 
 void paint_cavity_wall(const DrawnScene& scene, const std::array<std::uint8_t, 3>& behind,
                        Rgb8Image& picture) {
-  constexpr double kBehind_mm = 30, kFull = 0.75, kUnseen_mm = 100;
-  constexpr float kAmbient = 0.02f;  // of light that other tissue throws there
-  const Intrinsics& k = scene.view.camera.intrinsics;
-  const RigidTransform& pose = scene.view.camera.camera_from_world;
-  const Vector3d eye = scene.view.camera.center_world_mm();
-  const WallSphere sphere{scene.organs.center() - eye, 0.75 * scene.organs.diagonal() + kBehind_mm};
-  const double range = exposed_range_mm(scene);
-  const double full_mm2 = kFull * (range > 0 ? range * range : kUnseen_mm * kUnseen_mm);
+  const WallLattice wall(scene, {float(behind[0]), float(behind[1]), float(behind[2])});
   parallel_for(0, picture.height, [&](int y) {
     for (int x = 0; x < picture.width; ++x) {
       std::uint8_t* const rgb = picture.at(x, y);
       if (scene.frame.covered(x, y) || !std::equal(behind.begin(), behind.end(), rgb)) continue;
-      const Vector3d ray =
-          pose.rotation.transpose() * Vector3d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
-      const double along = sphere.far_side(ray);
-      if (!(along > 0)) continue;
-      const Vector3d away = along * ray, inward = (sphere.center - away) / sphere.radius;
-      const double range2 = std::max(away.squaredNorm(), 1.0);
-      const double facing = std::max(0.0, -inward.dot(away) / std::sqrt(range2));
-      const double fold = folds_at(eye + away);
-      const auto light = static_cast<float>(full_mm2 / range2 * facing * (0.85 + 0.15 * fold));
-      const Vector3f color = (std::min(light, 1.0f) + kAmbient) * wall_albedo(eye + away, fold);
-      for (int c = 0; c < 3; ++c) rgb[c] = srgb8_from_linear(color[c]);
+      const Vector3f color = wall.at(x, y);
+      for (int c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] + 0.5f);
     }
   });
 }

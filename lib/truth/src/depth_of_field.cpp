@@ -47,18 +47,20 @@ float level_of(float deviation_px) {
   return kLevels.size();
 }
 
-void blur_channel(int channel, const std::vector<float>& levels, Rgb8Image& picture) {
+// `most`: how many of the blurred pictures take part.
+void blur_channel(int channel, const std::vector<float>& levels, std::size_t most,
+                  Rgb8Image& picture) {
   const auto& linear = linear_from_srgb8();
   std::array<std::vector<float>, kLevels.size() + 1> pictures;
   std::vector<float>& sharp = pictures[0];
   sharp.resize(levels.size());
   for (std::size_t i = 0; i < sharp.size(); ++i) sharp[i] = linear[picture.pixels[3 * i + channel]];
-  for (std::size_t k = 0; k < kLevels.size(); ++k)
+  for (std::size_t k = 0; k < most; ++k)
     pictures[k + 1] = box_blurred(sharp, picture.width, picture.height, kLevels[k].radius_px);
   parallel_for(0, picture.height, [&](int y) {
     for (std::size_t i = std::size_t(y) * picture.width, end = i + picture.width; i < end; ++i) {
       if (!(levels[i] > 0)) continue;
-      const auto below = std::min(static_cast<std::size_t>(levels[i]), kLevels.size() - 1);
+      const auto below = std::min(static_cast<std::size_t>(levels[i]), most - 1);
       const float share = levels[i] - static_cast<float>(below);
       picture.pixels[3 * i + channel] =
           srgb8_from_linear((1 - share) * pictures[below][i] + share * pictures[below + 1][i]);
@@ -78,7 +80,10 @@ void blur_out_of_focus(double aperture_mm, double focal_px, const std::vector<fl
   for (std::size_t i = 0; i < levels.size(); ++i)
     levels[i] = level_of(
         std::max(0.0f, kDeviation * disc * std::abs(1 / depth_mm[i] - 1 / *focus) - kSharp_px));
-  for (int c = 0; c < 3; ++c) blur_channel(c, levels, picture);
+  const float highest = *std::max_element(levels.begin(), levels.end());
+  if (!(highest > 0)) return;
+  const auto most = static_cast<std::size_t>(std::ceil(highest));
+  for (int c = 0; c < 3; ++c) blur_channel(c, levels, most, picture);
 }
 
 }  // namespace organbake
