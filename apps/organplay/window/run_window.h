@@ -18,8 +18,8 @@ struct WindowCommand {
   std::filesystem::path save_folder = ".";
   std::optional<TissueSolver> solver = {};  // nothing: what the organs have
   DrawnBy drawn_by = DrawnBy::automatic;
-  std::optional<DrawnLight> light;          // to begin with; else what the organ is meant for
-  ScopePicture scope = {};                  // what a scope's camera makes of the picture
+  std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
+  ScopePicture scope = {};          // what a scope's camera makes of the picture
   int width = 1280, height = 720;
 };
 

@@ -19,7 +19,8 @@ struct BallPoints {
   std::vector<Eigen::Vector3d> points, normals, toward_eye;
 };
 
-// What each pixel of a square picture sees of the ball about the origin, which fills it to its corners.
+// What each pixel of a square picture sees of the ball about the origin, which fills it to its
+// corners.
 BallPoints ball_points(int side_px) {
   const Eigen::Vector3d eye(0, 0, kRadius_mm + kEye_mm);
   BallPoints ball;

@@ -43,9 +43,8 @@ void XmlParser::parse(std::string_view xml, bool whole) {
     throw BadDataError(path_, "its XML is larger than 1 GB; save it with appended data");
   if (XML_Parse(parser_.get(), xml.data(), static_cast<int>(xml.size()), whole) == XML_STATUS_OK)
     return;
-  throw BadDataError(path_, "is no sound XML: line " +
-                                std::to_string(line_number(parser_.get())) + ": " +
-                                XML_ErrorString(XML_GetErrorCode(parser_.get())));
+  throw BadDataError(path_, "is no sound XML: line " + std::to_string(line_number(parser_.get())) +
+                                ": " + XML_ErrorString(XML_GetErrorCode(parser_.get())));
 }
 
 }  // namespace organbake

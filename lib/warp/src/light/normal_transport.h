@@ -41,9 +41,7 @@ class NormalTransport {
   bool at_rest(std::uint32_t face) const;
   // A face's knots in use, the knots of all faces, and C at a knot.
   int knots_in_use() const { return places_; }
-  const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const {
-    return knots_of_face_;
-  }
+  const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const { return knots_of_face_; }
   std::size_t knot_count() const { return knots_.size(); }
   auto turn_at(std::size_t knot) const { return knots_[knot].turn.topRows<3>(); }
   // C over a face, gathered once for all of its nodes.
