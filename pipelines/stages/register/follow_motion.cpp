@@ -7,6 +7,7 @@
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/registration/overlay.h"
 #include "organbake/shading/video_reader.h"
@@ -151,6 +152,44 @@ double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
   return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
 }
 
+// What the key frames' own poses are off the surest one's.
+struct KeySpread {
+  double drift_mm = 0;  // the most
+  double sd_mm = 0;     // of one of them, if they err independently
+};
+
+KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePose>& keys,
+                    const ScenePose& surest, const Motions& motions) {
+  constexpr double kOfTwo = 2;  // variance of a difference
+  KeySpread spread;
+  double squares = 0, count = 0;
+  for (const ScenePose& key : keys) {
+    if (key.registered.quality.verdict == Verdict::failed || key.frame == surest.frame) continue;
+    const double apart =
+        apart_mm(surface, key.registered.camera.camera_from_world, surest.at(motions, key.frame));
+    spread.drift_mm = std::max(spread.drift_mm, apart);
+    squares += apart * apart / kOfTwo;
+    ++count;
+  }
+  if (count > 0) spread.sd_mm = std::sqrt(squares / count);
+  return spread;
+}
+
+// A key frame's own scatter does not show what bends all of its depth; that it bends another key
+// frame's otherwise does.
+void widen(double sd_mm, PoseQuality& quality) {
+  constexpr double kSure_mm = 1;
+  if (!(sd_mm > quality.surface_sd_mm) || !(quality.surface_sd_mm > 0)) return;
+  const double factor = sd_mm / quality.surface_sd_mm;
+  quality.position_sd_mm *= factor;
+  quality.rotation_sd_deg *= factor;
+  quality.surface_sd_mm = sd_mm;
+  if (quality.verdict != Verdict::ok || sd_mm <= kSure_mm) return;
+  quality.verdict = Verdict::doubtful;
+  quality.reason = "the pose is uncertain by " + to_text(sd_mm, 2) +
+                   " mm on the surface, by which key frames disagree";
+}
+
 // RMS of what the middle one of three neighbouring frames is off the mean of the others: of errors
 // that are independent from frame to frame, their standard deviation.
 double jitter_mm(const RegisteredSurface& surface, const ScenePose& pose, const Motions& motions) {
@@ -204,12 +243,9 @@ std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const Cli
   const Motions motions = read_motion(motion);
   FollowedVideo video(surface, clip, options, context);
   const std::vector<ScenePose> keys = register_keys(video, keys_of(motion, motions), motions, clip);
-  const ScenePose& surest = *std::min_element(keys.begin(), keys.end(), surer);
-  double drift_mm = 0;
-  for (const ScenePose& key : keys)
-    if (key.registered.quality.verdict != Verdict::failed)
-      drift_mm = std::max(drift_mm, apart_mm(surface, key.registered.camera.camera_from_world,
-                                             surest.at(motions, key.frame)));
+  ScenePose surest = *std::min_element(keys.begin(), keys.end(), surer);
+  const KeySpread spread = spread_of(surface, keys, surest, motions);
+  widen(spread.sd_mm, surest.registered.quality);
   std::vector<NamedPose> poses;
   std::size_t unposed = 0;
   video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
@@ -228,7 +264,7 @@ std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const Cli
   });
   report.bad_data = video.damage();
   report.add("scene_frame", surest.frame);
-  report.add("drift_mm", drift_mm);
+  report.add("drift_mm", spread.drift_mm);
   report.add("jitter_mm", jitter_mm(surface, surest, motions));
   if (unposed > 0)
     report.skipped.push_back(

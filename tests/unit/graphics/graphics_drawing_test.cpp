@@ -148,6 +148,8 @@ void keep_pictures(const BothWays::Pair& pair, const std::string& name) {
 
 // What the pictures must agree in: about what 8 bits and half a pixel's light leave.
 constexpr double kLeastPsnr_db = 40, kLeastSimilarity = 0.99;
+// The tip of what is thinner than a pixel may meet a pixel's middle in one of them alone.
+constexpr std::size_t kMostTips_px = 2;
 
 void expect_alike(const BothWays::Pair& pair, const std::string& name) {
   keep_pictures(pair, name);
@@ -155,7 +157,7 @@ void expect_alike(const BothWays::Pair& pair, const std::string& name) {
               pair.difference.psnr_db, pair.similarity, pair.difference.max_abs, pair.apart);
   EXPECT_GE(pair.difference.psnr_db, kLeastPsnr_db) << name;
   EXPECT_GE(pair.similarity, kLeastSimilarity) << name;
-  EXPECT_EQ(pair.apart, 0u) << name;
+  EXPECT_LE(pair.apart, kMostTips_px) << name;
 }
 
 class GraphicsDrawingTest : public testing::Test {

@@ -78,7 +78,7 @@ TEST_F(RecipeTest, WhoForgetsTheRecipeIsToldTheWholeCommand) {
   EXPECT_THAT(told("CT.nii.gz", "x"), HasSubstr("--set ct=" + folder + "/CT.nii.gz -o BUNDLE"));
   EXPECT_THAT(told("slice", std::string(128, '\0') + "DICM"), HasSubstr("--set ct="));
   EXPECT_THAT(told("organ.stl", "x"), HasSubstr("--set surface="));
-  EXPECT_THAT(told("clip.mp4", "x"), HasSubstr("laparoscopy.yaml --set frames="));
+  EXPECT_THAT(told("clip.mp4", "x"), HasSubstr("organbake bake laparoscopy --set frames="));
   EXPECT_THAT(told("cases.csv", "case\n"), HasSubstr("organbake batch"));
   EXPECT_THROW(read_recipe(folder_.path(), {}), UsageError) << "a folder";
   EXPECT_THROW(read_recipe(folder_.path() / "missing.nii", {}), NoInputError);
