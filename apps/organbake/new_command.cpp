@@ -36,8 +36,9 @@ std::string stem_of(const fs::path& path) {
   return name.substr(0, name.find('.'));
 }
 
-// A mask belongs to the last scan before it in the same folder, else in the folder above.
-void take_mask(const fs::path& mask, std::vector<std::string> labels,
+// A mask belongs to the first scan that has none yet, of its own folder or the one above. Whether
+// there is such a scan.
+bool take_mask(const fs::path& mask, std::vector<std::string> labels,
                std::vector<PatientCase>& cases) {
   for (PatientCase& one : cases) {
     const fs::path folder = one.path.parent_path();
@@ -45,8 +46,9 @@ void take_mask(const fs::path& mask, std::vector<std::string> labels,
     if (one.input != "ct" || !one.mask.empty() || !near) continue;
     one.mask = mask;
     one.labels = std::move(labels);
-    return;
+    return true;
   }
+  return false;
 }
 
 std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session& session) {
@@ -61,7 +63,11 @@ std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session&
       masks.emplace_back(fs::absolute(one.path), std::move(labels));
     }
   }
-  for (auto& [mask, labels] : masks) take_mask(mask, std::move(labels), cases);
+  for (auto& [mask, labels] : masks)
+    if (!take_mask(mask, std::move(labels), cases))
+      session.terminal().log(LogLevel::info, mask.string() +
+                                                 ": passed over, it is a mask and no scan without "
+                                                 "one lies beside it");
   return cases;
 }
 

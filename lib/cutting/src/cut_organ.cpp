@@ -143,20 +143,14 @@ void CutOrgan::remake_face_parts(const CutSkin& skin) {
 std::vector<TissuePlace> CutOrgan::places_of(const CutSkin& skin, const CutWalls& walls) const {
   const std::size_t lips = skin.vertices().size();
   std::vector<TissuePlace> places(lips + walls.vertices.size());
-  constexpr std::size_t kGrain = 64;
-  const auto each = [&](std::size_t begin, std::size_t end, const auto& place) {
-    parallel_pieces(begin, end, kGrain, [&](std::size_t i, std::size_t last) {
-      for (; i < last; ++i) place(i);
-    });
-  };
   const std::size_t uncut = fine_skin_.mesh().vertices.size();
   const auto place_on_skin = [&](std::size_t i) {
     const CutSkin::Vertex& v = skin.vertices()[i];
     places[i] = body_.place(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
   };
-  each(0, uncut, place_on_skin);
-  each(uncut, lips, place_on_skin);
-  each(lips, places.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, uncut, place_on_skin);
+  parallel_for(uncut, lips, place_on_skin);
+  parallel_for(lips, places.size(), [&](std::size_t i) {
     const CutWalls::Vertex& v = walls.vertices[i - lips];
     places[i] = body_.place(v.at_mm, v.side_mm, &places[v.lip]);
   });

@@ -145,9 +145,8 @@ struct GraphicsDrawing::Impl {
   const Targets::Picture& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
                                const DrawOptions& options);
   DrawReport report() const;
-  void read(const DrawOptions& options, const Targets::Picture& picture, PictureScale scale,
-            Frame& frame, DrawReport& report);
-  PictureScale scale() const { return scale_; }
+  void read(const DrawOptions& options, const Targets::Picture& picture, Frame& frame,
+            DrawReport& report);
   // Whether the frame still holds the last picture, and that is this one.
   bool holds(const std::vector<JointDrawing::Organ>& all, const View& view,
              const DrawOptions& options, const Frame& frame) const;
@@ -417,7 +416,7 @@ DrawReport GraphicsDrawing::Impl::report() const {
 }
 
 void GraphicsDrawing::Impl::read(const DrawOptions& options, const Targets::Picture& picture,
-                                 PictureScale scale, Frame& frame, DrawReport& report) {
+                                 Frame& frame, DrawReport& report) {
   const std::size_t count = std::size_t(targets.width) * targets.height;
   frame.serial = 0;
   frame.color.width = targets.width, frame.color.height = targets.height;
@@ -438,7 +437,7 @@ void GraphicsDrawing::Impl::read(const DrawOptions& options, const Targets::Pict
   glReadPixels(0, 0, targets.width, targets.height, GL_DEPTH_COMPONENT, GL_FLOAT,
                frame.depth_mm.data());
   for (float& depth : frame.depth_mm)
-    depth = depth < 1 ? depth * scale.reach_mm : std::numeric_limits<float>::infinity();
+    depth = depth < 1 ? depth * scale_.reach_mm : std::numeric_limits<float>::infinity();
 }
 
 GraphicsDrawing::GraphicsDrawing(FirstPicture first) : impl_(std::make_unique<Impl>()) {
@@ -478,7 +477,7 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   Stopwatch watch;
   const Targets::Picture& picture = impl_->draw(organs, view, options);
   DrawReport report = impl_->report();
-  impl_->read(options, picture, impl_->scale(), frame, report);
+  impl_->read(options, picture, frame, report);
   leave_context();
   throw_errors();
   if (options.measure) report.times.resolve = report.critical_path.resolve = watch.lap();

@@ -10,7 +10,7 @@
 namespace organbake {
 namespace {
 
-// A window's mean along a row.
+// A window's mean along a row; beyond the ends is what lies there.
 void box_row(const float* from, float* to, int width, int radius) {
   const auto at = [&](int x) { return from[std::clamp(x, 0, width - 1)]; };
   double sum = 0;

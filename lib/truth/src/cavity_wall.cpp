@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wall's folds are sine waves that bend each other (domain warping, Quilez 2002): no table, no
-// seam, the same on every processor. Its light falls off with the square of the range, from what
-// the nearest skin amid the picture is exposed for.
+// The wall's folds are sine waves that bend each other (domain warping, Quilez 2002), without a
+// seam. Its light falls off with the square of the range, from what skin in the middle of its
+// depths is exposed for.
 #include "organbake/truth/cavity_wall.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
@@ -47,15 +48,13 @@ Vector3f wall_albedo(const Vector3d& p, double fold) {
   return (flesh + share * (fat - flesh)) * static_cast<float>(0.85 + 0.15 * fold);
 }
 
-// What skin is exposed for: the median of its depth amid the picture; 0 where none is there.
+// What skin is exposed for: the median of its depth, of every few pixels; 0 where none is there.
 double exposed_range_mm(const DrawnScene& scene) {
   std::vector<float> depths;
-  for (std::size_t i = 0; i < scene.frame.depth_mm.size(); i += 7)
+  constexpr std::size_t kEvery = 7;
+  for (std::size_t i = 0; i < scene.frame.depth_mm.size(); i += kEvery)
     if (std::isfinite(scene.frame.depth_mm[i])) depths.push_back(scene.frame.depth_mm[i]);
-  if (depths.empty()) return 0;
-  const auto half = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), half, depths.end());
-  return *half;
+  return median(std::move(depths));
 }
 
 // The wall's colours, 0…255 in sRGB, at every few pixels, and between them in proportion: its
@@ -89,9 +88,8 @@ class WallLattice {
 
   // In world axes, through a pixel's middle.
   static Vector3d ray_through(const PosedCamera& camera, int x, int y) {
-    const Intrinsics& k = camera.intrinsics;
     return camera.camera_from_world.rotation.transpose() *
-           Vector3d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+           unproject(camera.intrinsics, {x + 0.5, y + 0.5});
   }
 
   Vector3f seen_along(const Vector3d& ray, const Vector3f& behind) const {

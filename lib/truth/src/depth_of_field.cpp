@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "box_blur.h"
+#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
@@ -23,17 +23,14 @@ struct Level {
 };
 constexpr std::array<Level, 3> kLevels = {{{1, 1.41f}, {3, 3.46f}, {7, 7.48f}}};
 
-// Of the middle third of the picture, each way.
-std::optional<float> focus_mm(const std::vector<float>& depth_mm, int width, int height) {
+// Of the middle third of the picture, each way; 0 where it shows nothing.
+float focus_mm(const std::vector<float>& depth_mm, int width, int height) {
   std::vector<float> middle;
   for (int y = height / 3; y < height - height / 3; ++y)
     for (int x = width / 3; x < width - width / 3; ++x)
       if (const float z = depth_mm[std::size_t(y) * width + x]; std::isfinite(z))
         middle.push_back(z);
-  if (middle.empty()) return std::nullopt;
-  const auto half = middle.begin() + static_cast<std::ptrdiff_t>(middle.size() / 2);
-  std::nth_element(middle.begin(), half, middle.end());
-  return *half;
+  return median(std::move(middle));
 }
 
 // Where a deviation lies between the levels: 0 is the sharp picture, 1 the first of them.
@@ -73,13 +70,14 @@ void blur_channel(int channel, const std::vector<float>& levels, std::size_t mos
 void blur_out_of_focus(double aperture_mm, double focal_px, const std::vector<float>& depth_mm,
                        Rgb8Image& picture) {
   constexpr float kDeviation = 0.25f, kSharp_px = 0.35f;  // of a disc's width; below is not seen
-  const auto focus = focus_mm(depth_mm, picture.width, picture.height);
-  if (!focus || !(aperture_mm > 0)) return;
+  if (!(aperture_mm > 0)) return;
+  const float focus = focus_mm(depth_mm, picture.width, picture.height);
+  if (!(focus > 0)) return;
   const auto disc = static_cast<float>(focal_px * aperture_mm);
   std::vector<float> levels(depth_mm.size());
   for (std::size_t i = 0; i < levels.size(); ++i)
     levels[i] = level_of(
-        std::max(0.0f, kDeviation * disc * std::abs(1 / depth_mm[i] - 1 / *focus) - kSharp_px));
+        std::max(0.0f, kDeviation * disc * std::abs(1 / depth_mm[i] - 1 / focus) - kSharp_px));
   const float highest = *std::max_element(levels.begin(), levels.end());
   if (!(highest > 0)) return;
   const auto most = static_cast<std::size_t>(std::ceil(highest));

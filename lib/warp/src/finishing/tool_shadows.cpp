@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
@@ -68,9 +69,13 @@ struct ToolShade {
   double kept = 1, mirrored = 0;
 };
 
-void shade_by(const Capsule& capsule, const Skin& skin, const Vector3d& light, ToolShade& shade) {
-  const double gap = std::max(0.0, passing(skin.place, Vector3d::Zero(), 0, capsule).gap);
-  if (gap >= kShadeReach_mm) return;
+double gap_between(const Vector3d& place, const Capsule& capsule) {
+  return std::max(0.0, passing(place, Vector3d::Zero(), 0, capsule).gap);
+}
+
+// By a capsule within reach, `gap` mm away.
+void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector3d& light,
+              ToolShade& shade) {
   constexpr double kLightRadius_mm = 1.5, kDarkest = 0.72, kNear_mm = 1.5, kOccluded = 0.45;
   constexpr double kMirrorReach_mm = 12, kWater = 0.03, kLeastSoft_mm = 0.25;
   const Vector3d way = light - skin.place;
@@ -107,10 +112,7 @@ class Shading {
       for (int x = box.x0; x < box.x1; ++x) {
         const Cover cover = frame_.cover[std::size_t(y) * frame_.color.width + x];
         if (cover == Cover::background || !std::isfinite(depth(x, y))) continue;
-        const Skin skin{place(x, y), normal(x, y)};
-        ToolShade shade;
-        for (const std::uint32_t s : block.solids)
-          for (const Capsule& capsule : capsules_[s]) shade_by(capsule, skin, light_, shade);
+        const ToolShade shade = shade_at(x, y, block.solids);
         if (shade.kept > 0.995 && shade.mirrored < 0.001) continue;
         std::uint8_t* const rgb = frame_.color.at(x, y);
         for (int c = 0; c < 3; ++c)
@@ -120,6 +122,21 @@ class Shading {
   }
 
  private:
+  // Most skin of a block is out of every capsule's reach, and needs no normal.
+  ToolShade shade_at(int x, int y, const std::vector<std::uint32_t>& solids) const {
+    ToolShade shade;
+    std::optional<Skin> skin;
+    const Vector3d here = place(x, y);
+    for (const std::uint32_t s : solids)
+      for (const Capsule& capsule : capsules_[s]) {
+        const double gap = gap_between(here, capsule);
+        if (gap >= kShadeReach_mm) continue;
+        if (!skin) skin = {here, normal(x, y)};
+        shade_by(capsule, gap, *skin, light_, shade);
+      }
+    return shade;
+  }
+
   float depth(int x, int y) const {
     return frame_.depth_mm[std::size_t(y) * frame_.color.width + x];
   }
