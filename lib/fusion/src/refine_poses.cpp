@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/refine_poses.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -147,7 +147,7 @@ class Refiner {
       }
     if (!moving) return 0;
     hold(spread_mm, h, g);
-    const Eigen::VectorXd step = -h.ldlt().solve(g);
+    const Eigen::VectorXd step = -solve_symmetric(h, g);
     double largest = 0;
     for (int i = 0; i < count; ++i) {
       const Vector6d own = step.segment<6>(6 * i);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/fusion/solve_scale.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -163,7 +163,7 @@ class ScaleSearch {
       g(b) += weight * off;
     }
     h.diagonal().array() += 1e-6;
-    const Eigen::VectorXd step = h.ldlt().solve(g);
+    const Eigen::VectorXd step = solve_symmetric(h, g);
     const double mean = step.mean();
     for (Eigen::Index i = 0; i < count; ++i) log_factor_[std::size_t(i)] += step[i] - mean;
   }

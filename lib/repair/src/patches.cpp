@@ -10,6 +10,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/union_find.h"
 #include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/rotation_between.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
@@ -35,8 +36,7 @@ std::vector<Eigen::Vector3d> half_sphere() {
 double free_share(const RayScene& scene, const Eigen::Vector3d& point,
                   const Eigen::Vector3d& normal, double off_mm) {
   static const std::vector<Eigen::Vector3d> directions = half_sphere();
-  const Eigen::Quaterniond turn =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
+  const Eigen::Quaterniond turn = rotation_between(Eigen::Vector3d::UnitZ(), normal);
   std::vector<Ray> rays(kDirections);
   for (std::size_t i = 0; i < kDirections; ++i) {
     rays[i].origin = point + off_mm * normal;

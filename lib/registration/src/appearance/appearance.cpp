@@ -4,12 +4,12 @@
 // raise the correlation by showing less.
 #include "appearance/appearance.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "organbake/core/median.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -56,7 +56,7 @@ class Fit {
       right += pixel.weight * photo(pixel) * row;
     }
     normal.diagonal() += kRidge * normal.diagonal() + VectorXd::Constant(n, 1e-12);
-    return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+    return solve_symmetric(normal, right);
   }
   double residual(const WeightedPixel& pixel, const VectorXd& solution) const {
     const float* phi = p_.phi_at(p_.index(pixel.x, pixel.y));

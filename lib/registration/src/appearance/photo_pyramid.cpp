@@ -5,13 +5,13 @@
 #include "appearance/photo_pyramid.h"
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/dense_solve.h"
 #include "organbake/image/srgb.h"
 #include "organbake/registration/object_pose.h"
 
@@ -106,17 +106,18 @@ std::optional<Vector2d> border_end(const Rgb8Image& photo, double angle) {
   return std::nullopt;
 }
 
-// Algebraic circle fit (Kåsa 1976).
-Circle fit_circle(const std::vector<Vector2d>& points) {
+// Algebraic circle fit (Kåsa 1976). Nothing for points of one line.
+std::optional<Circle> fit_circle(const std::vector<Vector2d>& points) {
   Eigen::MatrixXd a(points.size(), 3);
   Eigen::VectorXd b(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     a.row(i) << points[i].x(), points[i].y(), 1;
     b[i] = points[i].squaredNorm();
   }
-  const Vector3d s = a.colPivHouseholderQr().solve(b);
-  const Vector2d center = s.head<2>() / 2;
-  return {center, std::sqrt(std::max(0.0, s[2] + center.squaredNorm()))};
+  const auto s = solve_least_squares(a, b);
+  if (!s) return std::nullopt;
+  const Vector2d center = s->head<2>() / 2;
+  return Circle{center, std::sqrt(std::max(0.0, (*s)[2] + center.squaredNorm()))};
 }
 
 std::optional<Circle> round_field(const Rgb8Image& photo) {
@@ -126,11 +127,13 @@ std::optional<Circle> round_field(const Rgb8Image& photo) {
     if (end) ends.push_back(*end);
   }
   if (ends.size() < kLeastBorder) return std::nullopt;
-  const Circle circle = fit_circle(ends);
+  const auto circle = fit_circle(ends);
+  if (!circle) return std::nullopt;
   const double least = kLeastRadius * std::min(photo.width, photo.height);
-  if (!(circle.radius > least) || circle.radius > photo.width + photo.height) return std::nullopt;
+  if (!(circle->radius > least) || circle->radius > photo.width + photo.height) return std::nullopt;
   const auto on_circle = std::count_if(ends.begin(), ends.end(), [&](const Vector2d& end) {
-    return std::abs((end - circle.center).norm() - circle.radius) < kOffCircle * circle.radius + 1;
+    return std::abs((end - circle->center).norm() - circle->radius) <
+           kOffCircle * circle->radius + 1;
   });
   if (on_circle < kLeastShare * static_cast<double>(ends.size())) return std::nullopt;
   return circle;

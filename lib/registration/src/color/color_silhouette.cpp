@@ -4,13 +4,13 @@
 // falls as colours become known.
 #include "color/color_silhouette.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/dense_solve.h"
 #include "pose/pose_quality.h"
 
 namespace organbake {
@@ -187,7 +187,7 @@ Motion climb(const Residuals& residuals, double prior, Motion motion) {
     for (int attempt = 0; attempt < kTries && !better; ++attempt) {
       Matrix6 damped = a;
       damped.diagonal() *= 1 + damping;
-      const Motion next = motion - damped.ldlt().solve(g);
+      const Motion next = motion - solve_symmetric(damped, g);
       if (!next.allFinite()) return motion;
       std::vector<float> then = residuals.at(next);
       better = cost(then, next) < cost(r, motion);

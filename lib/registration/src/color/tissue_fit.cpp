@@ -4,7 +4,6 @@
 // they are; what is expected of light and motion is a Gaussian prior.
 #include "color/tissue_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +11,7 @@
 #include "color/tissue_colors.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -184,7 +184,7 @@ void settle_light(View& view, const ObjectPose& start, int rounds, TissueFit& fi
   constexpr int n = TissueLight::kSize;
   for (int round = 0; round < rounds; ++round) {
     const System system(view, view.rows(fit.light), Prior(start, fit), fit);
-    fit.light += system.normal.bottomRightCorner<n, n>().ldlt().solve(system.right.tail<n>());
+    fit.light += solve_symmetric(system.normal.bottomRightCorner<n, n>(), system.right.tail<n>());
   }
 }
 
@@ -192,7 +192,7 @@ void settle_light(View& view, const ObjectPose& start, int rounds, TissueFit& fi
 bool step(View& view, const RegisteredSurface& surface, const ObjectPose& start, TissueFit& fit) {
   constexpr double kLongest_mm = 4, kLargest_rad = 0.06, kFarthestLamp_mm = 20;
   const System system(view, view.rows(fit.light), Prior(start, fit), fit);
-  Column delta = system.normal.ldlt().solve(system.right);
+  Column delta = solve_symmetric(system.normal, system.right);
   const double too_far =
       std::max(delta.segment<3>(3).norm() / kLongest_mm, delta.head<3>().norm() / kLargest_rad);
   if (too_far > 1) delta /= too_far;

@@ -6,13 +6,13 @@
 // that nothing is gained by showing less.
 #include "depth/depth_alignment.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "appearance/appearance.h"
 #include "organbake/core/median.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -122,7 +122,7 @@ bool step(System& system, const ScalePrior& prior, double radius_mm, DepthState&
   normal.diagonal().array() += kDamped * most;
   normal(6, 6) += expected;
   right[6] += expected * (prior.log_mean - state.log_scale) / unit[6];
-  Column7 motion = unit.asDiagonal() * normal.ldlt().solve(right);
+  Column7 motion = unit.asDiagonal() * solve_symmetric(normal, right);
   if (!motion.allFinite()) return false;
   const double too_far = std::max(
       {1.0, motion.segment<3>(3).norm() / kLongest_mm, motion.head<3>().norm() / kLargest_rad});

@@ -5,7 +5,6 @@
 // Ventura 2011), and the covariance is the sandwich of both.
 #include "depth/register_with_depth.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -15,6 +14,7 @@
 #include "depth/depth_search.h"
 #include "depth/depth_verdict.h"
 #include "depth/weighed_depth.h"
+#include "organbake/geometry/dense_solve.h"
 #include "pose/pose_quality.h"
 
 namespace organbake {
@@ -68,7 +68,7 @@ class JointPose {
       information.topLeftCorner<6, 6>() += photo * evidence.information;
       variability.topLeftCorner<6, 6>() += photo * photo * evidence.variability;
     }
-    const Matrix7 inverse = information.ldlt().solve(Matrix7::Identity());
+    const Matrix7 inverse = solve_symmetric(information, Matrix7::Identity());
     return (inverse * variability * inverse).topLeftCorner<6, 6>();
   }
 

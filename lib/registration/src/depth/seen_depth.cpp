@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-
 #include "organbake/core/median.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -86,10 +85,8 @@ Vector3d normal_of(const SeenDepth::Point& point,
     inverse_depths[count++] = 1 / z;
   }
   if (count < kFewest) return Vector3d::Zero();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(views.topRows(count));
-  if (solver.rank() < 3) return Vector3d::Zero();
-  const Vector3d away = solver.solve(inverse_depths.head(count));
-  return -away.normalized();
+  const auto away = solve_least_squares(views.topRows(count), inverse_depths.head(count));
+  return away ? Vector3d(-away->normalized()) : Vector3d::Zero();
 }
 
 void find_normals(SeenDepth& seen) {

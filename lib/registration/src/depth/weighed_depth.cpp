@@ -2,12 +2,12 @@
 // Robust weights of depth at a pose, and what it can be trusted with: the sandwich's two halves.
 #include "depth/weighed_depth.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "appearance/appearance.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -41,7 +41,7 @@ Eigen::MatrixXd variability(const std::map<Part, Column7>& slopes) {
 double CompositeEvidence::magnitude() const {
   Eigen::MatrixXd curvature = information;
   curvature.diagonal() *= 1 + 1e-9;
-  const double excess = curvature.ldlt().solve(variability).trace();
+  const double excess = solve_symmetric(curvature, variability).trace();
   return static_cast<double>(information.rows()) / excess;
 }
 

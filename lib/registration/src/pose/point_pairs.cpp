@@ -6,6 +6,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/SVD>
+#include <opencv2/core.hpp>
 
 #include "cost_functions/pose_manifold.h"
 #include "organbake/core/error.h"
@@ -51,22 +52,19 @@ class PixelError : public ceres::SizedCostFunction<2, 7> {
 // P with ray × P (X, 1) = 0 for all pairs, points scaled to about unit size.
 Projection direct_linear_transform(const std::vector<PointPair>& pairs, const Intrinsics& lens,
                                    const Vector3d& center, double size) {
-  Eigen::MatrixXd a(2 * pairs.size(), 12);
+  cv::Mat_<double> a(static_cast<int>(2 * pairs.size()), 12);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Vector3d ray = unproject(lens, pairs[i].pixel);
     Eigen::RowVector4d point;
     point << ((pairs[i].point_world_mm - center) / size).transpose(), 1;
-    a.row(2 * i) << point, Eigen::RowVector4d::Zero(), -ray.x() * point;
-    a.row(2 * i + 1) << Eigen::RowVector4d::Zero(), point, -ray.y() * point;
+    using TwoRows = Eigen::Matrix<double, 2, 12, Eigen::RowMajor>;
+    TwoRows::Map(a[static_cast<int>(2 * i)]) << point, Eigen::RowVector4d::Zero(), -ray.x() * point,
+        Eigen::RowVector4d::Zero(), point, -ray.y() * point;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeFullV);
+  const cv::SVD svd(a);
   constexpr double kDegenerate = 1e-6;
-  if (svd.singularValues()[10] < kDegenerate * svd.singularValues()[0]) refuse_degenerate();
-  const Eigen::VectorXd p = svd.matrixV().col(11);
-  Projection projection;
-  projection << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(),
-      p.segment<4>(8).transpose();
-  return projection;
+  if (svd.w.at<double>(10) < kDegenerate * svd.w.at<double>(0)) refuse_degenerate();
+  return Eigen::Matrix<double, 3, 4, Eigen::RowMajor>::Map(svd.vt.ptr<double>(11));
 }
 
 }  // namespace

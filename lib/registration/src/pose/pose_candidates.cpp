@@ -4,7 +4,6 @@
 // dimensions to search.
 #include "pose/pose_candidates.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,6 +13,8 @@
 #include "appearance/appearance.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/dense_solve.h"
+#include "organbake/geometry/rotation_between.h"
 
 namespace organbake {
 namespace {
@@ -118,7 +119,7 @@ double explained(const PhotoLevel& level, const Prediction& p) {
     m = m.selfadjointView<Eigen::Lower>();
     Eigen::Matrix3d normal = m.topLeftCorner<3, 3>();
     normal.diagonal() = normal.diagonal() * (1 + 1e-9) + Vector3d::Constant(1e-12);
-    weights = normal.ldlt().solve(m.topRightCorner<3, 1>());
+    weights = solve_symmetric(normal, m.topRightCorner<3, 1>());
   }
   if (!(weights[0] > 0)) return -1;
   double left = 0;
@@ -234,7 +235,7 @@ ObjectPose PoseCandidates::placed(const View& view, double roll, const Foregroun
   const Intrinsics& k = level_.intrinsics;
   const double distance = usual_distance() * std::sqrt(view.area_px / place.area_px);
   const Vector3d ray((place.center_px.x() - k.cx) / k.fx, (place.center_px.y() - k.cy) / k.fy, 1);
-  const Quaterniond turn = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray) *
+  const Quaterniond turn = rotation_between(Vector3d::UnitZ(), ray) *
                            Quaterniond(Eigen::AngleAxisd(roll, Vector3d::UnitZ()));
   const Vector2d offset =
       (turn * Vector3d(view.offset.x(), view.offset.y(), 0)).head<2>() * usual_distance();

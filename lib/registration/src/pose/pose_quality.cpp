@@ -5,13 +5,13 @@
 // passes.
 #include "pose/pose_quality.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "organbake/core/text.h"
+#include "organbake/geometry/dense_solve.h"
 #include "pose/outline_check.h"
 
 namespace organbake {
@@ -25,7 +25,7 @@ Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
   const Eigen::Index n = curvature.information.rows();
   Eigen::MatrixXd information = curvature.information;
   information.diagonal() *= 1 + 1e-12;
-  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd inverse = solve_symmetric(information, Eigen::MatrixXd::Identity(n, n));
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
   for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
   return inverse * meat * inverse;

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "cost_functions/level_problem.h"
+#include "organbake/geometry/dense_solve.h"
 
 namespace organbake {
 namespace {
@@ -167,7 +168,7 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
   Eigen::MatrixXd normal = j.transpose() * j;
   Eigen::MatrixXd ll = normal.bottomRightCorner(light, light);
   ll.diagonal().array() += 1e-9 * ll.diagonal().maxCoeff() + 1e-300;
-  const Eigen::MatrixXd explained = ll.ldlt().solve(normal.bottomLeftCorner(light, motion));
+  const Eigen::MatrixXd explained = solve_symmetric(ll, normal.bottomLeftCorner(light, motion));
   result.information =
       normal.topLeftCorner(motion, motion) - normal.topRightCorner(motion, light) * explained;
   const NccBlock::RowMajor own = j.leftCols(motion) - j.rightCols(light) * explained;

@@ -14,6 +14,7 @@
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/rotation_between.h"
 #include "organbake/volume/label_names_file.h"
 #include "organbake/volume/region.h"
 
@@ -59,7 +60,7 @@ Eigen::Matrix3d plane_axes(const std::vector<ContouredRegion>& regions) {
   constexpr double kRounding = 1e-6;
   const Eigen::Vector3d own = Eigen::Vector3d::Unit(along);
   if ((normal - own).norm() < kRounding) normal = own;
-  const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(own, normal).toRotationMatrix();
+  const Eigen::Matrix3d turn = rotation_between(own, normal).toRotationMatrix();
   axes.col(0) = turn.col((along + 1) % 3);
   axes.col(1) = turn.col((along + 2) % 3);
   axes.col(2) = normal;
