@@ -153,7 +153,7 @@ std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const Seen
   for (std::size_t i = 0; i < rays.size(); ++i)
     matches.push_back(match_point(surface, rays[i].origin, rays[i].origin + rays[i].direction,
                                   world_from_camera.rotation * depth.points[i * stride].normal,
-                                  hits[i], before.empty() ? kNoHit : before[i].nearest_face));
+                                  hits[i], before.empty() ? hits[i].face : before[i].nearest_face));
   return matches;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Smooth organs have many places that fit a little: alignments from seeded starts, thinned to
-// distinct ones in three rounds.
+// distinct ones round by round.
 #include "depth/depth_search.h"
 
 #include <algorithm>
@@ -110,14 +110,18 @@ FoundByDepth search_by_depth(const RegisteredSurface& surface, const SeenDepth& 
     std::size_t kept;
   };
   const std::size_t all = depth.points.size();
+  // Most starts show within a few steps that they lead nowhere.
+  const AlignOptions few{
+      .stride = std::max<std::size_t>(1, all / 150), .iterations = 4, .last_reach = 0.05};
   const Round rounds[] = {
-      {{.stride = std::max<std::size_t>(1, all / 150), .iterations = 10}, 12},
+      {few, 30},
+      {{.stride = few.stride, .iterations = 6, .first_reach = few.last_reach}, 12},
       {{.stride = std::max<std::size_t>(1, all / 400),
-        .iterations = 10,
+        .iterations = 8,
         .first_reach = 0.04,
         .last_reach = 0.015},
-       5},
-      {{.stride = 1, .iterations = 10, .first_reach = 0.03, .last_reach = 0.01}, 5}};
+       4},
+      {{.stride = 1, .iterations = 8, .first_reach = 0.03, .last_reach = 0.01}, 4}};
   FoundByDepth found;
   found.prior = prior_of(surface, depth, start);
   std::vector<Candidate> candidates = places_round(surface, depth, start, found.prior.log_mean);
