@@ -178,7 +178,9 @@ struct Nearest {
   std::uint32_t face = kNoHit;
 
   bool consider(std::uint32_t candidate) {
-    const Eigen::Vector3d p = closest_on_face(mesh.corners(candidate), query);
+    const FaceCorners corners = mesh.corners(candidate);
+    if (surely_farther(corners)) return false;
+    const Eigen::Vector3d p = closest_on_face(corners, query);
     const double d2 = (p - query).squaredNorm();
     if (d2 > distance2 || (d2 == distance2 && candidate > face)) return false;
     const bool nearer = d2 < distance2;
@@ -186,6 +188,14 @@ struct Nearest {
     distance2 = d2;
     face = candidate;
     return nearer;
+  }
+  // By the face's box: most of what shares a leaf of the tree with the nearest face is.
+  bool surely_farther(const FaceCorners& face) const {
+    constexpr double kRounding = 1 + 1e-9;
+    const Eigen::Vector3d low = face.a.cwiseMin(face.b).cwiseMin(face.c),
+                          high = face.a.cwiseMax(face.b).cwiseMax(face.c);
+    const Eigen::Vector3d off = (low - query).cwiseMax(query - high).cwiseMax(0.0);
+    return off.squaredNorm() > kRounding * distance2;
   }
   // Wide enough that float rounding hides no nearer face, nor an equally near one.
   float radius() const {
