@@ -35,11 +35,12 @@ PhotoToRegister LampStudio::photo(const LampPicture& picture, const Sensor& sens
 const LampStudio& lamp_studio() {
   static const std::unique_ptr<const LampStudio> studio = [] {
     const OrganPhantom phantom(options());
-    const TriangleMesh mesh = colorless(phantom.surface(5));
+    const TriangleMesh mesh = colorless(phantom.surface(6));
     const auto cameras = phantom.photo_cameras();
-    return std::make_unique<const LampStudio>(LampStudio{
-        phantom, RegisteredSurface(mesh), cameras, picture_by_lamp(phantom, mesh, cameras[0], {}),
-        picture_by_lamp(phantom, mesh, cameras[0], {true, true})});
+    return std::make_unique<const LampStudio>(
+        LampStudio{phantom, RegisteredSurface(colorless(phantom.surface(5))),
+                   RegisteredSurface(mesh), cameras, picture_by_lamp(phantom, mesh, cameras[0], {}),
+                   picture_by_lamp(phantom, mesh, cameras[0], {true, true})});
   }();
   return *studio;
 }

@@ -14,7 +14,9 @@ namespace organbake {
 // slow.
 struct LampStudio {
   OrganPhantom phantom;
-  RegisteredSurface surface;  // without the phantom's colours
+  // Without the phantom's colours: for most tests, as each search draws all faces many times; and
+  // as it is photographed, for those that ask for hundredths of a millimetre.
+  RegisteredSurface surface, fine;
   std::vector<PosedCamera> cameras;
   LampPicture plain;     // of camera 0: shading alone
   LampPicture textured;  // with albedo and highlights
