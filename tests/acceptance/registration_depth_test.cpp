@@ -66,7 +66,8 @@ struct DepthTally {
 void expect_patches_held(const std::string& what, const DepthFaults& faults, double right_mm,
                          const std::vector<DepthStart>& starts) {
   const RegistrationCases organs(shared_data(""));
-  const int count = cases(6, 30);
+  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
+  const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(6, 30)));
   std::vector<DepthTally> tallies;
   for (const DepthStart& start : starts) {
     DepthTally& tally = tallies.emplace_back();
@@ -75,9 +76,8 @@ void expect_patches_held(const std::string& what, const DepthFaults& faults, dou
                  " patches";
     tally.right_mm = right_mm;
   }
-  for (int i = 0; i < count; ++i) {
-    const std::size_t organ = static_cast<std::size_t>(i) % organs.organs().size();
-    const auto seed = static_cast<std::uint64_t>(i);
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::size_t organ = seed % organs.organs().size();
     RegistrationCase made = organs.open_patch(organ, seed);
     made.photo.depth = depth_of(made, *organs.organs()[organ].whole, faults, seed);
     for (std::size_t k = 0; k < starts.size(); ++k) {
@@ -109,12 +109,12 @@ TEST(RegistrationDepth, WithoutAScaleHoldsPatches) {
 // Another organ's patch where this one's is, at the truth's own distance.
 TEST(RegistrationDepth, OfAnotherOrganIsNeverOk) {
   const RegistrationCases organs(shared_data(""));
-  const int count = cases(6, 30);
+  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
+  const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(6, 30)));
   int ok = 0;
-  for (int i = 0; i < count; ++i) {
-    const std::size_t organ = static_cast<std::size_t>(i) % organs.organs().size();
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::size_t organ = seed % organs.organs().size();
     const std::size_t other = (organ + 1) % organs.organs().size();
-    const auto seed = static_cast<std::uint64_t>(i);
     RegistrationCase made = organs.open_patch(organ, seed);
     const RegistrationCase wrong = organs.open_patch(other, seed + 100);
     made.photo.depth = depth_of(made, *organs.organs()[organ].whole, kReal, seed);

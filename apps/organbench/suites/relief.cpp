@@ -54,26 +54,40 @@ struct Judged {
   }
 };
 
-double error_percent(const ReliefScene& scene, const PreparedFrame& frame, const Plane& depth) {
-  DepthPairs pairs;
-  for (const SeenPoint& point : scene.truth)
-    pairs.add(depth_between(depth, project(frame.camera, unproject(scene.camera, point.pixel))),
-              point.depth);
-  return agreement_of(pairs).mean_percent;
+// ln of the depths that a frame has at the true ones' places, with so much of the relief kept; NaN
+// where it has none.
+std::vector<double> log_depths(const ReliefScene& scene, const PreparedFrame& frame,
+                               Plane log_range, const ReliefShare& kept) {
+  const RayGrid rays = ray_grid(frame.camera);
+  keep_relief(rays, frame.tissue, kept, log_range);
+  const Plane depth = depth_from_log_range(log_range, rays, frame.tissue);
+  std::vector<double> logs;
+  for (const SeenPoint& point : scene.truth) {
+    const float found =
+        depth_between(depth, project(frame.camera, unproject(scene.camera, point.pixel)));
+    logs.push_back(std::isfinite(found) ? std::log(double(found)) : std::nan(""));
+  }
+  return logs;
 }
 
 Judged judged(const ReliefScene& scene) {
   const PreparedFrame frame = prepare_frame(scene.picture, scene.camera, scene.frame);
   const FrameDepth depth = shade_frame(frame, scene.shading);
-  const RayGrid rays = ray_grid(frame.camera);
   Judged result{relief_evidence(frame, depth.range), depth.quality.kept};
+  // Shares are of ln z: three reliefs tell all.
+  const auto logs = [&](const ReliefShare& kept) {
+    return log_depths(scene, frame, depth.range.log_range, kept);
+  };
+  const std::vector<double> plane = logs({}), tilted = logs({.tilt = 1}), rest = logs({.rest = 1});
   for (std::size_t i = 0; i < kShares; ++i)
     for (std::size_t j = 0; j < kShares; ++j) {
-      Plane log_range = depth.range.log_range;
-      keep_relief(rays, frame.tissue, {double(i) / (kShares - 1), double(j) / (kShares - 1)},
-                  log_range);
-      result.errors[i][j] =
-          error_percent(scene, frame, depth_from_log_range(log_range, rays, frame.tissue));
+      const double of_tilt = double(i) / (kShares - 1), of_rest = double(j) / (kShares - 1);
+      DepthPairs pairs;
+      for (std::size_t k = 0; k < plane.size(); ++k)
+        pairs.add(static_cast<float>(std::exp(plane[k] + of_tilt * (tilted[k] - plane[k]) +
+                                              of_rest * (rest[k] - plane[k]))),
+                  scene.truth[k].depth);
+      result.errors[i][j] = agreement_of(pairs).mean_percent;
     }
   return result;
 }
