@@ -207,7 +207,8 @@ double jitter_mm(const RegisteredSurface& surface, const ScenePose& pose, const 
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-// The middle key frame's pose first, from which the others' are near.
+// First the key frame that a start is nearest to, as long as nobody knows how many mm the scene's
+// unit has; without one the middle, from which the others are near.
 std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<KeyMap>& keys,
                                      const Motions& motions, const ClipToTrack& clip) {
   std::map<std::size_t, Rgb8Image> pictures;
@@ -216,10 +217,6 @@ std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<Key
                     [&](const KeyMap& key) { return key.frame == frame; }))
       pictures[frame] = picture;
   });
-  const KeyMap& middle = keys[keys.size() / 2];
-  std::optional<RigidTransform> start = clip.start;
-  const auto first = motions.begin()->second;
-  if (start) start = motions.at(middle.frame) * first.inverse() * *start;
   std::vector<ScenePose> poses;
   const auto add = [&](const KeyMap& key, const std::optional<RigidTransform>& from) {
     const auto picture = pictures.find(key.frame);
@@ -228,19 +225,30 @@ std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<Key
                                          ", of which the motion's folder has a depth map");
     poses.push_back(video.register_key(key, picture->second, from));
   };
-  add(middle, start);
+  const KeyMap& nearest = clip.start ? keys.front() : keys[keys.size() / 2];
+  std::optional<RigidTransform> start = clip.start;
+  const RigidTransform& first = motions.begin()->second;
+  if (start) start = motions.at(nearest.frame) * first.inverse() * *start;
+  add(nearest, start);
   for (const KeyMap& key : keys)
-    if (key.frame != middle.frame) add(key, poses.front().at(motions, key.frame));
+    if (key.frame != nearest.frame) add(key, poses.front().at(motions, key.frame));
   return poses;
 }
 
 }  // namespace
+
+std::size_t first_frame_of_motion(const fs::path& motion) {
+  return read_motion(motion).begin()->first;
+}
 
 std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const ClipToTrack& clip,
                                      const fs::path& motion, const RegistrationOptions& options,
                                      const fs::path& overlay_folder, const RunContext& context,
                                      StageReport& report) {
   const Motions motions = read_motion(motion);
+  if (const std::size_t first = motions.begin()->first; clip.start && first > 0)
+    context.warn("the start is taken for that of frame " + std::to_string(first) +
+                 ", the first one that the motion has a pose of");
   FollowedVideo video(surface, clip, options, context);
   const std::vector<ScenePose> keys = register_keys(video, keys_of(motion, motions), motions, clip);
   ScenePose surest = *std::min_element(keys.begin(), keys.end(), surer);

@@ -197,6 +197,9 @@ std::vector<NamedPose> track_without_depth(const StageCall& call, const Register
                                            const fs::path& beside, StageReport& report) {
   const fs::path motion = beside / "motion";
   std::string why = find_motion_of_clip(clip, motion, call.context);
+  if (const std::size_t first = why.empty() && clip.start ? first_frame_of_motion(motion) : 0)
+    why =
+        "the start is of frame 0, and the motion has no pose before frame " + std::to_string(first);
   if (why.empty()) {
     StageReport followed;
     std::vector<NamedPose> poses =
