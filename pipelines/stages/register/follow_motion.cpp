@@ -155,12 +155,13 @@ double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
 // What the key frames' own poses are off the surest one's.
 struct KeySpread {
   double drift_mm = 0;  // the most
-  double sd_mm = 0;     // of one of them, if they err independently
+  double sd_mm = 0;     // of one of them
 };
 
+// What the motion bends or scales wrongly all key frames share, and no difference shows it: a
+// difference's variance stands for one's, of which it would be twice if they erred independently.
 KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePose>& keys,
                     const ScenePose& surest, const Motions& motions) {
-  constexpr double kOfTwo = 2;  // variance of a difference
   KeySpread spread;
   double squares = 0, count = 0;
   for (const ScenePose& key : keys) {
@@ -168,7 +169,7 @@ KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePos
     const double apart =
         apart_mm(surface, key.registered.camera.camera_from_world, surest.at(motions, key.frame));
     spread.drift_mm = std::max(spread.drift_mm, apart);
-    squares += apart * apart / kOfTwo;
+    squares += apart * apart;
     ++count;
   }
   if (count > 0) spread.sd_mm = std::sqrt(squares / count);
