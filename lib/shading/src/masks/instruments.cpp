@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "masks/shaft_search.h"
+#include "masks/shaft_outline.h"
 #include "organbake/core/median.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/masks.h"
@@ -78,18 +78,14 @@ ShaftView shaft_view(const Rgb8Image& frame, const Mask& inside) {
   return view;
 }
 
-void paint(const Shaft& shaft, double scale, cv::Mat& mask) {
-  constexpr double kBlur = 0.25;  // px of the reduced picture
-  constexpr int kBits = 4;        // of a pixel's fraction
+void paint(const std::vector<cv::Point2d>& outline, double scale, cv::Mat& mask) {
+  constexpr int kBits = 4;  // of a pixel's fraction
   std::vector<cv::Point> corners;
-  const auto add = [&](double t, int side) {
-    const cv::Point2d p = scale * shaft.at(t, shaft.edge(side, t) + (side ? kBlur : -kBlur));
-    // Corners are pixels' centres there.
-    corners.emplace_back(cv::Point2d((p.x - 0.5) * (1 << kBits), (p.y - 0.5) * (1 << kBits)));
-  };
-  add(shaft.from - kBlur, 0), add(shaft.to + kBlur, 0);
-  add(shaft.to + kBlur, 1), add(shaft.from - kBlur, 1);
-  cv::fillConvexPoly(mask, corners, 1, cv::LINE_8, kBits);
+  // Corners are pixels' centres there.
+  for (const cv::Point2d& p : outline)
+    corners.emplace_back((scale * p - cv::Point2d(0.5, 0.5)) * (1 << kBits));
+  if (!corners.empty())
+    cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{corners}, 1, cv::LINE_8, kBits);
 }
 
 }  // namespace
@@ -101,7 +97,7 @@ std::optional<Mask> find_instruments(const Rgb8Image& frame, const Mask& inside)
   Mask found(frame.width, frame.height);
   cv::Mat mask = cv_view(found);
   for (const Shaft& shaft : find_shafts(view))
-    paint(shaft, double(frame.width) / view.hue.cols, mask);
+    paint(trace_outline(view, shaft), double(frame.width) / view.hue.cols, mask);
   return common(std::move(found), inside);
 }
 

@@ -40,8 +40,9 @@ cv::Mat as_levels(const cv::Mat& values, double low, double high) {
 }
 
 void add_segments(const cv::Mat& levels, double shortest, std::vector<Segment>& segments) {
+  constexpr double kScale = 0.6;  // of the reduced picture: at 1 noise breaks segments
   std::vector<cv::Vec4f> found;
-  cv::createLineSegmentDetector(cv::LSD_REFINE_STD, 1.0)->detect(levels, found);
+  cv::createLineSegmentDetector(cv::LSD_REFINE_STD, kScale)->detect(levels, found);
   for (const cv::Vec4f& line : found) {
     const Segment segment{{line[0], line[1]}, {line[2], line[3]}};
     if (segment.length() >= shortest) segments.push_back(segment);
@@ -171,25 +172,48 @@ void extend(const ShaftView& view, Shaft& shaft) {
   shaft.to = followed(view, shaft, shaft.to, 1, 1);
 }
 
-// Draws the strip out over what lies between its ends and the rim, where that is little: knobs and
-// blur have no straight borders. Whether it leaves the field of view at one of its ends, straight
-// on or by a corner.
+// Whether what lies just beyond an end is outside the field of view, straight on or by a corner.
+bool is_at_rim(const ShaftView& view, const Shaft& shaft, double end, double beyond) {
+  const double middle = 0.5 * (shaft.edge(0, beyond) + shaft.edge(1, beyond));
+  const cv::Point2d tried[] = {shaft.at(beyond, middle), shaft.at(end, shaft.edge(0, end)),
+                               shaft.at(end, shaft.edge(1, end))};
+  return !std::all_of(std::begin(tried), std::end(tried),
+                      [&](const cv::Point2d& p) { return view.holds(p.x, p.y); });
+}
+
+// How far it is from an end to the rim through nothing but the dark, which hides the rest of a
+// shaft; infinite where tissue lies between.
+double dark_way(const ShaftView& view, const Shaft& shaft, double end, double outward) {
+  const double most = shaft.to - shaft.from;
+  for (double way = 1; way <= most; ++way) {
+    const double t = end + outward * way;
+    if (is_at_rim(view, shaft, t, t)) return way;
+    const StripStep step = step_at(view, shaft, t);
+    const bool lit_beside = step.beside[0].tells() || step.beside[1].tells();
+    if (step.inside.tells() && (lit_beside || step.inside.mean() > kGreyHue)) break;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+// Draws the strip out over what lies between its ends and the rim, where that is little (knobs and
+// blur have no straight borders) or, at one end, dark. Whether it leaves the field of view at one
+// of its ends.
 bool draw_out_to_rim(const ShaftView& view, Shaft& shaft) {
   constexpr double kNear = 14;  // px
   bool enters = false;
   for (double* end : {&shaft.from, &shaft.to}) {
     const double outward = end == &shaft.from ? -1 : 1;
     const double beyond = *end + outward * (kNear + 0.25 * shaft.width(*end));
-    const double middle = 0.5 * (shaft.edge(0, beyond) + shaft.edge(1, beyond));
-    const cv::Point2d tried[] = {shaft.at(beyond, middle), shaft.at(*end, shaft.edge(0, *end)),
-                                 shaft.at(*end, shaft.edge(1, *end))};
-    if (std::all_of(std::begin(tried), std::end(tried),
-                    [&](const cv::Point2d& p) { return view.holds(p.x, p.y); }))
-      continue;
+    if (!is_at_rim(view, shaft, *end, beyond)) continue;
     enters = true;
     *end = beyond;
   }
-  return enters;
+  if (enters) return true;
+  const double before = dark_way(view, shaft, shaft.from, -1);
+  const double behind = dark_way(view, shaft, shaft.to, 1);
+  if (std::isinf(std::min(before, behind))) return false;
+  before < behind ? shaft.from -= before : shaft.to += behind;
+  return true;
 }
 
 double hue_at(const ShaftView& view, cv::Point2d p) {
