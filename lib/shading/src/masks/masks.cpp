@@ -30,6 +30,49 @@ int label_regions(const Mask& mask, Grid<std::int32_t>& labels) {
 
 constexpr int kBlack = 16;  // of the brightest channel: what coding leaves of a black border
 
+// Means of the brightest channel over a window that is wider than a stop's edge is blurred.
+struct SmoothLevels {
+  Plane mean, range;  // range: between the least and the greatest mean of such a window
+  int radius = 0;
+};
+
+SmoothLevels smooth_levels(const Rgb8Image& frame) {
+  SmoothLevels levels{Plane(frame.width, frame.height), Plane(frame.width, frame.height),
+                      std::max(2, std::max(frame.width, frame.height) / 200)};
+  for (std::size_t k = 0; k < levels.mean.size(); ++k)
+    levels.mean.values[k] =
+        std::max({frame.pixels[3 * k], frame.pixels[3 * k + 1], frame.pixels[3 * k + 2]});
+  cv::Mat mean = cv_view(levels.mean), range = cv_view(levels.range);
+  const int side = 2 * levels.radius + 1;
+  cv::blur(mean, mean, {side, side});
+  cv::morphologyEx(mean, range, cv::MORPH_GRADIENT, square(levels.radius));
+  return levels;
+}
+
+// With the tissue that the lamp or the lens leaves as dark as a black border: it is joined to what
+// is inside without the step that a stop makes, and lighter than the darkest that there is.
+Mask with_dark_tissue(const Rgb8Image& frame, const Mask& inside) {
+  constexpr float kAboveBorder = 2, kGentle = 0.6F;  // levels; of the mean
+  const SmoothLevels levels = smooth_levels(frame);
+  std::vector<float> outside;
+  for (std::size_t k = 0; k < inside.size(); ++k)
+    if (!inside.values[k]) outside.push_back(levels.mean.values[k]);
+  if (outside.empty()) return inside;
+  const auto at = outside.begin() + static_cast<std::ptrdiff_t>(outside.size() / 10);
+  std::nth_element(outside.begin(), at, outside.end());
+  const float least = *at + kAboveBorder;
+  if (least >= kBlack) return inside;
+  Mask joined = inside;
+  for (std::size_t k = 0; k < joined.size(); ++k)
+    if (levels.mean.values[k] > least && levels.range.values[k] < kGentle * levels.mean.values[k])
+      joined.values[k] = 1;
+  const Mask dark = without(regions_touching(joined, inside), inside);
+  const Mask wide = dilated(eroded(dark, levels.radius), levels.radius);  // no fringe of an edge
+  for (std::size_t k = 0; k < joined.size(); ++k)
+    joined.values[k] = inside.values[k] || (dark.values[k] && wide.values[k]);
+  return with_holes_closed(joined);
+}
+
 constexpr float kSaturated = 250;
 // A mirror reflection adds white light: the least of the three channels rises most against its
 // surroundings.
@@ -146,7 +189,7 @@ Mask field_of_view(const Rgb8Image& frame, int margin_px) {
       dark += !lit.at(x, y);
     }
   if (dark == lit.size() || dark == 0) return lit;
-  const Mask inside = with_holes_closed(largest_region(lit));
+  const Mask inside = with_dark_tissue(frame, with_holes_closed(largest_region(lit)));
   // The frame's own edge is no stop: only the inner border shrinks.
   return eroded(inside, margin_px);
 }

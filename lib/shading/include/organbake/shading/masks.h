@@ -24,7 +24,8 @@ namespace organbake {
 [[nodiscard]] Mask regions_touching(const Mask& mask, const Mask& seeds);
 
 // The part of a frame that the endoscope's stop lets through: what is joined to the largest region
-// that is not black, its holes closed (blood and shadows are tissue), shrunk by `margin_px`.
+// that is not black, its holes closed (blood and shadows are tissue), with what is as dark as a
+// border but passes into it without a step, shrunk by `margin_px`.
 // Letters and logos on the black border are other regions and fall away. A frame without a black
 // border is all inside. A black frame gives an empty mask.
 [[nodiscard]] Mask field_of_view(const Rgb8Image& frame, int margin_px);
