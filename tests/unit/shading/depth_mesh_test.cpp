@@ -41,6 +41,23 @@ TEST(DepthMesh, TornAtJumpsAndHolesStayHoles) {
   for (const auto& vertex : front.vertices) EXPECT_LT(vertex.z(), 60);
 }
 
+// A border that meets the frame's edge aslant goes straight on to it.
+TEST(DepthMesh, ABorderDoesNotFlareAtTheFramesEdge) {
+  const Intrinsics camera = assumed_camera(320, 240, 1.0);
+  Plane depth(320, 240, std::numeric_limits<float>::infinity());
+  for (int y = 0; y < 240; ++y)
+    for (int x = std::max(0, 120 - y); x < 320; ++x) depth.at(x, y) = 50;
+  const TriangleMesh mesh = mesh_from_depth(depth, Rgb8Image(320, 240), camera, {.step_px = 1});
+  double least_at_edge = 1e9, least_below = 1e9;
+  for (const auto& vertex : mesh.vertices) {
+    const Eigen::Vector2d pixel = project(camera, vertex);
+    if (pixel.y() < 1) least_at_edge = std::min(least_at_edge, pixel.x() + pixel.y());
+    if (pixel.y() > 20 && pixel.y() < 60)
+      least_below = std::min(least_below, pixel.x() + pixel.y());
+  }
+  EXPECT_NEAR(least_at_edge, least_below, 1) << "a window that ends at the edge bends it outward";
+}
+
 // Pixels end in stairs; what is cut out of them is round.
 TEST(DepthMesh, ADiscOfPixelsHasARoundBorder) {
   const Intrinsics camera = assumed_camera(320, 240, 1.0);

@@ -14,7 +14,6 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/image/srgb.h"
-#include "organbake/shading/grid_filters.h"
 
 namespace organbake {
 namespace {
@@ -25,13 +24,36 @@ constexpr int kSmoothingShare = 100;  // of the width
 
 bool has_depth(float z) { return std::isfinite(z) && z > 0; }
 
+// Means along rows over windows that shrink towards the frame's edges, so that they stay even to
+// both sides: what a border does beyond is not known, and a window that ends there would bend it
+// outward.
+Plane mean_along_rows(const Plane& plane, int radius) {
+  Plane mean(plane.width, plane.height);
+  std::vector<double> before(static_cast<std::size_t>(plane.width) + 1, 0);
+  for (int y = 0; y < plane.height; ++y) {
+    for (int x = 0; x < plane.width; ++x) before[x + 1] = before[x] + double(plane.at(x, y));
+    for (int x = 0; x < plane.width; ++x) {
+      const int reach = std::min({radius, x, plane.width - 1 - x});
+      mean.at(x, y) =
+          static_cast<float>((before[x + reach + 1] - before[x - reach]) / (2 * reach + 1));
+    }
+  }
+  return mean;
+}
+
+Plane transposed(const Plane& plane) {
+  Plane other(plane.height, plane.width);
+  for (int y = 0; y < plane.height; ++y)
+    for (int x = 0; x < plane.width; ++x) other.at(y, x) = plane.at(x, y);
+  return other;
+}
+
 // 1 well inside the depth, falling to 0 across its border; below the level where there is none.
 Plane smooth_cover(const Plane& depth) {
   Plane cover(depth.width, depth.height);
   for (std::size_t k = 0; k < cover.size(); ++k) cover.values[k] = has_depth(depth.values[k]);
-  const Mask everywhere(cover.width, cover.height, 1);
   const int radius = std::max(1, cover.width / kSmoothingShare);
-  for (int pass = 0; pass < 2; ++pass) cover = box_mean(cover, everywhere, radius);
+  for (int pass = 0; pass < 4; ++pass) cover = transposed(mean_along_rows(cover, radius));
   for (std::size_t k = 0; k < cover.size(); ++k)
     if (!has_depth(depth.values[k]))
       cover.values[k] = std::min(cover.values[k], 0.9F * kBorderLevel);
