@@ -14,10 +14,10 @@ namespace {
 
 // Eyes that look inward and are turned against each other.
 StereoRig askew_rig() {
-  Intrinsics lens{.width = 720, .height = 576, .fx = 520, .fy = 522, .cx = 350, .cy = 290};
+  Intrinsics lens{.width = 480, .height = 384, .fx = 347, .fy = 348, .cx = 233, .cy = 193};
   StereoRig rig{lens, lens, {}};
-  rig.right.cx = 372;
-  rig.right.fx = 525;
+  rig.right.cx = 248;
+  rig.right.fx = 350;
   rig.left.k1 = -0.05;
   const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.03, Eigen::Vector3d::UnitY()) *
                                 Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()))
@@ -57,7 +57,7 @@ TEST(Rectifier, PointsLieOnOneRowAndTheirDisparityIsTheirDepth) {
 
 // A rendered pair of turned cameras comes out as exact as one that stands straight.
 void expect_the_scene(const StereoRig& rig) {
-  LaparoscopyOptions scene = stereo_scene(720, 576);
+  LaparoscopyOptions scene = stereo_scene(480, 384);
   scene.round_view = false;
   const LaparoscopyPhantom phantom(scene);
   PosedCamera left = phantom.camera(0), right = left;
