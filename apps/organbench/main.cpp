@@ -138,11 +138,12 @@ OptionList option_list(Command& c) {
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
       .add(
           "only", &c.options.only,
-          {.help = "only this part of a suite; fat, gallbladder and liver: of appearance; colmap: "
+          {.help = "only this part of a suite; crawl, fat, gallbladder and liver: of appearance; "
+                   "colmap: "
                    "motion with COLMAP beside it; refit: fits the model of relief anew; the others "
                    "are of registration",
-           .choices = {"colmap", "fat", "gallbladder", "liver", "open patches", "refit", "time",
-                       "tracking"}});
+           .choices = {"colmap", "crawl", "fat", "gallbladder", "liver", "open patches", "refit",
+                       "time", "tracking"}});
   list.append(c.shared.options());
   return list;
 }

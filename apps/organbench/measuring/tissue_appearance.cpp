@@ -271,6 +271,15 @@ TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel) {
   return small;
 }
 
+Rgb8Image in_size_of(const Rgb8Image& image, int width, int height) {
+  const cv::Mat from(image.height, image.width, CV_8UC3,
+                     const_cast<std::uint8_t*>(image.pixels.data()));
+  Rgb8Image sized(width, height);
+  cv::Mat to(height, width, CV_8UC3, sized.pixels.data());
+  cv::resize(from, to, to.size(), 0, 0, width < image.width ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return sized;
+}
+
 double sharpness_of(const TissuePicture& picture) {
   // A Gaussian that halves the power at an eighth of a turn a pixel.
   constexpr double kSigma_px = 1.06;

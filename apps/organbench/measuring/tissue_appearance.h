@@ -61,6 +61,9 @@ double mean_distance(const std::vector<TissueAppearancePart>& parts);
 // The picture shrunk to another scale, if it is finer.
 TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel);
 
+// Smoothly enlarged or shrunk, whatever its shape was.
+Rgb8Image in_size_of(const Rgb8Image& image, int width, int height);
+
 // Of the lightness, the mean square beyond a quarter of the sampling limit, highlights left out.
 double sharpness_of(const TissuePicture& picture);
 

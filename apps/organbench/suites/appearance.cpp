@@ -7,7 +7,8 @@
 #include <cmath>
 
 #include "bench.h"
-#include "measuring/baker.h"
+#include "measuring/material_bundle.h"
+#include "measuring/scope_views.h"
 #include "measuring/tissue_appearance.h"
 #include "organbake/player/player.h"
 #include "organbake/shading/video_reader.h"
@@ -21,9 +22,8 @@ using Eigen::Vector3d;
 constexpr double kVideo_mm_per_pixel = 0.15;
 constexpr std::size_t kFramesApart = 40;
 constexpr std::ptrdiff_t kLeastTissue_px = 6000;  // of a piece: some 150 mm²
-// A scope of 70° across 1280 pixels.
 constexpr int kScopeWidth = 1280, kScopeHeight = 720;
-constexpr double kFocal_px = 914;
+constexpr double kFocal_px = kScopeFocal_widths * kScopeWidth;
 
 // Where the frames, kFramesApart apart, show other tissues than liver: looked up by eye.
 constexpr double kPale = 40, kYellowish = 5, kFatty = 30, kYellow = 18;
@@ -99,33 +99,6 @@ std::vector<TissuePicture> real_pieces(const std::vector<TissuePicture>& frames,
   return pieces;
 }
 
-// From range_mm over the proxy's point that lies farthest toward a direction, leaning by some 25°.
-View near_view(const TriangleMesh& proxy, const Vector3d& toward, double range_mm) {
-  constexpr double kLean = 0.45, kAround_mm = 15;
-  const Vector3d& seen = *std::max_element(
-      proxy.vertices.begin(), proxy.vertices.end(),
-      [&](const Vector3d& a, const Vector3d& b) { return a.dot(toward) < b.dot(toward); });
-  Vector3d normal = Vector3d::Zero();
-  for (const Face& face : proxy.faces) {
-    const Vector3d &a = proxy.vertices[face[0]], &b = proxy.vertices[face[1]],
-                   &c = proxy.vertices[face[2]];
-    if (((a + b + c) / 3 - seen).norm() < kAround_mm) normal += (b - a).cross(c - a);
-  }
-  normal = (normal.norm() > 0 ? normal : toward).normalized();
-  const Vector3d across = normal.unitOrthogonal();
-  const Vector3d away = (normal + kLean * across).normalized();
-  Eigen::Matrix3d rotation;
-  rotation.row(2) = -away;
-  rotation.row(0) = normal.cross(across);
-  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
-  View view;
-  view.camera.intrinsics = {kScopeWidth, kScopeHeight,      kFocal_px,
-                            kFocal_px,   0.5 * kScopeWidth, 0.5 * kScopeHeight};
-  view.camera.camera_from_world.rotation = rotation;
-  view.camera.camera_from_world.translation = -rotation * (seen + range_mm * away);
-  return view;
-}
-
 std::vector<TissuePicture> drawn_from(Player& player, double range_mm) {
   std::vector<TissuePicture> pictures;
   for (const Vector3d& toward : {Vector3d(-0.2, -1, 0.1), Vector3d(0.5, -0.8, -0.3),
@@ -133,7 +106,8 @@ std::vector<TissuePicture> drawn_from(Player& player, double range_mm) {
     DrawOptions options;
     options.light = player.default_light();
     Frame frame;
-    player.draw(near_view(player.bundle().proxy, toward, range_mm), options, frame);
+    const ScopeAim aim = scope_aim(player.bundle().proxy, toward);
+    player.draw(scope_view(aim, range_mm, kScopeWidth), options, frame);
     TissuePicture picture{frame.color, {}, range_mm / kFocal_px};
     for (const Cover cover : frame.cover) picture.mask.push_back(cover != Cover::background);
     pictures.push_back(std::move(picture));
@@ -174,6 +148,23 @@ void show_highlights(Bench& bench, const std::string& what,
   }
 }
 
+// Two views of ours above two pieces of the frames, as many millimetres wide.
+void show_beside(Bench& bench, const std::string& what, const std::vector<TissuePicture>& ours,
+                 const std::vector<TissuePicture>& real) {
+  constexpr int kWidth_px = 600, kHeight_px = kWidth_px * kScopeHeight / kScopeWidth;
+  Rgb8Image sheet(2 * kWidth_px, 2 * kHeight_px);
+  for (int k = 0; k < 4; ++k) {
+    const std::vector<TissuePicture>& from = k < 2 ? ours : real;
+    const TissuePicture& picture = from[k % 2 == 0 ? 0 : from.size() / 2];
+    const Rgb8Image piece =
+        in_size_of(in_pixels_of(picture, kVideo_mm_per_pixel).image, kWidth_px, kHeight_px);
+    for (int y = 0; y < kHeight_px; ++y)
+      std::copy_n(piece.at(0, y), 3 * kWidth_px,
+                  sheet.at(k % 2 * kWidth_px, k / 2 * kHeight_px + y));
+  }
+  bench.show(sheet, what + ", above pieces of real frames");
+}
+
 void measure_material(Bench& bench, const MaterialCase& material, Player& player,
                       const std::vector<TissuePicture>& frames) {
   for (const double range_mm : {100.0, 60.0, 30.0}) {
@@ -185,6 +176,7 @@ void measure_material(Bench& bench, const MaterialCase& material, Player& player
       continue;
     }
     const std::vector<TissuePicture> ours = drawn_from(player, range_mm);
+    show_beside(bench, what, ours, real);
     const std::vector<TissueAppearance> of_real = appearances(real), of_ours = appearances(ours);
     const auto times =
         in_real_differences(mean_parts(of_ours, of_real), mean_parts(of_real, of_real));
@@ -199,21 +191,13 @@ void measure_material(Bench& bench, const MaterialCase& material, Player& player
 }
 
 void run_appearance(Bench& bench) {
-  const std::filesystem::path video = bench.data("video/laparoscopy_720p_25fps.mp4"),
-                              ct = bench.data("ct/abdomen/example_ct.nii.gz"),
-                              mask = bench.data("ct/abdomen/example_seg.nii.gz");
-  if (video.empty() || ct.empty() || mask.empty()) return;
-  const Baker baker(
-      bench.scratch(), bench.context(),
-      "schema: organbake/recipe/1\nname: organ\nisosurface: {smooth_mm: 1.5, largest: "
-      "1}\ndecimate: {faces: auto}\nmechanics: {}\nplace: {count: 12}\ncapture: {}\n");
+  const std::filesystem::path video = bench.data("video/laparoscopy_720p_25fps.mp4");
+  if (video.empty()) return;
   for (const MaterialCase& material : kMaterials) {
     if (!bench.wants(material.material)) continue;
     bench.now(material.material);
-    const std::filesystem::path bundle = bench.scratch() / material.material;
-    baker.bake(bundle, {"--set", "ct=" + ct.string(), "--set", "mask=" + mask.string(), "--set",
-                        std::string("label=") + material.organ, "--set",
-                        std::string("capture.material=") + material.material});
+    const std::filesystem::path bundle = material_bundle(bench, material.organ, material.material);
+    if (bundle.empty()) return;
     Player player(bundle);
     measure_material(bench, material, player, real_frames(video, material));
   }

@@ -28,7 +28,7 @@ double level_of(double share) {
 // Pale grains on a darker ground, as lobules and fibres are, rather than dark stains: of deviation
 // and mean like the noise's own.
 double skewed(double grain) {
-  constexpr double kSkew = 0.45, kMean = 1.107, kDeviation = 1.18;  // of exp(kSkew · grain)
+  constexpr double kSkew = 0.8, kMean = 1.377, kDeviation = 1.629;  // of exp(kSkew · grain)
   return (std::exp(kSkew * std::min(grain, 3.0)) - kMean) / (kSkew * kDeviation);
 }
 
@@ -81,10 +81,10 @@ Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
   // Vessels wind: their place is bent by a noise of a few millimetres.
   const Vector3d bent = point + 1.2 * bend_.value(point) * Vector3d(1.3, -0.9, 1.1);
   const double tone = look_.mottle * kUnit *
-                      (0.75 * mottles_[0].value(point) + 0.35 * mottles_[1].value(point) +
-                       0.45 * mottles_[2].value(point));
+                      (0.5 * mottles_[0].value(point) + 0.3 * mottles_[1].value(point) +
+                       0.6 * mottles_[2].value(point));
   const double tint = kUnit * tint_.value(bent);
-  const double grain = kUnit * (0.8 * grain_.value(point) + 0.6 * fine_grain_.value(point));
+  const double grain = kUnit * (0.8 * grain_.value(point) + 0.4 * fine_grain_.value(point));
   const auto share = static_cast<float>(std::exp(tone));
   Vector3f color = look_.albedo * share;
   color = color.cwiseProduct(Vector3f::Ones() + static_cast<float>(tint) * look_.tint);

@@ -9,11 +9,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-const std::vector<Lighting::Lobe> kWet = {{8, 750}, {0.035, 12}};
-const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
-const std::vector<Lighting::Lobe> kGreasy = {{5, 700}, {0.05, 40}};
+const std::vector<Lighting::Lobe> kWet = {{26, 750}, {0.013, 12}};
+const std::vector<Lighting::Lobe> kMoist = {{1.6, 1200}, {0.05, 40}};
+const std::vector<Lighting::Lobe> kGreasy = {{8, 1000}, {0.05, 40}};
 // One wide, blown highlight with a soft rim on skin without bumps.
-const std::vector<Lighting::Lobe> kSmooth = {{5, 420}, {0.6, 40}, {0.08, 10}};
+const std::vector<Lighting::Lobe> kSmooth = {{3, 300}, {0.5, 30}, {0.08, 10}};
 
 // Red light goes farthest below the surface before it comes out again.
 const Vector3d kSoft(0.32, 0.12, 0.1);
@@ -30,35 +30,35 @@ const Vector3d kSoft(0.32, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.148f, 0.033f, 0.034f},  // (a), by hue as it is drawn
+  return {.albedo = {0.148f, 0.029f, 0.0285f},  // (a), by hue as it is drawn
           .tint = {-0.02f, 0.1f, 0.17f},
           .mottle = 0.11,
           .mottle_mm = 13,
-          .grain = {0.033f, 0.0145f, 0.0145f},
+          .grain = {0.05f, 0.022f, 0.022f},
           .grain_mm = 1.3,
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.3, kSoft, 0.12, {0.055, 0.085, 0.085}, 0.6}};
+          .finish = {0.16, 1.3, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6}};
 }
 
 TissueLook gallbladder() {
-  return {.albedo = {0.70f, 0.42f, 0.29f},  // (a), over four frames
+  return {.albedo = {0.84f, 0.51f, 0.355f},  // (a), over four frames
           .tint = {-0.06f, -0.06f, 0.2f},
           .mottle = 0.06,
           .mottle_mm = 15,
-          .grain = {0.06f, 0.06f, 0.045f},
+          .grain = {0.055f, 0.055f, 0.042f},
           .grain_mm = 0.9,
-          .large = {{0.40f, 0.10f, 0.11f}, 7, 0.55, 0.6, 0.65},
-          .small = {{0.40f, 0.20f, 0.24f}, 4.5, 0.7, 0.45, 0.4},  // bluish, below
+          .large = {{0.45f, 0.10f, 0.12f}, 8, 0.8, 0.75, 0.8},
+          .small = {{0.45f, 0.22f, 0.27f}, 4.5, 0.8, 0.5, 0.5},  // bluish, below
           .gloss = kSmooth,
-          .finish = {0.08, 2.2, kSoft, 0.12, {0.04, 0.06, 0.07}, 0.5}};
+          .finish = {0.02, 2.2, kSoft, 0.12, {0.007, 0.01, 0.012}, 0.5}};
 }
 
 TissueLook spleen() {
   TissueLook look = liver();
   look.albedo = {0.125f, 0.028f, 0.044f};  // (b)
-  look.grain = {0.016f, 0.007f, 0.009f};
+  look.grain = {0.02f, 0.009f, 0.011f};
   look.grain_mm = 0.8;
   look.large.share = 0.1;
   return look;
@@ -82,7 +82,7 @@ TissueLook stomach() {
           .large = {{0.36f, 0.09f, 0.1f}, 16, 1.1, 0.5, 0.6},
           .small = {{0.5f, 0.2f, 0.17f}, 6, 0.4, 0.5, 0.45},
           .gloss = kWet,
-          .finish = {0.08, 2.5, kSoft, 0.12, {0.04, 0.07, 0.07}, 0.6}};
+          .finish = {0.08, 2.5, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
 }
 
 // Paler and pinker than the stomach, its vessels in dense arcades.
@@ -100,12 +100,12 @@ TissueLook fat() {
           .tint = {-0.02f, 0.08f, 0.14f},
           .mottle = 0.13,
           .mottle_mm = 7,
-          .grain = {0.12f, 0.08f, 0.05f},
+          .grain = {0.175f, 0.117f, 0.072f},
           .grain_mm = 2.4,
           .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
           .small = {{0.5f, 0.13f, 0.07f}, 5, 0.35, 0.45, 0.5},
           .gloss = kGreasy,
-          .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.05, 0.07, 0.1}, 0.7}};
+          .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.035, 0.05, 0.07}, 0.7}};
 }
 
 // A cast training organ: even, faintly mottled pigment, moist.

@@ -114,8 +114,9 @@ void film_at(vec3 p, vec3 m, float pixels_per_mm, out vec3 slope, out float lost
   float across = height * kDome * bumps.x / pixels_per_mm;
   lost += (1.0 - seen * seen) * height * height + seen * across * across / 12.0;
   float patch_share = at_most_1(positive(0.5 + kPatches * hill));
-  float own = at_most_1(positive(1.6 * patch_share + chance(cell, 3)));
-  float border = at_most_1(kEdge * cell.border), edge = border * border * (3.0 - 2.0 * border);
+  float own = at_most_1(positive(kWetBumps * patch_share + chance(cell, 3)));
+  float drop = at_most_1(positive(kDropEdge * (kDrop - dot(cell.from, cell.from))));
+  float border = min(drop, at_most_1(kEdge * cell.border)), edge = border * border * (3.0 - 2.0 * border);
   wet = patch_share * kOfBumps * (1.0 - seen) + seen * own * edge;
 }
 

@@ -77,7 +77,7 @@ ScopeShine::ScopeShine(const Lighting& lighting)
   }
   bumps_.per_mm = static_cast<float>(1 / finish_.relief_mm);
   bumps_.slope = static_cast<float>(finish_.relief_slope * std::sqrt(1 - kHillShare));
-  rough_ = finish_.relief_slope > 0 ? 1 : 0;
+  rough_ = static_cast<float>(std::min(1.0, finish_.relief_slope / kBreaks));
   take_lobes(lighting.gloss);
 }
 
@@ -272,8 +272,11 @@ inline __attribute__((always_inline)) Film film_at(const ScopeShine::Bumps& bump
   // The film breaks where the ground is high, and lies on some bumps only; between them it is a
   // valley that mirrors something else.
   const float patch = at_most_1(positive(0.5f + ScopeShine::kPatches * hill.wet));
-  const float own = at_most_1(positive(1.6f * patch + cell.chance(3)));
-  const float border = at_most_1(ScopeShine::kEdge * cell.border);
+  const float own = at_most_1(positive(ScopeShine::kWetBumps * patch + cell.chance(3)));
+  const float wall = at_most_1(ScopeShine::kEdge * cell.border);
+  const float drop =
+      at_most_1(positive(ScopeShine::kDropEdge * (ScopeShine::kDrop - cell.distance2)));
+  const float border = drop < wall ? drop : wall;
   const float edge = border * border * (3 - 2 * border);
   film.wet = patch * ScopeShine::kOfBumps * (1 - seen) + seen * own * edge;
   return film;
@@ -454,6 +457,9 @@ std::vector<ShaderConstant> ScopeShine::constants() {
           {"kLean", kLean},
           {"kPatches", kPatches},
           {"kEdge", kEdge},
+          {"kWetBumps", kWetBumps},
+          {"kDrop", kDrop},
+          {"kDropEdge", kDropEdge},
           {"kOfBumps", kOfBumps},
           {"kFade", kFade},
           {"kSurroundings", kSurroundings},

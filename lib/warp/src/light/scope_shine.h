@@ -42,13 +42,13 @@ struct ScopeLit {
 //
 // The film follows the lobules below: each cell of a jittered lattice
 // (nearest_cell.h) is a low dome that leans a little, so that it mirrors the
-// light in one round dot if at all, and many side by side are a cluster of
-// dots. Hills, plane waves of some ten bumps' length, carry them, make some
-// higher, and tell where the film lies at all. Both are bound to the skin at
-// rest and turned with it by the least rotation that takes its normal there; so
-// a poke carries them, and they do not crawl. Bumps too small for a pixel widen
-// the lobes by the variance of their slopes instead (Toksvig 2005): a highlight
-// seen from afar keeps its light and does not flicker.
+// light in one round drop if at all, and many side by side are a cluster of
+// them; the smoother the skin, the less of the film breaks into drops. Hills, plane waves of some
+// ten bumps' length, carry them, make some higher, and tell where the film lies at all. Both are
+// bound to the skin at rest and turned with it by the least rotation that takes its normal there;
+// so a poke carries them, and they do not crawl. Bumps too small for a pixel widen the lobes by the
+// variance of their slopes instead (Toksvig 2005): a highlight seen from afar keeps its light and
+// does not flicker.
 class ScopeShine {
  public:
   explicit ScopeShine(const Lighting& lighting);
@@ -76,9 +76,13 @@ class ScopeShine {
   static constexpr std::array<float, 3> kSheen = {0.85f, 0.95f, 1.2f};  // RGB
   // Of slopes by the place on a dome (in cells), and by its lean; how sharply the film's patches
   // and its bumps end.
-  static constexpr float kDome = 1.9f, kLean = 0.9f, kPatches = 0.55f, kEdge = 2.4f;
-  static constexpr float kFilmWidth = 3.2f;
-  static constexpr float kOfBumps = 0.57f;  // of a patch: what bumps and their edges leave wet
+  static constexpr float kDome = 1.5f, kLean = 0.9f, kPatches = 0.6f, kEdge = 2.4f;
+  // How many bumps of a patch are wet; how far a drop reaches (square of cells), and how sharply it
+  // ends there.
+  static constexpr float kWetBumps = 2.1f, kDrop = 0.42f, kDropEdge = 4;
+  static constexpr float kFilmWidth = 5.5f;
+  static constexpr float kOfBumps = 0.45f;  // of a patch: what bumps and their edges leave wet
+  static constexpr double kBreaks = 0.15;   // slope of the relief on which the film is all drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
@@ -107,7 +111,7 @@ class ScopeShine {
   SkinFinish finish_;
   std::array<Wave, kHills> hills_{};
   Bumps bumps_;
-  float rough_ = 0;  // 1 where there is relief
+  float rough_ = 0;  // 0…1: share of the film that is drops
   std::array<Lobe, kMostLobes> film_{};
   std::array<Lobe, 2> sheen_{};
   float least_cosine_ = 1;  // of a normal to half-way, for gloss to show; above 1: never
