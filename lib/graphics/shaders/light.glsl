@@ -111,16 +111,19 @@ void film_at(vec3 p, vec3 m, float pixels_per_mm, out vec3 slope, out float lost
   float height = bumps.y * (0.9 + 0.4 * hill);
   slope += -kDome * seen * height * along +
            kLean * seen * height * vec3(chance(cell, 0), chance(cell, 1), chance(cell, 2));
-  float across = height * kDome * bumps.x / pixels_per_mm;
+  float pixel = bumps.x / pixels_per_mm, across = height * kDome * pixel;
   lost += (1.0 - seen * seen) * height * height + seen * across * across / 12.0;
   float patch_share = at_most_1(positive(0.5 + kPatches * hill));
   float own = at_most_1(positive(kWetBumps * patch_share + chance(cell, 3)));
-  float drop = at_most_1(positive(kDropEdge * (kDrop - dot(cell.from, cell.from))));
-  float border = min(drop, at_most_1(kEdge * cell.border)), edge = border * border * (3.0 - 2.0 * border);
+  float end = kEdge + kSoftEnds * pixel;
+  float wall = at_most_1(cell.border / end);
+  float drop = at_most_1(positive((kDrop - dot(cell.from, cell.from)) / end));
+  float border = min(drop, wall), edge = border * border * (3.0 - 2.0 * border);
   wet = patch_share * kOfBumps * (1.0 - seen) + seen * own * edge;
 }
 
-float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float depth) {
+float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float depth,
+                    float share) {
   vec3 m = rest_normal * inversesqrt(dot(rest_normal, rest_normal) + 1e-20), g;
   float lost, wet;
   film_at(rest_mm, m, scope.z / depth, g, lost, wet);
@@ -133,7 +136,7 @@ float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float
     float wide = film[k].y + 4.0 * lost, ratio = wide / (1.0 - cosine2 * (1.0 - wide) + 1e-12);
     mirrored += film[k].x * film[k].y / wide * (ratio * ratio) * (ratio * ratio);
   }
-  return (1.0 - bumps.z * (1.0 - wet)) * mirrored;
+  return (1.0 - bumps.z * (1.0 - wet)) * min(share * mirrored, kBlown);
 }
 
 vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, float depth) {
@@ -165,7 +168,7 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
                            : at_most_1(positive((near - scope.w) / (kFade * (1.0 - scope.w)))) *
                                  at_most_1(8.0 * positive(facing));
   if (scope.w < 1.0 && shows > 0.0)
-    sum += bright * shows * gloss_by_film(n, h, skin.rest_normal, skin.rest_mm, depth);
+    sum += white * shows * gloss_by_film(n, h, skin.rest_normal, skin.rest_mm, depth, share);
   return sum;
 }
 

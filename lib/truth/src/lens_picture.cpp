@@ -133,7 +133,7 @@ LensPicture::LensPicture(const ScopeLens& lens, const std::string& name) : scope
     gain_.push_back(static_cast<float>(std::pow(1 / ray.norm(), lens.vignette_exponent)));
 }
 
-void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
+void LensPicture::resample(const Rgb8Image& drawn, Rgb8Image& seen) const {
   const Intrinsics& k = scope_.intrinsics;
   seen.width = k.width, seen.height = k.height;
   seen.pixels.resize(3 * at_px_.size());
@@ -154,6 +154,10 @@ void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
       }
     }
   });
+}
+
+void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
+  resample(drawn, seen);
   apply_scope_picture(scope_.picture, seen);
 }
 
@@ -162,13 +166,28 @@ void LensPicture::prepare(DrawOptions& options) const {
   options.keep_depth |= scope_.picture.surroundings || scope_.picture.aperture_mm > 0;
 }
 
+// What is out of focus is blurred as the scope sees it, of a quarter of the pixels that were drawn.
 void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
   const ScopePicture& scope = scope_.picture;
-  if (!scope.surroundings && !(scope.aperture_mm > 0)) return show(scene.frame.color, seen);
-  Rgb8Image drawn = scene.frame.color;
-  if (scope.surroundings) paint_cavity_wall(scene, DrawOptions::kCavity, drawn);
-  blur_out_of_focus(scope.aperture_mm, pinhole_.fx, scene.frame.depth_mm, drawn);
-  show(drawn, seen);
+  if (scope.surroundings) {
+    Rgb8Image drawn = scene.frame.color;
+    paint_cavity_wall(scene, DrawOptions::kCavity, drawn);
+    resample(drawn, seen);
+  } else {
+    resample(scene.frame.color, seen);
+  }
+  if (scope.aperture_mm > 0)
+    blur_out_of_focus(scope.aperture_mm, scope_.intrinsics.fx, depth_seen(scene.frame.depth_mm),
+                      seen);
+  apply_scope_picture(scope, seen);
+}
+
+std::vector<float> LensPicture::depth_seen(const std::vector<float>& drawn_mm) const {
+  std::vector<float> depth_mm(at_px_.size());
+  for (std::size_t i = 0; i < depth_mm.size(); ++i)
+    depth_mm[i] = drawn_mm[static_cast<std::size_t>(at_px_[i].y()) * pinhole_.width +
+                           static_cast<std::size_t>(at_px_[i].x())];
+  return depth_mm;
 }
 
 LensPicture::Corners LensPicture::corners(std::size_t pixel, const PixelTruth& drawn) const {

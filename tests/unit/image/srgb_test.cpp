@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace organbake {
@@ -10,6 +11,17 @@ namespace {
 
 TEST(Srgb, EveryByteComesBack) {
   for (int i = 0; i < 256; ++i) EXPECT_EQ(srgb8_from_linear(linear_from_srgb8()[i]), i);
+}
+
+// The bytes come from a table of the formula's steps.
+TEST(Srgb, BytesAreTheFormulasToTheBit) {
+  const auto formula = [](float linear) { return int(255 * srgb_from_linear(linear) + 0.5f); };
+  constexpr int kPlaces = 1 << 20;
+  for (int i = 0; i <= kPlaces; ++i) {
+    const float linear = static_cast<float>(i) / kPlaces, below = std::nextafter(linear, 0.0f);
+    ASSERT_EQ(srgb8_from_linear(linear), formula(linear)) << linear;
+    ASSERT_EQ(srgb8_from_linear(below), formula(below)) << below;
+  }
 }
 
 TEST(Srgb, KnownValues) {  // IEC 61966-2-1

@@ -267,15 +267,17 @@ inline __attribute__((always_inline)) Film film_at(const ScopeShine::Bumps& bump
   film.x = hill.x + dome * dx + lean * cell.chance(0);
   film.y = hill.y + dome * dy + lean * cell.chance(1);
   film.z = hill.z + dome * dz + lean * cell.chance(2);
-  const float across = height * ScopeShine::kDome * bumps.per_mm / pixels_per_mm;  // of a pixel
+  const float pixel = bumps.per_mm / pixels_per_mm;  // its side, in bumps
+  const float across = height * ScopeShine::kDome * pixel;
   film.lost = hill.lost + (1 - seen * seen) * height * height + seen * across * across / 12;
   // The film breaks where the ground is high, and lies on some bumps only; between them it is a
   // valley that mirrors something else.
   const float patch = at_most_1(positive(0.5f + ScopeShine::kPatches * hill.wet));
   const float own = at_most_1(positive(ScopeShine::kWetBumps * patch + cell.chance(3)));
-  const float wall = at_most_1(ScopeShine::kEdge * cell.border);
-  const float drop =
-      at_most_1(positive(ScopeShine::kDropEdge * (ScopeShine::kDrop - cell.distance2)));
+  // Ends of drops that are sharper than a pixel are as soft as one, so that they do not flicker.
+  const float end = 1 / (ScopeShine::kEdge + ScopeShine::kSoftEnds * pixel);
+  const float wall = at_most_1(end * cell.border);
+  const float drop = at_most_1(positive(end * (ScopeShine::kDrop - cell.distance2)));
   const float border = drop < wall ? drop : wall;
   const float edge = border * border * (3 - 2 * border);
   film.wet = patch * ScopeShine::kOfBumps * (1 - seen) + seen * own * edge;
@@ -319,7 +321,10 @@ ORGANBAKE_MULTIVERSION void gloss_pixels(const GlossPlanes& in, const ScopeShine
     const float mirrored = mirrored_by(lobes[0]) + mirrored_by(lobes[1]) + mirrored_by(lobes[2]) +
                            mirrored_by(lobes[3]);
     const float wet = 1 - rough * (1 - film.wet);
-    const float white = whites[i] * shares[i] * wet * shown[i] * mirrored;
+    // A pixel that the film covers in part shows that part of what its sensor can take.
+    const float bright = shares[i] * mirrored;
+    const float blown = bright < ScopeShine::kBlown ? bright : ScopeShine::kBlown;
+    const float white = whites[i] * wet * shown[i] * blown;
     red[i] += white, green[i] += white, blue[i] += white;
   }
 }
@@ -459,7 +464,8 @@ std::vector<ShaderConstant> ScopeShine::constants() {
           {"kEdge", kEdge},
           {"kWetBumps", kWetBumps},
           {"kDrop", kDrop},
-          {"kDropEdge", kDropEdge},
+          {"kSoftEnds", kSoftEnds},
+          {"kBlown", kBlown},
           {"kOfBumps", kOfBumps},
           {"kFade", kFade},
           {"kSurroundings", kSurroundings},

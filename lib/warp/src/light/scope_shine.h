@@ -75,12 +75,13 @@ class ScopeShine {
   static constexpr double kWidestFilm = 100;                            // exponent
   static constexpr std::array<float, 3> kSheen = {0.85f, 0.95f, 1.2f};  // RGB
   // Of slopes by the place on a dome (in cells), and by its lean; how sharply the film's patches
-  // and its bumps end.
-  static constexpr float kDome = 1.5f, kLean = 0.9f, kPatches = 0.6f, kEdge = 2.4f;
-  // How many bumps of a patch are wet; how far a drop reaches (square of cells), and how sharply it
-  // ends there.
-  static constexpr float kWetBumps = 2.1f, kDrop = 0.42f, kDropEdge = 4;
-  static constexpr float kFilmWidth = 5.5f;
+  // end.
+  static constexpr float kDome = 1.5f, kLean = 0.9f, kPatches = 0.6f;
+  // How many bumps of a patch are wet; in squares of cells how far a drop reaches, and within what
+  // it ends there and at the next drop, for each pixel more.
+  static constexpr float kWetBumps = 2.1f, kDrop = 0.42f, kEdge = 0.17f, kSoftEnds = 1.6f;
+  static constexpr float kBlown = 1.5f;  // of full exposure: no mirrored light is brighter
+  static constexpr float kFilmWidth = 6;
   static constexpr float kOfBumps = 0.45f;  // of a patch: what bumps and their edges leave wet
   static constexpr double kBreaks = 0.15;   // slope of the relief on which the film is all drops
 

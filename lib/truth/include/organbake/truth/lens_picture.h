@@ -42,6 +42,8 @@ class LensPicture {
   void show(const Flow& drawn, const PixelTruth& truth, Flow& seen) const;
 
  private:
+  void resample(const Rgb8Image& drawn, Rgb8Image& seen) const;
+  std::vector<float> depth_seen(const std::vector<float>& drawn_mm) const;
   // The pixels round a ray that show what it meets, and their shares.
   struct Corners;
   Corners corners(std::size_t pixel, const PixelTruth& drawn) const;
