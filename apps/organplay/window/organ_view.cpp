@@ -182,7 +182,7 @@ Rgb8Image OrganView::seen_tissue() const {
   if (state_.scope.surroundings)
     paint_cavity_wall({frame, session_.view(), rest_bounds(player_)}, DrawOptions::kCavity,
                       picture);
-  apply_scope_picture(state_.scope, picture);
+  apply_scope_picture(state_.scope, session_.view().camera.intrinsics.fx, frame.depth_mm, picture);
   return picture;
 }
 

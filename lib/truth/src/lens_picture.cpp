@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "depth_of_field.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
@@ -163,10 +162,11 @@ void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
 
 void LensPicture::prepare(DrawOptions& options) const {
   if (scope_.picture.surroundings) options.background = DrawOptions::kCavity;
-  options.keep_depth |= scope_.picture.surroundings || scope_.picture.aperture_mm > 0;
+  options.keep_depth |= scope_.picture.needs_depth();
 }
 
-// What is out of focus is blurred as the scope sees it, of a quarter of the pixels that were drawn.
+// Folds darken and what is out of focus blurs as the scope sees them, of a quarter of the pixels
+// that were drawn.
 void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
   const ScopePicture& scope = scope_.picture;
   if (scope.surroundings) {
@@ -176,10 +176,8 @@ void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
   } else {
     resample(scene.frame.color, seen);
   }
-  if (scope.aperture_mm > 0)
-    blur_out_of_focus(scope.aperture_mm, scope_.intrinsics.fx, depth_seen(scene.frame.depth_mm),
-                      seen);
-  apply_scope_picture(scope, seen);
+  if (!scope.needs_depth()) return apply_scope_picture(scope, seen);
+  apply_scope_picture(scope, scope_.intrinsics.fx, depth_seen(scene.frame.depth_mm), seen);
 }
 
 std::vector<float> LensPicture::depth_seen(const std::vector<float>& drawn_mm) const {

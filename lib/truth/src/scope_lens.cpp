@@ -15,7 +15,7 @@ constexpr const char* kScopePictureSchema = "organbake/scope-lens/2";
 
 ScopePicture picture_from(const JsonField& field) {
   field.allow_only(
-      {"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm", "surroundings"});
+      {"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm", "folds", "surroundings"});
   ScopePicture picture;
   const auto number = [&](const char* key, double low, double high, double& value) {
     if (const auto given = field.find(key)) value = given->number(low, high);
@@ -27,6 +27,7 @@ ScopePicture picture_from(const JsonField& field) {
   number("sharpening", 0, 5, picture.sharpening);
   number("grain", 0, 50, picture.grain);
   number("aperture_mm", 0, 5, picture.aperture_mm);
+  number("folds", 0, 1, picture.folds);
   if (const auto given = field.find("surroundings")) {
     if (!given->json().is_boolean()) given->fail("is neither true nor false");
     picture.surroundings = given->json().get<bool>();
@@ -39,6 +40,7 @@ Json picture_to_json(const ScopePicture& p) {
                {"sharpening", p.sharpening}, {"grain", p.grain}, {"surroundings", p.surroundings}};
   if (p.field > 0) json["field"] = p.field;
   if (p.aperture_mm > 0) json["aperture_mm"] = p.aperture_mm;
+  if (p.folds > 0) json["folds"] = p.folds;
   return json;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the order of a camera: light, haze, what the sensor spreads, its curve, sharpening, noise, and
-// the edge of the field.
+// In the order of a camera: light, which folds get less of, and focus, where a depth tells them; haze,
+// what the sensor spreads, its curve, sharpening, noise, and the edge of the field.
 #include "organbake/truth/scope_picture.h"
 
 #include <algorithm>
@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "box_blur.h"
+#include "depth_of_field.h"
+#include "fold_shadows.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -149,6 +151,13 @@ void apply_scope_picture(const ScopePicture& scope, Rgb8Image& picture) {
   developing.sharpen();
   developing.add_grain(seed);
   developing.write(picture);
+}
+
+void apply_scope_picture(const ScopePicture& scope, double focal_px,
+                         const std::vector<float>& depth_mm, Rgb8Image& picture) {
+  darken_folds(scope.folds, focal_px, depth_mm, picture);
+  blur_out_of_focus(scope.aperture_mm, focal_px, depth_mm, picture);
+  apply_scope_picture(scope, picture);
 }
 
 }  // namespace organbake

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "depth_of_field.h"
+#include "fold_shadows.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/orbit.h"
@@ -202,6 +203,7 @@ ScopePicture all_of_it() {
           .sharpening = 0.8,
           .grain = 3,
           .aperture_mm = 0.4,
+          .folds = 0.5,
           .surroundings = true};
 }
 
@@ -219,7 +221,28 @@ TEST(ScopePicture, IsReadAsItWasWrittenAndRefusesWhatItDoesNotKnow) {
   EXPECT_THROW(read(R"("field": 0)"), BadDataError);
   EXPECT_THROW(read(R"("grain": -1)"), BadDataError);
   EXPECT_THROW(read(R"("aperture_mm": 6)"), BadDataError);
+  EXPECT_THROW(read(R"("folds": 2)"), BadDataError);
   EXPECT_THROW(read(R"("surroundings": 1)"), BadDataError);
+}
+
+// A step of 3 mm along a plane that is seen at a slant: what lies lower darkens beside the step,
+// what lies higher does not, nor does the plane elsewhere, nor what is beside nothing.
+TEST(FoldShadows, DarkenWhatLiesDeeperThanItsSurroundings) {
+  constexpr int kWidth = 128, kHeight = 64, kStep = 64, kNothing = 120;
+  Rgb8Image picture(kWidth, kHeight);
+  std::fill(picture.pixels.begin(), picture.pixels.end(), std::uint8_t{128});
+  std::vector<float> depth_mm;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      depth_mm.push_back(x >= kNothing ? std::numeric_limits<float>::infinity()
+                                       : 50 + 0.1f * float(y) + (x < kStep ? 0 : 3.0f));
+  darken_folds(0.8, 100, depth_mm, picture);
+  const auto at = [&](int x) { return int(picture.at(x, kHeight / 2)[1]); };
+  EXPECT_LT(at(kStep + 1), 110);
+  EXPECT_EQ(at(kStep - 2), 128);
+  EXPECT_EQ(at(kStep / 2), 128);
+  EXPECT_NEAR(at(100), 128, 1);
+  EXPECT_EQ(at(kNothing + 2), 128);
 }
 
 // A picture of no field, and one of 200°, which no plane holds.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "organbake/image/channel_image.h"
 
 namespace organbake {
@@ -15,17 +17,23 @@ struct ScopePicture {
   double sharpening = 0;   // 0…5: of what the camera adds at edges, with its dark and light halo
   double grain = 0;        // standard deviation of the noise in mid grey, sRGB levels of 255
   double aperture_mm = 0;  // of the lens: what is out of its focus, amid the picture, blurs; 0: no
+  double folds = 0;        // 0…1: how dark folds and the gaps between organs are
   bool surroundings = false;  // a cavity's wall behind the organ (cavity_wall.h)
 
-  // But for what is behind the organ and out of focus, which take more than a picture.
+  // But for what depth tells: what is behind the organ, in folds and out of focus.
   bool off() const {
     return field == 0 && exposure == 1 && haze == 0 && bloom == 0 && sharpening == 0 && grain == 0;
   }
+  bool needs_depth() const { return surroundings || aperture_mm > 0 || folds > 0; }
   bool operator==(const ScopePicture&) const = default;
 };
 
 // Makes a picture so. The same picture gives the same bytes, on any number of threads; another has
 // another noise.
 void apply_scope_picture(const ScopePicture& scope, Rgb8Image& picture);
+// The same with what its depth tells: folds, and what is out of focus. Planar mm, +inf where there
+// is nothing.
+void apply_scope_picture(const ScopePicture& scope, double focal_px,
+                         const std::vector<float>& depth_mm, Rgb8Image& picture);
 
 }  // namespace organbake
