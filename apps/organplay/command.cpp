@@ -93,8 +93,8 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
       .add("scope", &c.lens,
            {.help = "preset of a scope (JSON, see 'organbake schema scope-lens', or cameras.json): "
                     "its distortion and vignette are put on pictures and layers, its camera's "
-                    "round field, exposure, haze, bloom, sharpening, grain, focus and surroundings "
-                    "on pictures alone; in the window the camera's alone; "
+                    "round field, exposure, haze, bloom, sharpening, grain, focus, folds and "
+                    "surroundings on pictures alone; in the window the camera's alone; "
                     "its size is theirs unless --size or the script says another",
             .value = "FILE"})
       .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
