@@ -20,33 +20,22 @@ constexpr int kMostSteps = 2;            // from one place along the border to t
 constexpr double kBend = 0.03;           // that a step to the side costs, in hue
 constexpr double kPull = 5e-4;           // px⁻²: that distance from the straight line costs
 
-// Mean hue of what is known of a line across the strip between two offsets.
-struct HueMean {
-  double sum = 0, known = 0;
-  void add(const ShaftView& view, cv::Point2d p) {
-    if (!view.holds(p.x, p.y)) return;
-    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
-    const double weight = view.known.at<float>(y, x);
-    known += weight;
-    sum += weight * view.hue.at<float>(y, x);
-  }
-  double mean() const { return known > 0 ? sum / known : 0; }
-};
-
-HueMean mean_across(const ShaftView& view, const Shaft& shaft, double t, double from, double to) {
-  HueMean mean;
-  for (double o = std::min(from, to); o <= std::max(from, to); ++o) mean.add(view, shaft.at(t, o));
+// Of the hue between two offsets.
+StripMean mean_across(const ShaftView& view, const Shaft& shaft, double t, double from, double to) {
+  StripMean mean;
+  for (double o = std::min(from, to); o <= std::max(from, to); ++o)
+    mean.add(view, view.hue, shaft.at(t, o));
   return mean;
 }
 
 // How much the hue rises outward across a border there.
 double rise(const ShaftView& view, const Shaft& shaft, int side, double t, double offset) {
   const double outward = side == 0 ? -1 : 1;
-  HueMean outside, inside;
+  StripMean outside, inside;
   for (int row = -1; row <= 1; ++row)
     for (const double k : {1.0, 2.0}) {
-      outside.add(view, shaft.at(t + row, offset + outward * k));
-      inside.add(view, shaft.at(t + row, offset - outward * k));
+      outside.add(view, view.hue, shaft.at(t + row, offset + outward * k));
+      inside.add(view, view.hue, shaft.at(t + row, offset - outward * k));
     }
   if (outside.known < 3 || inside.known < 3) return 0;
   return std::clamp(outside.mean() - inside.mean(), -0.5, 1.0);
@@ -116,15 +105,15 @@ std::array<int, 2> ends_of(const ShaftView& view, const Shaft& shaft,
                            const std::array<std::vector<double>, 2>& border) {
   constexpr double kBeside_px = 5;
   std::vector<float> own, beside;
-  std::vector<HueMean> inside;
+  std::vector<StripMean> inside;
   const int places = static_cast<int>(border[0].size());
   for (int i = 0; i < places; ++i) {
     const double t = shaft.from + i;
     inside.push_back(mean_across(view, shaft, t, border[0][i] + 1, border[1][i] - 1));
     for (int side = 0; side < 2; ++side) {
       const double outward = side == 0 ? -1 : 1;
-      const HueMean there = mean_across(view, shaft, t, border[side][i] + outward,
-                                        border[side][i] + outward * kBeside_px);
+      const StripMean there = mean_across(view, shaft, t, border[side][i] + outward,
+                                          border[side][i] + outward * kBeside_px);
       if (there.known > 0) beside.push_back(static_cast<float>(there.mean()));
     }
     if (inside.back().known > 0) own.push_back(static_cast<float>(inside.back().mean()));

@@ -78,22 +78,6 @@ std::optional<Shaft> between(const Segment& one, const Segment& other, double lo
   return shaft;
 }
 
-// Means over a stretch across a strip.
-struct StripMean {
-  double sum = 0, known = 0, count = 0;
-
-  void add(const ShaftView& view, const cv::Mat& values, cv::Point2d p) {
-    if (!view.holds(p.x, p.y)) return;
-    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
-    const float weight = view.known.at<float>(y, x);
-    ++count;
-    known += weight;
-    sum += weight * values.at<float>(y, x);
-  }
-  bool tells() const { return count > 0 && known >= 0.5 * count; }
-  double mean() const { return sum / known; }
-};
-
 // One step along a strip: its inside, and both sides of both borders.
 struct StripStep {
   StripMean inside, within[2], beside[2];

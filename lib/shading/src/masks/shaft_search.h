@@ -36,6 +36,22 @@ struct Shaft {
   double width(double t) const { return edge(1, t) - edge(0, t); }
 };
 
+// Means over a stretch across a strip.
+struct StripMean {
+  double sum = 0, known = 0, count = 0;
+
+  void add(const ShaftView& view, const cv::Mat& values, cv::Point2d p) {
+    if (!view.holds(p.x, p.y)) return;
+    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
+    const float weight = view.known.at<float>(y, x);
+    ++count;
+    known += weight;
+    sum += weight * values.at<float>(y, x);
+  }
+  bool tells() const { return count > 0 && known >= 0.5 * count; }
+  double mean() const { return sum / known; }
+};
+
 // The shafts in a picture: strips with two straight, sharp borders that come in from the rim of the
 // field of view, whose inside has less of the tissue's hue than both sides, and whose brightness
 // runs along them.
