@@ -79,8 +79,8 @@ class ScopeShine {
   static constexpr float kDome = 1.5f, kLean = 0.9f, kPatches = 0.6f;
   // How many bumps of a patch are wet; in squares of cells how far a drop reaches, and within what
   // it ends there and at the next drop, for each pixel more.
-  static constexpr float kWetBumps = 2.1f, kDrop = 0.42f, kEdge = 0.17f, kSoftEnds = 1.6f;
-  static constexpr float kBlown = 1.5f;  // of full exposure: no mirrored light is brighter
+  static constexpr float kWetBumps = 2.1f, kDrop = 0.42f, kEdge = 0.17f, kSoftEnds = 2.2f;
+  static constexpr float kBlown = 1.1f;  // of full exposure: no mirrored light is brighter
   static constexpr float kFilmWidth = 6;
   static constexpr float kOfBumps = 0.45f;  // of a patch: what bumps and their edges leave wet
   static constexpr double kBreaks = 0.15;   // slope of the relief on which the film is all drops
