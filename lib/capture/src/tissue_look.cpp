@@ -43,7 +43,7 @@ TissueLook liver() {
 }
 
 TissueLook gallbladder() {
-  return {.albedo = {0.84f, 0.51f, 0.355f},  // (a), over four frames
+  return {.albedo = {0.84f, 0.51f, 0.355f},  // (a), over four frames, as their camera exposes
           .tint = {-0.06f, -0.06f, 0.2f},
           .mottle = 0.06,
           .mottle_mm = 15,

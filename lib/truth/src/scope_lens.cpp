@@ -14,8 +14,8 @@ constexpr const char* kScopeLensSchema = "organbake/scope-lens/1";
 constexpr const char* kScopePictureSchema = "organbake/scope-lens/2";
 
 ScopePicture picture_from(const JsonField& field) {
-  field.allow_only(
-      {"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm", "folds", "surroundings"});
+  field.allow_only({"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm",
+                    "folds", "surroundings"});
   ScopePicture picture;
   const auto number = [&](const char* key, double low, double high, double& value) {
     if (const auto given = field.find(key)) value = given->number(low, high);

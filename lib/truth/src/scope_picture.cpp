@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In the order of a camera: light, which folds get less of, and focus, where a depth tells them; haze,
-// what the sensor spreads, its curve, sharpening, noise, and the edge of the field.
+// In the order of a camera: light, which folds get less of, and focus, where a depth tells them;
+// haze, what the sensor spreads, its curve, sharpening, noise, and the edge of the field.
 #include "organbake/truth/scope_picture.h"
 
 #include <algorithm>
@@ -31,8 +31,7 @@ float noise(std::uint32_t seed, std::size_t at) {
   return (static_cast<float>(h & 0xFFFFu) + static_cast<float>(h >> 16) - 65535.0f) / 26750.0f;
 }
 
-// Levels of 0…255 by straight lines between 4,096 places of the curve: within a hundredth of a
-// level but where it is darkest, where it is one.
+// Levels of 0…255 by straight lines between 4,096 places of the curve: within a hundredth of one.
 float level_of_light(float linear) {
   constexpr int kSteps = 4096;
   static const std::vector<float> table = [] {
