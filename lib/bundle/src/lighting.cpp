@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 constexpr const char* kLightingSchema = "organbake/lighting/1";
 constexpr const char* kScopeSchema = "organbake/lighting/2";
 constexpr const char* kGrainSchema = "organbake/lighting/3";
+constexpr const char* kFadeSchema = "organbake/lighting/4";
 constexpr double kBrightest = 1e6, kSharpest = 1e5;
 constexpr std::int64_t kMostLamps = 16, kMostLobes = 4;
 
@@ -45,7 +46,8 @@ ScopeLight scope_from(const JsonField& field) {
 }
 
 SkinFinish finish_from(const JsonField& field) {
-  field.allow_only({"relief_slope", "relief_mm", "softness", "rim", "grain", "grain_mm"});
+  field.allow_only(
+      {"relief_slope", "relief_mm", "softness", "rim", "grain", "grain_mm", "border_fade_rad"});
   SkinFinish finish;
   finish.relief_slope = field["relief_slope"].number(0, 1);
   finish.relief_mm = field["relief_mm"].number(0.1, 100);
@@ -58,6 +60,7 @@ SkinFinish finish_from(const JsonField& field) {
     if (finish.grain.minCoeff() < 0 || finish.grain.maxCoeff() > 1) grain->fail("needs RGB of 0…1");
     finish.grain_mm = field["grain_mm"].number(0.01, 100);
   }
+  if (const auto fade = field.find("border_fade_rad")) finish.border_fade_rad = fade->number(0, 1);
   return finish;
 }
 
@@ -75,17 +78,24 @@ void add_scope(const Lighting& lighting, Json& json) {
                     {"relief_mm", finish.relief_mm},
                     {"softness", to_json(finish.softness)},
                     {"rim", finish.rim}};
+  if (finish.border_fade_rad > 0) json["finish"]["border_fade_rad"] = finish.border_fade_rad;
   if (finish.grain.isZero(0)) return;
   json["finish"]["grain"] = to_json(finish.grain);
   json["finish"]["grain_mm"] = finish.grain_mm;
 }
 
 const char* schema_of(const Lighting& lighting) {
+  if (lighting.finish.border_fade_rad > 0) return kFadeSchema;
   if (!lighting.finish.grain.isZero(0)) return kGrainSchema;
   return lighting.scope || !(lighting.finish == SkinFinish()) ? kScopeSchema : kLightingSchema;
 }
 
 }  // namespace
+
+int SkinFinish::border_fade_px(double focal_px) const {
+  return static_cast<int>(
+      std::lround(std::min<double>(kWidestFade_px, border_fade_rad * focal_px)));
+}
 
 Vector3d Lighting::diffuse(const Vector3d& normal) const {
   Vector3d light = ambient_below + (ambient_above - ambient_below) * (0.5 + 0.5 * normal.dot(up));
@@ -129,7 +139,7 @@ std::string lighting_to_json(const Lighting& lighting) {
 Lighting lighting_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
-  document.require_schema({kLightingSchema, kScopeSchema, kGrainSchema});
+  document.require_schema({kLightingSchema, kScopeSchema, kGrainSchema, kFadeSchema});
   const bool for_scope = document["schema"].text() != kLightingSchema;
   Lighting lighting;
   const JsonField ambient = document["ambient"];

@@ -23,6 +23,8 @@ Finishing::Finishing(ShaderDialect dialect)
     : open_(dialect, files_of("open")),
       slits_(dialect, files_of("slits")),
       holes_(dialect, files_of("holes")),
+      across_(dialect, files_of("across")),
+      fade_(dialect, files_of("fade")),
       solids_(dialect, files_of("solids")),
       edges_(dialect, files_of("edges")),
       outline_(dialect, files_of("outline")) {}
@@ -32,6 +34,8 @@ const Targets::Picture& Finishing::apply(const View& view, const DrawOptions& op
   last_ = &targets.resolved;
   glDepthFunc(GL_ALWAYS);
   if (options.fill_holes) fill_holes(scale, targets);
+  if (options.smooth_outline && scale.fade_px > 1)
+    fade_borders(scale.fade_px, options.background, targets);
   if (!options.solids.empty()) draw_solids(view, options.solids, scale, targets);
   if (options.smooth_outline) smooth_outlines(scale, targets);
   return *last_;
@@ -63,6 +67,20 @@ void Finishing::fill_holes(PictureScale scale, Targets& targets) {
     pass(slits_, targets);
   }
   for (int round = 0; round < kFillRounds; ++round) pass(holes_, targets);
+}
+
+void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& background,
+                             Targets& targets) {
+  set_common(across_, *last_, targets);
+  across_.set("fade", width_px);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_picture.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  fade_.use();
+  fade_.set_texture("across", GL_TEXTURE_2D, targets.edges.texture());
+  fade_.set("fade", width_px);
+  const auto& [red, green, blue] = background;
+  fade_.set("background", Eigen::Vector3f(Eigen::Vector3f(red, green, blue) / 255));
+  pass(fade_, targets);
 }
 
 void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,

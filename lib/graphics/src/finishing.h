@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "organbake/warp/draw_options.h"
@@ -12,9 +14,10 @@
 
 namespace organbake {
 
-// What scales depths: of the farthest skin (mm), and of a texel on the nearest.
+// What scales depths, of the farthest skin (mm), and of a texel on the nearest; and what fades.
 struct PictureScale {
   float reach_mm = 1, texel_mm = 1;
+  int fade_px = 0;  // of skin beside the background: SkinFinish::border_fade_px()
 };
 
 // The passes over the whole picture, after the organs are in it.
@@ -30,12 +33,13 @@ class Finishing {
   // Draws the next picture from the last one with a program that is in use and set.
   void pass(const Program& program, Targets& targets);
   void fill_holes(PictureScale scale, Targets& targets);
+  void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
   void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                    Targets& targets);
   void smooth_outlines(PictureScale scale, Targets& targets);
   static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
 
-  Program open_, slits_, holes_, solids_, edges_, outline_;
+  Program open_, slits_, holes_, across_, fade_, solids_, edges_, outline_;
   TextureName solid_table_;
   std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;

@@ -213,6 +213,8 @@ const Targets::Picture& GraphicsDrawing::Impl::draw(const std::vector<JointDrawi
                         [&](const PlacedOrgan& organ) { return organ.source.id == one.id(); });
   });
   scale_ = {0, 0};
+  if (organs.size() == 1 && organs[0].source.lighting)
+    scale_.fade_px = organs[0].source.lighting->finish.border_fade_px(view.camera.intrinsics.fx);
   for (PlacedOrgan& organ : organs) {
     organ.tables = &tables_of(organ.source);
     const Bounds& rest = organ.source.at_rest;
@@ -491,7 +493,11 @@ void GraphicsDrawing::check_agreement(const std::vector<JointDrawing::Organ>& or
                                       const View& view, const DrawOptions& options,
                                       const Frame& frame) {
   Frame reference;
-  JointDrawing().draw(organs, view, options, reference);
+  if (organs.size() == 1 && organs[0].warper.can_relight()) {
+    organs[0].warper.draw(organs[0].positions_mm, view, options, reference);
+  } else {
+    JointDrawing().draw(organs, view, options, reference);
+  }
   const double psnr_db = compare_images(reference.color, frame.color).psnr_db;
   if (psnr_db < kLeastAgreement_db)
     throw GraphicsError("the graphics hardware's picture is not the processor's: they agree to " +

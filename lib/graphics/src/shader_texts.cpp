@@ -72,6 +72,8 @@ const std::vector<ProgramFiles>& program_files() {
       {"open", {"screen.vert"}, {"finish.glsl", "open.frag"}},
       {"slits", {"screen.vert"}, {"finish.glsl", "slits.frag"}},
       {"holes", {"screen.vert"}, {"finish.glsl", "holes.frag"}},
+      {"across", {"screen.vert"}, {"finish.glsl", "across.frag"}},
+      {"fade", {"screen.vert"}, {"finish.glsl", "fade.frag"}},
       {"solids", {"screen.vert"}, {"finish.glsl", "solids.frag"}},
       {"edges", {"screen.vert"}, {"finish.glsl", "edges.frag"}},
       {"outline", {"screen.vert"}, {"finish.glsl", "outline.frag"}},

@@ -129,7 +129,8 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       base(bundle.base, rest),
       post_process((bundle.lighting ? bundle.lighting->scope : std::nullopt)
                        .value_or(ScopeLight())
-                       .offset_mm) {
+                       .offset_mm,
+                   bundle.lighting ? bundle.lighting->finish : SkinFinish()) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
     const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;

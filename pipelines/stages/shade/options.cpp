@@ -93,7 +93,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 8,
+      .version = 9,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,

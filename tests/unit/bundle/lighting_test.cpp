@@ -53,6 +53,9 @@ TEST(Lighting, OnlyWhatNeedsItIsOfTheSecondSchema) {
   soft.finish.grain = {0.1, 0.2, 0.3}, soft.finish.grain_mm = 0.7;
   EXPECT_EQ(lighting_from_json(lighting_to_json(soft), "l").finish, soft.finish);
   EXPECT_NE(lighting_to_json(soft).find("lighting/3"), std::string::npos);
+  soft.finish.border_fade_rad = 0.02;
+  EXPECT_EQ(lighting_from_json(lighting_to_json(soft), "l").finish, soft.finish);
+  EXPECT_NE(lighting_to_json(soft).find("lighting/4"), std::string::npos);
 }
 
 TEST(Lighting, RefusesALightAtTheScopeThatThereCannotBe) {
@@ -75,6 +78,7 @@ TEST(Lighting, RefusesALightAtTheScopeThatThereCannotBe) {
   refused([](Lighting& l) { l.finish.rim = 1.5; });
   refused([](Lighting& l) { l.finish.grain = {0.1, -0.1, 0}; });
   refused([](Lighting& l) { l.finish.grain = {0.1, 0, 0}, l.finish.grain_mm = 0; });
+  refused([](Lighting& l) { l.finish.border_fade_rad = 2; });
 }
 
 TEST(Lighting, AMistypedKeyOfTheScopeIsSaid) {

@@ -37,6 +37,7 @@ Lighting tissue_light() {
   light.finish.softness = {0.3, 0.2, 0.15};
   light.finish.rim = 0.5;
   light.finish.grain = {0.08, 0.1, 0.1};
+  light.finish.border_fade_rad = 0.02;
   return light;
 }
 

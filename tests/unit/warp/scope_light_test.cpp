@@ -346,6 +346,32 @@ TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
   }
 }
 
+TEST(ScopeLight, ABorderThatFadesChangesColoursAloneAndIsTakenBackForTheNextFrame) {
+  SkinFinish fading;
+  fading.border_fade_rad = 0.02;
+  const Bundle bundle = organ_in(scope_light(fading), 0.5f);
+  const Bundle sharp_bundle = organ_in(scope_light(), 0.5f);
+  const View view = front_of(bundle);
+  DrawOptions plain = from_scope(), with_tool = from_scope();
+  plain.keep_depth = with_tool.keep_depth = true;
+  const auto& rest = bundle.proxy.vertices;
+  with_tool.solids = {{.from = rest[0], .to = rest[0] + Vector3d(0, -60, 0)}};
+  Warper fades(bundle), ends_sharply(sharp_bundle);
+  Frame faded, sharp, anew;
+  fades.draw(rest, view, plain, faded);
+  ends_sharply.draw(rest, view, plain, sharp);
+  EXPECT_NE(faded.color.pixels, sharp.color.pixels);
+  EXPECT_EQ(faded.cover, sharp.cover);
+  EXPECT_EQ(faded.depth_mm, sharp.depth_mm);
+  fades.draw(rest, view, with_tool, faded);
+  Warper(bundle).draw(rest, view, with_tool, anew);
+  EXPECT_EQ(faded.color.pixels, anew.color.pixels);
+  plain.smooth_outline = false;
+  fades.draw(rest, view, plain, faded);
+  ends_sharply.draw(rest, view, plain, sharp);
+  EXPECT_EQ(faded.color.pixels, sharp.color.pixels);
+}
+
 TEST(ScopeLight, EachBundleHasTheLightItIsMeantFor) {
   Bundle bundle = organ_in(scope_light(), 0.5f);
   EXPECT_EQ(Warper(bundle).default_light(), DrawnLight::scope);

@@ -120,7 +120,7 @@ Lighting laparoscope_lighting(const LaparoscopeOptions& options) {
   lighting.ambient_above = lighting.ambient_below = Vector3d::Ones();  // colours are the albedo
   lighting.gloss = wet_gloss();
   lighting.scope = scope;
-  lighting.finish = {.relief_slope = 0.1, .relief_mm = 1.5, .rim = 0.12};
+  lighting.finish = {.relief_slope = 0.1, .relief_mm = 1.5, .rim = 0.12, .border_fade_rad = 0.01};
   return lighting;
 }
 

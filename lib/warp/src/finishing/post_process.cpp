@@ -60,6 +60,8 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   const HoleCounts holes = fill_holes(skin_, options.fill_holes, frame);
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
+  const int fade_px = finish_.border_fade_px(view.camera.intrinsics.fx);
+  fade_.apply(drawn, options.smooth_outline ? fade_px : 0, options.background, frame);
   if (!options.solids.empty()) {
     clock.lap(report.times.fill, report.critical_path.fill);
     draw_tools(view, options, frame);
@@ -81,6 +83,7 @@ void PostProcess::undo(const Background& background, Frame& frame) const {
     if (!frame.depth_mm.empty()) frame.depth_mm[pixel.at] = depth;
   };
   for (const Pixel& pixel : hidden_) restore(pixel, pixel.depth);
+  fade_.undo(frame);
   constexpr float kNothing = std::numeric_limits<float>::infinity();
   for (int y = drawn_.y0; y < drawn_.y1; ++y) {
     const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;

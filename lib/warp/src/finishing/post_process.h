@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "drawing/resolve.h"
+#include "finishing/border_fade.h"
 #include "finishing/cover_mask.h"
 #include "finishing/front_edges.h"
 #include "finishing/outline.h"
+#include "organbake/bundle/lighting.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/pixel_box.h"
 #include "organbake/warp/solids.h"
@@ -21,13 +23,14 @@ namespace organbake {
 struct DrawOptions;
 struct DrawReport;
 
-// The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn, the outline
-// smoothed. Remembers what it covers up, so that the next frame of the same view can take it back
-// and draw the tiles that changed alone.
+// The last steps of a frame, after its tiles: slits opened, holes filled, borders that a picture
+// cut faded, tools drawn, the outline smoothed. Remembers what it covers up, so that the next frame
+// of the same view can take it back and draw the tiles that changed alone.
 class PostProcess {
  public:
   // light_mm: of the light at the scope, from the eye, camera axes: by it tools throw shadows.
-  explicit PostProcess(const Eigen::Vector3d& light_mm) : light_mm_(light_mm) {}
+  explicit PostProcess(const Eigen::Vector3d& light_mm, const SkinFinish& finish = {})
+      : light_mm_(light_mm), finish_(finish) {}
 
   // drawn: everything but the background. depth: of its skin. deeper_mm: skin at least so far
   // behind other skin is not one surface with it.
@@ -49,11 +52,13 @@ class PostProcess {
   void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
   Eigen::Vector3d light_mm_;
+  SkinFinish finish_;
   PixelBox drawn_;
   CoverMask skin_;             // with a border
   std::vector<Pixel> opened_;  // as they were
   std::vector<Pixel> hidden_;  // under the tools' box
-  FrontEdges edges_;           // of skin_
+  BorderFade fade_;
+  FrontEdges edges_;  // of skin_
   Outline outline_;
 };
 

@@ -35,6 +35,13 @@ struct SkinFinish {
   // largest grains. 0: none.
   Eigen::Vector3d grain = Eigen::Vector3d::Zero();
   double grain_mm = 0.5;
+  // Tissue from a picture ends where that was cut off: over this angle of the view it fades into
+  // the background beside all that it ends against. 0: it ends sharply.
+  double border_fade_rad = 0;
+
+  static constexpr int kWidestFade_px = 15;
+  // In pictures of that focal length, kWidestFade_px at most.
+  int border_fade_px(double focal_px) const;
 
   bool operator==(const SkinFinish&) const = default;
 };
@@ -75,9 +82,9 @@ std::vector<Lighting::Lobe> wet_gloss();
 inline constexpr const char* kLightingFile = "lighting.json";  // in a bundle
 
 // Schema 1 where there is nothing of schema 2: a light at the scope, or a finish; that of a finish
-// with grain is 3.
+// with grain is 3, with a fading border 4.
 std::string lighting_to_json(const Lighting& lighting);
-// Reads all three. Directions may have any length. Throws BadDataError naming `name` and the key:
+// Reads all four. Directions may have any length. Throws BadDataError naming `name` and the key:
 // negative light, a direction of no length, no light at all.
 Lighting lighting_from_json(const std::string& text, const std::string& name);
 

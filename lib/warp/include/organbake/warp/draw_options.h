@@ -28,7 +28,8 @@ struct DrawOptions {
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
   // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
-  // the paper's own warp.
+  // the paper's own warp. And fade it where the bundle asks for that (SkinFinish::border_fade_rad);
+  // not where several organs are in the picture.
   bool smooth_outline = true;
   // The paper's own warp always draws what was baked.
   DrawnLight light = DrawnLight::baked;
