@@ -46,11 +46,15 @@ expect 0 organbake motion slide/frames --intrinsics slide/cameras.json --halving
   --range-mm 60 --threads 1 -o again
 expect_same moved again
 
-python3 - <<'END'
-import json
-camera = json.load(open("slide/cameras.json"))["cameras"][0]
-json.dump({k: camera[k] for k in ("width", "height", "fx", "fy", "cx", "cy")}, open("slide/lens.json", "w"))
+# The lens of a clip's first frame, by itself: CLIP/lens.json.
+lens_of() {
+  python3 - "$1" <<'END'
+import json, sys
+camera = json.load(open(sys.argv[1] + "/cameras.json"))["cameras"][0]
+json.dump({k: camera[k] for k in ("width", "height", "fx", "fy", "cx", "cy")}, open(sys.argv[1] + "/lens.json", "w"))
 END
+}
+lens_of slide
 
 # A length that is known makes the scene that large, and it is said how sure that is.
 for mm in 10 20; do
@@ -82,11 +86,11 @@ expect 0 organbake fuse moved --poses moved/cameras.json --light camera -o fused
 # A surface is registered to a video by its motion: one pose for all of it, and what it drifts.
 if command -v ffmpeg >/dev/null; then
   clip 480 270 --path slide --frames 14 --bit-rate-mbit-per-s 8 -o film
+  lens_of film
   python3 - <<'END'
 import json
 document = json.load(open("film/cameras.json"))
 camera = document["cameras"][0]
-json.dump({k: camera[k] for k in ("width", "height", "fx", "fy", "cx", "cy")}, open("film/lens.json", "w"))
 camera["camera_from_world"]["translation_mm"][0] += 4
 camera["camera_from_world"]["translation_mm"][2] -= 3
 document["cameras"] = [camera]

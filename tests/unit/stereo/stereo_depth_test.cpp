@@ -59,6 +59,7 @@ TEST(StereoDepth, SwappedEyesAreFound) {
   EXPECT_THAT(message_of(ExitCode::bad_data,
                          [&] { depth_of_pair(eyes.rectifier, eyes.right.image, eyes.left.image); }),
               testing::HasSubstr("swapped"));
+  EXPECT_NO_THROW(depth_of_pair(eyes.rectifier, eyes.left.image, eyes.right.image));
 }
 
 Rgb8Image lowered(const Rgb8Image& image, int rows) {
