@@ -164,8 +164,7 @@ std::string fault_of(const CutOrgan& organ) {
 }
 
 void sweep(const Bundle& organ) {
-  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
-  const auto sweeps = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(600, 33'336)));
+  const auto [first, sweeps] = asked_seeds(600, 33'336);
   const CutOrgan whole(organ);
   double wrong = 0;
   for (std::uint64_t done = 0; done < sweeps; done += kStrokes) {

@@ -39,9 +39,12 @@ int cases(int standard, int thorough) {
   return std::getenv("ORGANBAKE_THOROUGH") ? thorough : standard;
 }
 
-std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text ? std::strtoull(text, nullptr, 10) : otherwise;
+Seeds asked_seeds(int standard, int thorough) {
+  const auto number = [](const char* name, int otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::strtoull(text, nullptr, 10) : static_cast<std::uint64_t>(otherwise);
+  };
+  return {number("ORGANBAKE_FIRST_CASE", 0), number("ORGANBAKE_CASES", cases(standard, thorough))};
 }
 
 void show(const Rgb8Image& picture, const std::string& name) {

@@ -20,8 +20,11 @@ void report(const std::string& what, const std::string& unit, double value);
 
 // How many cases, views or frames: `thorough` where ORGANBAKE_THOROUGH is set in the environment.
 int cases(int standard, int thorough);
-// A number from the environment; `otherwise` where it is not set.
-std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise);
+// Which seeds: from ORGANBAKE_FIRST_CASE on (0), ORGANBAKE_CASES of them, else as many as cases().
+struct Seeds {
+  std::uint64_t first, count;
+};
+Seeds asked_seeds(int standard, int thorough);
 
 // Writes a picture for people to look at into the folder that ORGANBAKE_PICTURES names, as the
 // test's name and this one with .png; nowhere when it names none.

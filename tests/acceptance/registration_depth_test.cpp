@@ -66,8 +66,7 @@ struct DepthTally {
 void expect_patches_held(const std::string& what, const DepthFaults& faults, double right_mm,
                          const std::vector<DepthStart>& starts) {
   const RegistrationCases organs(shared_data(""));
-  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
-  const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(6, 30)));
+  const auto [first, count] = asked_seeds(6, 30);
   std::vector<DepthTally> tallies;
   for (const DepthStart& start : starts) {
     DepthTally& tally = tallies.emplace_back();
@@ -109,8 +108,7 @@ TEST(RegistrationDepth, WithoutAScaleHoldsPatches) {
 // Another organ's patch where this one's is, at the truth's own distance.
 TEST(RegistrationDepth, OfAnotherOrganIsNeverOk) {
   const RegistrationCases organs(shared_data(""));
-  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
-  const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(6, 30)));
+  const auto [first, count] = asked_seeds(6, 30);
   int ok = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const std::size_t organ = seed % organs.organs().size();

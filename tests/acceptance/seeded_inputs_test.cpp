@@ -101,8 +101,7 @@ TEST_P(SeededInputs, EndRightOrRefused) {
   const Probe& probe = GetParam();
   const TemporaryFolder folder;
   const ThreadLimit one_thread(1);
-  const std::uint64_t first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
-  const auto count = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(360, 720)));
+  const auto [first, count] = asked_seeds(360, 720);
   double refused = 0, worst = 0, failures = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const Ending ending = end_of(probe, seed, folder.path());
