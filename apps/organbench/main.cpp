@@ -25,6 +25,7 @@ struct Command {
   std::vector<std::string> suites;  // or diff and two runs
   std::string out;
   bool quick = false, thorough = false;
+  ManualFlags manuals;
   SharedFlags shared;
 
   Effort effort() const {
@@ -51,10 +52,10 @@ std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const Suite& s) { return s.name == name; });
     if (found == all.end()) {
-      if (name == "stability" || name == "appearance")
-        throw UsageError("the suite '" + name +
-                         "' is among the acceptance tests now: run "
-                         "scripts/test --acceptance");
+      if (name == "stability")
+        throw UsageError(
+            "the suite 'stability' is among the acceptance tests now: run scripts/test "
+            "--acceptance");
       std::vector<std::string> known;
       for (const Suite& s : all) known.emplace_back(s.name);
       throw UsageError("unknown suite '" + name + "'" + suggestion(name, known) +
@@ -136,22 +137,46 @@ OptionList option_list(Command& c) {
             .max = 1000})
       .add("data", &c.options.data,
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
-      .add(
-          "only", &c.options.only,
-          {.help = "only this part of a suite; crawl, fat, gallbladder and liver: of appearance; "
-                   "colmap: "
-                   "motion with COLMAP beside it; refit: fits the model of relief anew; the others "
-                   "are of registration",
-           .choices = {"colmap", "crawl", "fat", "gallbladder", "liver", "open patches", "refit",
-                       "time", "tracking"}});
+      .add("only", &c.options.only,
+           {.help = "only this part of a suite; crawl, fat, gallbladder and liver: of appearance; "
+                    "colmap: motion with COLMAP beside it; refit: fits the model of relief anew; "
+                    "the others "
+                    "are of registration",
+            .choices = {"colmap", "crawl", "fat", "gallbladder", "liver", "open patches", "refit",
+                        "time", "tracking"}});
+  list.append(c.manuals.options());
   list.append(c.shared.options());
   return list;
 }
 
+constexpr const char* kSummary = "run time against error, beside what others reach";
+
+CommandManual manual_of(const OptionList& options) {
+  CommandManual manual{
+      .program = "organbench",
+      .summary = kSummary,
+      .synopsis = "[SUITE…] -o DIR [OPTIONS]",
+      .description =
+          "Measures what organbake(1) and organplay(1) do: how much error remains in how much "
+          "time, "
+          "beside other programs on the same input. It writes a page to read, organbench.html, and "
+          "its figures, organbench.json, into the folder of -o. 'organbench diff EARLIER LATER' "
+          "compares two such folders.",
+      .options = manual_options(options),
+      .sections = {{.title = "suites", .text = "Without a name, all of them run."},
+                   exit_status_section()},
+      .see_also = {"organbake", "organplay"}};
+  for (const Suite& suite : all_suites()) {
+    manual.sections.front().entries.emplace_back(suite.name, suite.summary);
+    manual.words.emplace_back(suite.name);
+  }
+  return manual;
+}
+
 std::string help(const OptionList& options) {
   std::string text =
-      "organbench: run time against error, beside what others reach\n\n"
-      "usage: organbench [SUITE…] -o DIR [OPTIONS]   (no SUITE: all of them)\n"
+      std::string("organbench: ") + kSummary +
+      "\n\nusage: organbench [SUITE…] -o DIR [OPTIONS]   (no SUITE: all of them)\n"
       "       organbench diff EARLIER LATER          (two runs: folders, or their JSON files; "
       "ends with 3 on a regression)\n\nSuites:\n";
   for (const Suite& suite : all_suites()) {
@@ -169,6 +194,10 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   c.suites = read_arguments(arguments, options, notes);
   if (c.shared.help || c.shared.version) {
     write_to_stdout(c.shared.help ? help(options) : version_text("organbench", c.shared.json));
+    return 0;
+  }
+  if (const auto text = c.manuals.text(manual_of(options))) {
+    write_to_stdout(*text);
     return 0;
   }
   if (c.quick && c.thorough) throw UsageError("--quick and --thorough: give one of them");

@@ -62,9 +62,9 @@ void check(const Command& c) {
 // What is more than one word or number, as it was written.
 struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
-                                        solver, light, layers, shell;
+                                        solver, light, layers;
   double stereo_mm = std::numeric_limits<double>::quiet_NaN();  // one eye
-  bool man = false, baked_light = false;
+  bool baked_light = false;
 };
 
 void add_pictures(OptionList& list, Command& c, Texts& texts) {
@@ -174,13 +174,6 @@ void add_measures(OptionList& list, Command& c, Texts& texts) {
             .max = 1000000});
 }
 
-void add_manuals(OptionList& list, Texts& texts) {
-  list.begin_group("Manuals")
-      .add("man", &texts.man, {.help = "print the manual page, for man -l -"})
-      .add("completions", &texts.shell,
-           {.help = "print the completions for a shell", .choices = {"bash", "zsh"}});
-}
-
 constexpr const char* kSummary = "poke a baked organ and draw it";
 constexpr const char* kBundles =
     "folders made by 'organbake bake'; several lie in one world and push each other, views and "
@@ -210,14 +203,11 @@ std::string help(const OptionList& options) {
 }
 
 // What was asked about the program itself; nothing where it is to play.
-std::optional<std::string> answer(const OptionList& options, const Texts& texts,
+std::optional<std::string> answer(const OptionList& options, const ManualFlags& manuals,
                                   const SharedFlags& shared) {
   if (shared.help) return help(options);
   if (shared.version) return version_text("organplay", shared.json);
-  if (texts.man) return man_page(manual_of(options), ORGANBAKE_VERSION, ORGANBAKE_RELEASE_DATE);
-  if (texts.shell == "bash") return bash_completion(manual_of(options), {});
-  if (texts.shell == "zsh") return zsh_completion(manual_of(options), {});
-  return std::nullopt;
+  return manuals.text(manual_of(options));
 }
 
 void only_one(const std::string& one, const std::string& other, const char* names) {
@@ -259,12 +249,13 @@ std::optional<Command> read_command(int argc, char** argv) {
   add_truth(options, c, texts);
   add_looks(options, texts);
   add_measures(options, c, texts);
-  add_manuals(options, texts);
+  ManualFlags manuals;
+  options.append(manuals.options());
   c.shared.read_defaults();
   options.append(c.shared.options());
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::vector<std::string> words = read_arguments(arguments, options, c.notes);
-  if (const auto text = answer(options, texts, c.shared)) {
+  if (const auto text = answer(options, manuals, c.shared)) {
     write_to_stdout(*text);
     return std::nullopt;
   }

@@ -262,6 +262,22 @@ void SharedFlags::read_defaults() {
     read_default(trimmed(line), known, file.string() + ", line " + std::to_string(number));
 }
 
+OptionList ManualFlags::options() {
+  OptionList list;
+  list.begin_group("Manuals")
+      .add("man", &man, {.help = "print the manual page, for man -l -"})
+      .add("completions", &shell,
+           {.help = "print the completions for a shell", .choices = {"bash", "zsh"}});
+  return list;
+}
+
+std::optional<std::string> ManualFlags::text(const CommandManual& manual) const {
+  if (man) return man_page(manual, ORGANBAKE_VERSION, ORGANBAKE_RELEASE_DATE);
+  if (shell == "bash") return bash_completion(manual, {});
+  if (shell == "zsh") return zsh_completion(manual, {});
+  return std::nullopt;
+}
+
 std::filesystem::path configuration_file() {
   const std::filesystem::path own = folder_named_by("XDG_CONFIG_HOME"),
                               home = folder_named_by("HOME");

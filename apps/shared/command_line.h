@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,16 @@ struct SharedFlags {
   // Takes the defaults of threads, color and cache from the user's configuration_file(), where
   // there is one. Throws UsageError with file and line of what cannot be read.
   void read_defaults();
+};
+
+// What a program that is one command is asked about itself; organbake has commands for it.
+struct ManualFlags {
+  bool man = false;
+  std::string shell;  // bash or zsh; empty: no completions are asked for
+
+  OptionList options();
+  // The page or the script that was asked for; nothing where the program is to work.
+  std::optional<std::string> text(const CommandManual& manual) const;
 };
 
 // $XDG_CONFIG_HOME/organbake/config, else ~/.config/organbake/config; empty without a home.

@@ -99,7 +99,8 @@ std::string zsh_options(const CommandManual& manual) {
 
 std::string bash_completion(const CommandManual& program,
                             const std::vector<CommandManual>& commands) {
-  std::string flags = bash_flags(program), choices = bash_choices(program), words;
+  std::string flags = bash_flags(program), choices = bash_choices(program),
+              words = bash_words(program);
   for (const CommandManual& command : commands) {
     flags += bash_flags(command);
     choices += bash_choices(command);
@@ -154,8 +155,8 @@ std::string zsh_completion(const CommandManual& program,
   std::string script =
       "#compdef " + name + "\n# made from its own tables of options\n_" + name + "() {\n";
   if (commands.empty()) {
-    return script + "  _arguments" + zsh_options(program) + " \\\n      '*:file:_files'\n}\n_" +
-           name + " \"$@\"\n";
+    return script + "  _arguments" + zsh_options(program) + " \\\n      " + zsh_words(program) +
+           "\n}\n_" + name + " \"$@\"\n";
   }
   script +=
       "  local context state state_descr line\n  typeset -A opt_args\n  local -a commands=(\n";

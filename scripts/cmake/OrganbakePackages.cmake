@@ -4,7 +4,7 @@ if(ORGANBAKE_PLAYER_ONLY OR NOT ORGANBAKE_MANUAL)
   return()
 endif()
 
-set(packages organbake organplay organplay-window liborganplay-dev)
+set(packages organbake organplay organplay-window organbench liborganplay-dev)
 set(maintainer "organbake maintainers <maintainers@organbake.example>")
 set(debian_revision 1)
 
@@ -77,6 +77,9 @@ frames, videos and reports; its window is in the package organplay-window.")
 organbake_package(organplay-window science "window of organplay"
   "The interactive window of organplay: an organ to turn, poke and grab with the
 mouse, with readings of forces and times; and what draws with graphics hardware.")
+organbake_package(organbench science "measure organbake and organplay"
+  "organbench measures how much error organbake and organplay leave in how much
+time, beside other programs on the same input, and compares two such runs.")
 organbake_package(liborganplay-dev libdevel "embed the player of baked organs in a program"
   "Static libraries and headers of organplay's runtime, and a CMake package for
 find_package(organplay): load a bundle, step its tissue under instruments, draw

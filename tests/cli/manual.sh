@@ -10,9 +10,11 @@ organbake --help >help
 commands=$(sed -n 's/^  \([a-z]*\)  .*/\1/p' help)
 [ "$(wc -w <<<"$commands")" -ge 22 ] || fail "only these commands are listed: $commands"
 expect 0 organbake man -o man
-expect 0 "$BIN/organplay" --man
-cp out man/organplay.1
-expect_equal "$(ls man/*.1 | wc -l)" "$(($(wc -w <<<"$commands") + 2))"
+for program in organplay organbench; do
+  expect 0 "$BIN/$program" --man
+  cp out man/$program.1
+done
+expect_equal "$(ls man/*.1 | wc -l)" "$(($(wc -w <<<"$commands") + 3))"
 
 # What help lists, the page and both completions tell, too. The page as people see it.
 organbake completions bash >in_bash
@@ -31,12 +33,16 @@ for command in $commands; do
     [[ $in_zsh == *"'*$flag["* ]] || fail "the completions for zsh lack $command $flag"
   done
 done
-"$BIN/organplay" --help >help.organplay
-man -l --no-hyphenation man/organplay.1 2>/dev/null | col -b >page
-"$BIN/organplay" --completions bash >bash.organplay
-for flag in $(flags_of help.organplay) --frame; do
-  [ $flag = --help ] || grep -qE -- "^ +(-., )?$flag( |,|\$)" page || fail "man organplay lacks $flag"
-  grep -qE -- "[' ]$flag[' ]" bash.organplay || fail "the completions of organplay lack $flag"
+for program in organplay organbench; do
+  "$BIN/$program" --help >help.$program
+  man -l --no-hyphenation man/$program.1 2>/dev/null | col -b >page
+  "$BIN/$program" --completions bash >bash.$program
+  "$BIN/$program" --completions zsh >zsh.$program
+  missing zsh || zsh -n zsh.$program || fail "zsh refuses the completions of $program"
+  for flag in $(flags_of help.$program); do
+    [ $flag = --help ] || grep -qE -- "^ +(-., )?$flag( |,|\$)" page || fail "man $program lacks $flag"
+    grep -qE -- "[' ]$flag[' ]" bash.$program || fail "the completions of $program lack $flag"
+  done
 done
 
 for page in man/*; do
