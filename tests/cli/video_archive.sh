@@ -18,9 +18,9 @@ small=(--set shade.sharpest=3 --set place.size_px=48 --set decimate.faces=60 --s
 expect 4 organbake batch 'archive/**/*.mp4' --as frames --recipe "$recipe" -o organs --jobs 2 "${small[@]}"
 expect_equal "$(tail -n +2 organs/batch.csv | cut -d, -f1,2 | tr '\n' ' ')" \
   "2021_clip,written 2021_july_clip 1,written 2022_clip,written 2022_cut,failed "
-expect_equal "$(grep -o '<tr[^>]*><td>[^<]*' organs/batch.html | sed -n 's/.*<td>//p' | head -n 1)" 2022_cut
+expect_equal "$(grep -o '<tr[^>]*><td[^>]*>[^<]*' organs/batch.html | sed -n 's/.*>//p' | head -n 1)" 2022_cut
 grep -q '<img' organs/batch.html || fail "the page has no pictures"
-grep -q '<th>shade.frames_shaded' organs/batch.html || fail "the page doesn't tell what was shaded"
+grep -q '<th>shade.<wbr>frames_shaded' organs/batch.html || fail "the page doesn't tell what was shaded"
 grep -q '^2021_clip,.*,2,' organs/batch.csv || fail "of 6 frames not 2 were shaded: $(grep ^2021_clip, organs/batch.csv)"
 
 # A rerun takes what is new.

@@ -2,7 +2,6 @@
 #include "organbake/image/srgb.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace organbake {
@@ -41,12 +40,12 @@ class SrgbLevels {
 
   // The least light of that level: positive numbers lie in the order of their bits.
   static float first_of(int level) {
-    std::uint32_t below = 0, from = std::bit_cast<std::uint32_t>(1.0f);
+    std::uint32_t below = 0, from = __builtin_bit_cast(std::uint32_t, 1.0f);
     while (from - below > 1) {
       const std::uint32_t middle = below + (from - below) / 2;
-      (formula8(std::bit_cast<float>(middle)) >= level ? from : below) = middle;
+      (formula8(__builtin_bit_cast(float, middle)) >= level ? from : below) = middle;
     }
-    return std::bit_cast<float>(from);
+    return __builtin_bit_cast(float, from);
   }
 
   std::array<float, 256> begins_{};  // of the level after

@@ -72,33 +72,51 @@ std::vector<std::string> columns_of(const std::vector<BatchRow>& rows) {
   return columns;
 }
 
+// A figure's name may break where its stage's name ends.
+std::string heading(const std::string& column) {
+  const std::size_t stage = column.find('.') + 1;
+  return "<th>" + column.substr(0, stage) + "<wbr>" + column.substr(stage) + "</th>";
+}
+
 std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
+
+// Of both rows of a case, that of its figures and that of its warnings.
+std::string tall_cell(const BatchRow& row, const std::string& text) {
+  return (row.warnings.empty() ? "<td>" : "<td rowspan=\"2\">") + text + "</td>";
+}
+
+// Warnings are sentences, which a column beside a dozen figures would break after every word: they
+// stand below the figures.
+std::string warnings_row(const BatchRow& row, const std::string& begin, std::size_t columns) {
+  if (row.warnings.empty()) return "";
+  std::string html = begin + "<td class=\"text\" colspan=\"" + std::to_string(columns) + "\">";
+  for (const std::string& warning : row.warnings) html += "<p>" + escape_html(warning) + "</p>";
+  return html + "</td></tr>\n";
+}
 
 std::string page_row(const BatchRow& row, const std::vector<std::string>& columns) {
   const std::string picture =
       row.picture.empty() ? "" : "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
-  const std::string name = escape_html(row.name);
+  const std::string name = row.page.empty() ? escape_html(row.name) : html_link(row.page, row.name);
+  const std::string begin = bad(row) ? "<tr class=\"failed\">" : "<tr>";
   std::string html =
-      std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + ">" +
-      cell(row.page.empty() ? name : html_link(row.page, row.name)) + cell(picture) +
+      begin + tall_cell(row, name) + tall_cell(row, picture) +
       cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
       cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
   // A failed case has no figures: its error stands in their place; so does why one is left out.
   if (!row.error.empty() && row.figures.empty()) {
-    html += "<td class=\"error\" colspan=\"" +
+    html += "<td class=\"text\" colspan=\"" +
             std::to_string(std::max<std::size_t>(1, columns.size())) + "\">" +
             escape_html(row.error) + "</td>";
   } else {
     for (const std::string& column : columns) html += cell(figure_text(row, column));
   }
-  html += "<td class=\"text\">";
-  for (const std::string& warning : row.warnings) html += "<p>" + escape_html(warning) + "</p>";
-  return html + "</td></tr>\n";
+  return html + "</tr>\n" + warnings_row(row, begin, 3 + std::max<std::size_t>(1, columns.size()));
 }
 
 constexpr const char* kBatchPageStyle =
-    "td.error,td.text{text-align:left}td.text "
-    "p{margin:0}tr.failed{background:#fdecec}img{height:96px}";
+    "td.text{text-align:left}td.text "
+    "p{margin:0}td[rowspan]{vertical-align:top}tr.failed{background:#fdecec}img{height:96px}";
 
 }  // namespace
 
@@ -182,8 +200,8 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
                      " cases, " + std::to_string(failed) +
                      " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th>"
                      "<th>MB</th>";
-  for (const std::string& column : columns) html += "<th>" + column + "</th>";
-  html += "<th>warnings</th></tr>\n";
+  for (const std::string& column : columns) html += heading(column);
+  html += "</tr>\n";
   for (const BatchRow& row : rows) html += page_row(row, columns);
   return html_page("organbake batch", kBatchPageStyle, html + "</table>");
 }

@@ -33,7 +33,6 @@ inline float offset_share(std::uint32_t bits) {
   return (static_cast<float>(static_cast<std::int32_t>(bits)) - 32.0f) * (1 / 31.0f);
 }
 
-// The compilers' own std::bit_cast, which not every standard library has yet.
 inline std::uint32_t key_high(float depth, std::uint32_t v_bits) {
   return ((__builtin_bit_cast(std::uint32_t, depth) << 1) & ~15u) | (v_bits >> 2);
 }

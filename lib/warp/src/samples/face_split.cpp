@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -55,14 +54,14 @@ class BloodFilm {
   double reach() const { return 2 * texels_; }
 
   PackedDetail over(PackedDetail packed) const {
-    auto texel = std::bit_cast<TexelDetail>(packed);
+    auto texel = __builtin_bit_cast(TexelDetail, packed);
     texel.red = dimmed(texel.red, 0);
     texel.green = dimmed(texel.green, 1);
     texel.blue = dimmed(texel.blue, 2);
     const double mean = (kept_[0] + kept_[1] + kept_[2]) / 3;
     for (std::int8_t* term : {&texel.along_u, &texel.along_v, &texel.curve_u, &texel.curve_v})
       *term = static_cast<std::int8_t>(std::lround(mean * *term));
-    return std::bit_cast<PackedDetail>(texel);
+    return __builtin_bit_cast(PackedDetail, texel);
   }
   SmoothDetail over(SmoothDetail texel) const {
     for (int k = 0; k < 4; ++k) {
