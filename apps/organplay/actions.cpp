@@ -154,10 +154,7 @@ void compare(const Command& command, Player& player, Results& results, const Run
 DrawOptions drawing(const Command& command, const Player& player,
                     std::optional<DrawnLight> of_script) {
   DrawOptions options;
-  if (command.paper_warp) {
-    options.method = WarpMethod::paper;
-    return options;
-  }
+  if (command.paper_warp) return options;
   const std::optional<DrawnLight> asked = command.light ? command.light : of_script;
   options.light = asked.value_or(player.default_light());
   if (options.light != DrawnLight::baked && !player.can_relight())

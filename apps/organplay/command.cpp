@@ -42,8 +42,10 @@ void check(const Command& c) {
   if (c.bench_frames > 0 &&
       (!c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() || c.compare))
     throw UsageError("--bench goes alone, without --script, -o, --sheet and --compare");
-  if (c.paper_warp && c.script.empty() && c.frame_file.empty())
+  if (c.paper_warp && (c.compare || (c.script.empty() && c.frame_file.empty())))
     throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
+  if (c.paper_warp && c.drawn_by == DrawnBy::graphics)
+    throw UsageError("--draw gpu: graphics hardware does not draw the paper's own warp");
   if (c.paper_warp && c.light && *c.light != DrawnLight::baked)
     throw UsageError(std::string("--light ") + to_string(*c.light) +
                      ": --warp paper draws the baked light alone");

@@ -12,6 +12,7 @@
 #include "organbake/player/comparison_table.h"
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
+#include "organbake/warp/paper_warp.h"
 #include "promises.h"
 #include "report/error_pictures.h"
 
@@ -45,8 +46,7 @@ PokedView look(Player& player, const CarriedSurface& truth, double angle_rad, in
   Frame frame;
   player.draw(view, options, frame);
   seen.ours = frame.color;
-  options.method = WarpMethod::paper;
-  player.draw(view, options, frame);
+  PaperWarp(player.bundle()).draw(player.bundle(), player.proxy_positions(), view, options, frame);
   seen.papers = frame.color;
   seen.psnr_db = compare_images(seen.ours, seen.truth).psnr_db;
   return seen;

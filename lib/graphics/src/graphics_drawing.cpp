@@ -450,7 +450,6 @@ GraphicsDrawing::~GraphicsDrawing() = default;
 
 std::string GraphicsDrawing::refusal(const std::vector<JointDrawing::Organ>&, const View&,
                                      const DrawOptions& options) const {
-  if (options.method != WarpMethod::bound) return "it does not draw the paper's own warp";
   if (options.keep_shown || options.keep_bound)
     return "it does not tell what skin each pixel shows, which layers of truth ask for";
   if (options.light == DrawnLight::scope && !options.solids.empty())

@@ -68,6 +68,7 @@ class Comparer {
       : player_(player),
         truth_(surface, player.bundle().shell()),
         projection_(player.bundle(), truth_),
+        paper_(player.bundle()),
         size_(options.size_px) {
     draw_options_.background = kBlack;
   }
@@ -85,16 +86,16 @@ class Comparer {
     unfilled.fill_holes = false;
     player_.draw(view, unfilled, frame_);
     row.holes_before_fill = count_holes(frame_, inner);
-    DrawOptions as_the_paper = draw_options_;
-    as_the_paper.method = WarpMethod::paper;
-    as_the_paper.keep_shown = true;
-    row.paper = picture_errors(view, as_the_paper, truth, inner);
-    const auto& positions = player_.proxy_positions();
-    row.displayed_paper = projection_.displayed(frame_, positions, view).point;
-    row.displayed_polygons = projection_.displayed_polygons(positions, view);
     DrawOptions telling = draw_options_;
     telling.keep_shown = true;
-    row.picture = picture_errors(view, telling, truth, inner);
+    const auto& positions = player_.proxy_positions();
+    paper_.draw(player_.bundle(), positions, view, telling, frame_);
+    frame_.color = smoothed(frame_.color);
+    row.paper = picture_errors(truth, inner);
+    row.displayed_paper = projection_.displayed(frame_, positions, view).point;
+    row.displayed_polygons = projection_.displayed_polygons(positions, view);
+    player_.draw(view, telling, frame_);
+    row.picture = picture_errors(truth, inner);
     row.displayed = projection_.displayed(frame_, positions, view);
     const Rgb8Image ideal =
         ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
@@ -138,10 +139,8 @@ class Comparer {
     return {compare_images(picture, truth.color, truth.covered).psnr_db,
             structural_similarity(picture, truth.color, truth.covered), 0};
   }
-  PictureErrors picture_errors(const View& view, const DrawOptions& options,
-                               const TruthFrame& truth, const std::vector<std::size_t>& inner) {
-    player_.draw(view, options, frame_);
-    if (options.method == WarpMethod::paper) frame_.color = smoothed(frame_.color);
+  // Of frame_.
+  PictureErrors picture_errors(const TruthFrame& truth, const std::vector<std::size_t>& inner) {
     // The outline's pixels show skin, too, where it covers a part of them only.
     std::vector<std::uint8_t> either = truth.covered;
     for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(frame_.color, i);
@@ -164,6 +163,7 @@ class Comparer {
   Player& player_;
   CarriedSurface truth_;
   ProjectionComparison projection_;
+  PaperWarp paper_;
   int size_;
   DrawOptions draw_options_;
   Frame frame_;

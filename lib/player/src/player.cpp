@@ -196,12 +196,7 @@ DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& fra
     if (const auto report = draw_otherwise(view, options, frame)) return *report;
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
-  if (options.method == WarpMethod::bound) {
-    return organ.shown().draw(organ.drawn_positions(), view, options, frame);
-  }
-  if (organ.cut_warper) throw UsageError("the paper's own warp draws no cuts");
-  if (!paper_) paper_ = std::make_unique<PaperWarp>(organ.bundle);
-  return paper_->draw(organ.bundle, organ.positions, view, options, frame);
+  return organ.shown().draw(organ.drawn_positions(), view, options, frame);
 }
 
 DrawReport Player::draw_at_rest(const View& view, const DrawOptions& options, Frame& frame) {
@@ -236,9 +231,6 @@ auto Player::with_drawn_organs(const Use& use) {
 }
 
 DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
-  if (options.method != WarpMethod::bound) {
-    throw UsageError("the paper's own warp draws one organ alone");
-  }
   return with_drawn_organs([&](const std::vector<JointDrawing::Organ>& drawn) {
     return joint_drawing_.draw(drawn, view, options, frame);
   });

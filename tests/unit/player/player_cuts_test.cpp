@@ -8,6 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/player.h"
+#include "organbake/warp/paper_warp.h"
 
 namespace organbake {
 namespace {
@@ -170,11 +171,9 @@ TEST(PlayerCuts, TheProxyOfACutOrganIsTold) {
   cut_in_two(player);
   EXPECT_EQ(player.bundle_now().proxy.vertices.size(), player.proxy_positions().size());
   EXPECT_GT(player.bundle_now().proxy.faces.size(), organ_to_cut().proxy.faces.size());
-  DrawOptions paper;
-  paper.method = WarpMethod::paper;
+  player.draw_by(std::make_shared<PaperDrawing>(organ_to_cut()));
   Frame frame;
-  EXPECT_THROW(player.draw(orbit_view(organ_to_cut().cameras, {}, 64, 64), paper, frame),
-               UsageError);
+  EXPECT_THROW(player.draw(orbit_view(organ_to_cut().cameras, {}, 64, 64), {}, frame), UsageError);
 }
 
 }  // namespace

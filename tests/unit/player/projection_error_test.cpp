@@ -60,17 +60,18 @@ TEST_F(ProjectionErrorTest, NoticesAWrongDepth) {
   EXPECT_GT(comparison.measure(wrong.proxy.vertices, view).image_based.mean_px, right + 0.2);
 }
 
-Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view,
-                     WarpMethod method) {
+Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view) {
   DrawOptions options;
-  options.method = method;
   options.keep_shown = true;
   Frame frame;
-  if (method == WarpMethod::paper) {
-    PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, options, frame);
-  } else {
-    Warper(organ_to_play()).draw(positions, view, options, frame);
-  }
+  Warper(organ_to_play()).draw(positions, view, options, frame);
+  return frame;
+}
+Frame drawn_by_paper(const std::vector<Eigen::Vector3d>& positions, const View& view) {
+  DrawOptions options;
+  options.keep_shown = true;
+  Frame frame;
+  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, options, frame);
   return frame;
 }
 
@@ -82,13 +83,11 @@ TEST_F(ProjectionErrorTest, PixelsShowTheSkinThatBelongsThere) {
   const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
   for (const auto& positions :
        {rest, dented(organ.proxy, organ.cameras.manifold.directions[0], 15)}) {
-    const auto shown =
-        comparison_.displayed(drawn_and_told(positions, view, WarpMethod::bound), positions, view);
+    const auto shown = comparison_.displayed(drawn_and_told(positions, view), positions, view);
     EXPECT_GT(shown.point.vertices, 3000u) << "pixels";
     EXPECT_LT(shown.sample.mean_px, 0.5);
     EXPECT_LT(shown.point.mean_px, 0.1) << "the colour is that of the very point";
-    const auto paper =
-        comparison_.displayed(drawn_and_told(positions, view, WarpMethod::paper), positions, view);
+    const auto paper = comparison_.displayed(drawn_by_paper(positions, view), positions, view);
     EXPECT_GT(paper.point.mean_px, shown.point.mean_px);
     EXPECT_GT(comparison_.displayed_polygons(positions, view).mean_px, paper.point.mean_px);
   }
@@ -98,7 +97,7 @@ TEST_F(ProjectionErrorTest, NoticesAFrameOfAnotherView) {
   const Bundle& organ = organ_to_play();
   const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
   const View beside = orbit_view(organ.cameras, {0.75}, 128, 128);
-  const Frame frame = drawn_and_told(organ.proxy.vertices, view, WarpMethod::bound);
+  const Frame frame = drawn_and_told(organ.proxy.vertices, view);
   EXPECT_GT(comparison_.displayed(frame, organ.proxy.vertices, beside).point.mean_px, 1);
 }
 

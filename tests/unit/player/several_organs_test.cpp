@@ -5,6 +5,7 @@
 #include "organbake/core/error.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
+#include "organbake/warp/paper_warp.h"
 
 namespace organbake {
 namespace {
@@ -133,10 +134,9 @@ TEST(SeveralOrgans, APokeReachesTheNeighbour) {
 
 TEST(SeveralOrgans, ThePapersWarpIsForOne) {
   Player both({organ_to_play(), organ_at(behind_and_beside())}, {}, true);
-  DrawOptions options;
-  options.method = WarpMethod::paper;
+  both.draw_by(std::make_shared<PaperDrawing>(both.bundle()));
   Frame frame;
-  EXPECT_THROW(both.draw(view_of(both), options, frame), UsageError);
+  EXPECT_THROW(both.draw(view_of(both), {}, frame), UsageError);
   EXPECT_THROW(Player(std::vector<Bundle>{}), UsageError);
 }
 

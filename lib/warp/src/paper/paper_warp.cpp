@@ -282,6 +282,15 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   return report;
 }
 
+DrawReport PaperDrawing::draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                              const DrawOptions& options, Frame& frame) {
+  if (organs.size() > 1) throw UsageError("the paper's own warp draws one organ alone");
+  const std::vector<Eigen::Vector3d>& positions = organs.front().positions_mm;
+  if (positions.size() != bundle_.proxy.vertices.size())
+    throw UsageError("the paper's own warp draws no cuts");
+  return warp_.draw(bundle_, positions, view, options, frame);
+}
+
 void smooth_outline(Frame& frame) {
   CoverMask skin;
   skin.read_with_border({0, 0, frame.color.width, frame.color.height}, frame);

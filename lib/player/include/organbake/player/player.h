@@ -16,7 +16,6 @@
 #include "organbake/player/state_reader.h"
 #include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
-#include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
 
 namespace organbake {
@@ -62,16 +61,15 @@ class Player {
   // thread of its own, and the step in which a cut grows takes no longer than others.
   StepReport step(const std::vector<Instrument>& instruments);
   static constexpr int kCutDelaySteps = 6;
-  // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
-  // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
   // From now on draw() leaves to another way of drawing what that can draw; null: nothing. What it
   // refuses, the processor draws; where it fails, it is let go for good. Neither loses anything.
+  // PaperDrawing (paper_warp.h) is such a way: the paper's own chain.
   void draw_by(std::shared_ptr<OrganDrawing> drawing);
   // Why the processor drew the last picture although draw_by() named another way; else empty.
   const std::string& drawing_note() const { return drawing_note_; }
   // The organs as they were baked, at rest and whole, whatever has been done to them since: to be
-  // shown beside what draw() shows. Not by the paper's own warp.
+  // shown beside what draw() shows, by the processor.
   DrawReport draw_at_rest(const View& view, const DrawOptions& options, Frame& frame);
   // Another warper of the first organ, with its samples, for a thread of its own (BatchDrawing).
   // Throws UsageError for one that blades have cut.
@@ -179,9 +177,8 @@ class Player {
   std::vector<Organ> organs_;
   DeformOptions options_;
   Deformer deformer_;
-  std::unique_ptr<PaperWarp> paper_;  // made when first asked for
-  JointDrawing joint_drawing_;        // of several organs
-  std::vector<Warper> resting_;       // made when first asked for, as the next
+  JointDrawing joint_drawing_;   // of several organs
+  std::vector<Warper> resting_;  // made when first asked for, as the next
   JointDrawing resting_drawing_;
   std::shared_ptr<OrganDrawing> drawing_;  // other than the processor's
   std::string drawing_note_;

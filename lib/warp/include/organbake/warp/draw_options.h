@@ -12,16 +12,10 @@
 
 namespace organbake {
 
-enum class WarpMethod : std::uint8_t {
-  bound,  // forward splats of samples bound to the proxy's shell
-  paper,  // the paper's screen-space chain (paper_warp.h), the baseline
-};
-
 // Texels of less confidence are not drawn: of 255 it rounds to 0.
 inline constexpr float kLeastConfidence = 0.5f / 255;
 
 struct DrawOptions {
-  WarpMethod method = WarpMethod::bound;                  // Player::draw() chooses by it
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   // In its place a cavity's unlit wall: dark and red-brown.
   static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};

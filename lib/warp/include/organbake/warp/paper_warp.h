@@ -9,6 +9,7 @@
 #include "organbake/geometry/shell_surface.h"
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/frame.h"
+#include "organbake/warp/organ_source.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
@@ -40,6 +41,24 @@ class PaperWarp {
   // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
   // where either is missing.
   std::vector<std::vector<float>> proxy_depth_, micro_depth_;
+};
+
+// That chain as Player::draw_by() takes it: of one organ that no blade has cut, else draw() throws
+// UsageError. The bundle outlives it and keeps its maps.
+class PaperDrawing : public OrganDrawing {
+ public:
+  explicit PaperDrawing(const Bundle& bundle) : bundle_(bundle), warp_(bundle) {}
+
+  std::string refusal(const std::vector<JointDrawing::Organ>&, const View&,
+                      const DrawOptions&) const override {
+    return {};
+  }
+  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                  const DrawOptions& options, Frame& frame) override;
+
+ private:
+  const Bundle& bundle_;
+  PaperWarp warp_;
 };
 
 // Blends covered pixels with the background as Warper's frames have it
