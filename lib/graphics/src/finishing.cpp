@@ -25,6 +25,7 @@ Finishing::Finishing(ShaderDialect dialect)
       holes_(dialect, files_of("holes")),
       across_(dialect, files_of("across")),
       fade_(dialect, files_of("fade")),
+      shadows_(dialect, files_of("shadows")),
       solids_(dialect, files_of("solids")),
       edges_(dialect, files_of("edges")),
       outline_(dialect, files_of("outline")) {}
@@ -83,12 +84,7 @@ void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& ba
   pass(fade_, targets);
 }
 
-void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
-                            Targets& targets) {
-  const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
-  if (blocks.empty()) return;
-  PixelBox box;
-  for (const SolidBlock& block : blocks) box = united(box, block.box);
+void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
   solid_numbers_.clear();
   for (const Solid& solid : solids) {
     const RigidTransform& pose = view.camera.camera_from_world;
@@ -105,15 +101,34 @@ void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, 
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSolidTexels, static_cast<GLsizei>(solids.size()), 0,
                GL_RGBA, GL_FLOAT, solid_numbers_.data());
   set_nearest(GL_TEXTURE_2D);
-  solids_.use();
-  solids_.set_texture("solids", GL_TEXTURE_2D, solid_table_.name());
-  solids_.set("solid_count", static_cast<int>(solids.size()));
-  solids_.set("solid_box",
+}
+
+void Finishing::pass_solids(const Program& program, const View& view,
+                            const std::vector<Solid>& wide, PictureScale scale, Targets& targets) {
+  const std::vector<SolidBlock> blocks = solid_blocks(wide, view);
+  if (blocks.empty()) return;
+  PixelBox box;
+  for (const SolidBlock& block : blocks) box = united(box, block.box);
+  program.set_texture("solids", GL_TEXTURE_2D, solid_table_.name());
+  program.set("solid_count", static_cast<int>(wide.size()));
+  program.set("solid_box",
               Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
-  solids_.set("view_lens", lens_of(view));
+  program.set("view_lens", lens_of(view));
+  program.set("reach", scale.reach_mm);
+  pass(program, targets);
+}
+
+void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
+                            Targets& targets) {
+  set_solids(view, solids);
+  if (scale.scope_light_mm) {
+    shadows_.use();
+    shadows_.set("light_mm", *scale.scope_light_mm);
+    pass_solids(shadows_, view, with_shadows(solids), scale, targets);
+  }
+  solids_.use();
   solids_.set("near_mm", static_cast<float>(view.near_mm));
-  solids_.set("reach", scale.reach_mm);
-  pass(solids_, targets);
+  pass_solids(solids_, view, solids, scale, targets);
 }
 
 void Finishing::smooth_outlines(PictureScale scale, Targets& targets) {

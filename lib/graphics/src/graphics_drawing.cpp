@@ -212,7 +212,8 @@ const Targets::Picture& GraphicsDrawing::Impl::draw(const std::vector<JointDrawi
     return std::none_of(organs.begin(), organs.end(),
                         [&](const PlacedOrgan& organ) { return organ.source.id == one.id(); });
   });
-  scale_ = {0, 0};
+  scale_ = {};
+  scale_.reach_mm = scale_.texel_mm = 0;
   if (organs.size() == 1 && organs[0].source.lighting)
     scale_.fade_px = organs[0].source.lighting->finish.border_fade_px(view.camera.intrinsics.fx);
   for (PlacedOrgan& organ : organs) {
@@ -221,6 +222,9 @@ const Targets::Picture& GraphicsDrawing::Impl::draw(const std::vector<JointDrawi
     const double away = (view.camera.center_world_mm() - rest.center()).norm();
     scale_.reach_mm = std::max(scale_.reach_mm, static_cast<float>(away + rest.diagonal()));
     scale_.texel_mm = std::max(scale_.texel_mm, static_cast<float>(organ.texel_mm));
+    if (organ.light == DrawnLight::scope && !scale_.scope_light_mm)
+      scale_.scope_light_mm =
+          organ.source.lighting->scope.value_or(ScopeLight()).offset_mm.cast<float>();
   }
   glBindVertexArray(nothing.name());
   glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST), glDisable(GL_BLEND);
@@ -452,8 +456,6 @@ std::string GraphicsDrawing::refusal(const std::vector<JointDrawing::Organ>&, co
                                      const DrawOptions& options) const {
   if (options.keep_shown || options.keep_bound)
     return "it does not tell what skin each pixel shows, which layers of truth ask for";
-  if (options.light == DrawnLight::scope && !options.solids.empty())
-    return "it does not draw the shadows that tools throw in the light at the scope";
   if (options.keep_depth && impl_->dialect == ShaderDialect::embedded)
     return "by OpenGL ES it tells no depth";
   return {};

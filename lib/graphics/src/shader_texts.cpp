@@ -31,7 +31,7 @@ std::string number(double value) {
 std::string constants() {
   std::string text;
   for (const ShaderConstant& constant : shader_constants()) {
-    const bool whole = constant.name == "kGrainSide";
+    const bool whole = constant.name == "kGrainSide" || constant.name == "kNormalReach";
     text +=
         line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
   }
@@ -74,6 +74,7 @@ const std::vector<ProgramFiles>& program_files() {
       {"holes", {"screen.vert"}, {"finish.glsl", "holes.frag"}},
       {"across", {"screen.vert"}, {"finish.glsl", "across.frag"}},
       {"fade", {"screen.vert"}, {"finish.glsl", "fade.frag"}},
+      {"shadows", {"screen.vert"}, {"finish.glsl", "shadows.frag"}},
       {"solids", {"screen.vert"}, {"finish.glsl", "solids.frag"}},
       {"edges", {"screen.vert"}, {"finish.glsl", "edges.frag"}},
       {"outline", {"screen.vert"}, {"finish.glsl", "outline.frag"}},

@@ -7,6 +7,7 @@
 #include "drawing/tile_keys.h"
 #include "finishing/front_edges.h"
 #include "finishing/slit_fill.h"
+#include "finishing/tool_shadows.h"
 #include "light/grain_table.h"
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
@@ -46,7 +47,17 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kWidestSlit", kWidestSlit},
                                      {"kLargestGain", kLargestGain},
                                      {"kLeastLight", kLeastLight},
-                                     {"kGrainSide", kGrainSide}};
+                                     {"kGrainSide", kGrainSide},
+                                     {"kNormalReach", kNormalReach},
+                                     {"kSteepestNormal", kSteepestNormal},
+                                     {"kShadeReach_mm", kShadeReach_mm},
+                                     {"kLampRadius_mm", kLampRadius_mm},
+                                     {"kLeastSoft_mm", kLeastSoft_mm},
+                                     {"kDarkestShadow", kDarkestShadow},
+                                     {"kOccluded", kOccluded},
+                                     {"kOccludedNear_mm", kOccludedNear_mm},
+                                     {"kMirrorReach_mm", kMirrorReach_mm},
+                                     {"kWaterMirror", kWaterMirror}};
   const std::vector<ShaderConstant> shine = ScopeShine::constants();
   all.insert(all.end(), shine.begin(), shine.end());
   return all;

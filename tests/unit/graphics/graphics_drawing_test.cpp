@@ -235,6 +235,34 @@ TEST_F(GraphicsDrawingTest, DrawsToolsOverTwoOrgans) {
   EXPECT_LT(far_apart, pair.graphics.cover.size() / 1000);
 }
 
+TEST_F(GraphicsDrawingTest, ToolsShadeTheSkinByTheLightAtTheScope) {
+  const Bundle& bundle = tested_organ();
+  Warper warper(bundle);
+  const std::vector<JointDrawing::Organ> organs = {
+      {warper, bundle.proxy.vertices, bundle.proxy, bundle.lighting}};
+  const View view = view_at(bundle, {1, 0.3, 0.5}, 150);
+  BothWays both;
+  DrawOptions options;
+  options.light = DrawnLight::scope;
+  const BothWays::Pair bare = both.draw(organs, view, options);
+  options.solids = tools_at(bundle.cameras.manifold.center_world_mm);
+  const BothWays::Pair pair = both.draw(organs, view, options);
+  expect_alike(pair, "tools_by_the_scope", kMostTips_px);
+  std::size_t darker = 0, apart = 0;
+  for (std::size_t i = 0; i < pair.graphics.cover.size(); ++i) {
+    if (pair.graphics.cover[i] != Cover::samples || pair.processor.cover[i] != Cover::samples)
+      continue;
+    const auto change = [i](const BothWays::Pair& with, const BothWays::Pair& without, auto way) {
+      return int((with.*way).color.pixels[3 * i]) - int((without.*way).color.pixels[3 * i]);
+    };
+    const int by_graphics = change(pair, bare, &BothWays::Pair::graphics);
+    darker += by_graphics < -10;
+    apart += std::abs(by_graphics - change(pair, bare, &BothWays::Pair::processor)) > 10;
+  }
+  EXPECT_GT(darker, 300u);
+  EXPECT_LT(apart, darker / 20) << "pixels whose shadow the processor has otherwise";
+}
+
 TEST_F(GraphicsDrawingTest, OpenGlEsDrawsTheSame) {
   const Bundle& bundle = tested_organ();
   Warper warper(bundle);

@@ -57,9 +57,6 @@ double rising(double low, double high, double value) {
   return t * t * (3 - 2 * t);
 }
 
-// From which on a solid does nothing to skin: most of a shaft.
-constexpr double kShadeReach_mm = 8;
-
 struct Skin {
   Vector3d place, normal;  // camera axes; the normal is 0 where the skin breaks off
 };
@@ -76,15 +73,13 @@ double gap_between(const Vector3d& place, const Capsule& capsule) {
 // By a capsule within reach, `gap` mm away.
 void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector3d& light,
               ToolShade& shade) {
-  constexpr double kLightRadius_mm = 1.5, kDarkest = 0.72, kNear_mm = 1.5, kOccluded = 0.45;
-  constexpr double kMirrorReach_mm = 12, kWater = 0.03, kLeastSoft_mm = 0.25;
   const Vector3d way = light - skin.place;
   const double range = std::max(way.norm(), 1.0);
   const Passing shadow = passing(skin.place, way / range, range, capsule);
-  const double soft = kLeastSoft_mm + kLightRadius_mm * shadow.along / range;
+  const double soft = kLeastSoft_mm + kLampRadius_mm * shadow.along / range;
   const double touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
-  double kept = 1 - kDarkest * touches * rising(soft, -soft, shadow.gap);
-  kept *= 1 - kOccluded * std::exp(-gap / kNear_mm);
+  double kept = 1 - kDarkestShadow * touches * rising(soft, -soft, shadow.gap);
+  kept *= 1 - kOccluded * std::exp(-gap / kOccludedNear_mm);
   shade.kept = std::min(shade.kept, kept);
   if (skin.normal.isZero(0)) return;
   const Vector3d sight = skin.place.normalized();
@@ -92,7 +87,8 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector
   if (!(facing > 0)) return;
   const Vector3d mirror = sight + 2 * facing * skin.normal;
   const Passing image = passing(skin.place, mirror, kMirrorReach_mm, capsule);
-  const double grazing = 1 - facing, fresnel = kWater + (1 - kWater) * std::pow(grazing, 5);
+  const double grazing = 1 - facing,
+               fresnel = kWaterMirror + (1 - kWaterMirror) * std::pow(grazing, 5);
   const double shown =
       rising(0.3, -0.3, image.gap) * (1 - image.along / kMirrorReach_mm) * capsule.color;
   shade.mirrored = std::max(shade.mirrored, std::min(fresnel, 0.4) * shown);
@@ -145,17 +141,15 @@ class Shading {
   }
   // Toward the eye, over some pixels each way; 0 beside borders and edges.
   Vector3d normal(int x, int y) const {
-    constexpr int kReach = 3;
-    constexpr float kSteepest = 0.1f;  // of the depth
-    if (x < kReach || y < kReach || x + kReach >= frame_.color.width ||
-        y + kReach >= frame_.color.height)
+    if (x < kNormalReach || y < kNormalReach || x + kNormalReach >= frame_.color.width ||
+        y + kNormalReach >= frame_.color.height)
       return Vector3d::Zero();
     const float here = depth(x, y);
-    for (const auto& [u, v] : {std::pair(x - kReach, y), std::pair(x + kReach, y),
-                               std::pair(x, y - kReach), std::pair(x, y + kReach)})
-      if (!(std::abs(depth(u, v) - here) < kSteepest * here)) return Vector3d::Zero();
-    const Vector3d across = place(x + kReach, y) - place(x - kReach, y);
-    const Vector3d down = place(x, y + kReach) - place(x, y - kReach);
+    for (const auto& [u, v] : {std::pair(x - kNormalReach, y), std::pair(x + kNormalReach, y),
+                               std::pair(x, y - kNormalReach), std::pair(x, y + kNormalReach)})
+      if (!(std::abs(depth(u, v) - here) < float(kSteepestNormal) * here)) return Vector3d::Zero();
+    const Vector3d across = place(x + kNormalReach, y) - place(x - kNormalReach, y);
+    const Vector3d down = place(x, y + kNormalReach) - place(x, y - kNormalReach);
     return down.cross(across).stableNormalized();
   }
 

@@ -19,6 +19,10 @@ struct SolidBlock {
   std::vector<std::uint32_t> solids;
 };
 
+// The same solids, wider by how far from skin they still shade it by the light at the scope: for
+// solid_blocks().
+std::vector<Solid> with_shadows(std::vector<Solid> solids);
+
 // All blocks that the solids may touch.
 std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
 

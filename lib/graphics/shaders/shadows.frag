@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// What instruments do to skin by the light at the scope, before they are drawn: they throw shadows,
+// darken what they nearly touch, and are mirrored in its wet film: finishing/tool_shadows.cpp.
+layout(location = 0) out vec4 shown;
+uniform highp sampler2D solids;  // as solids.frag has them
+uniform int solid_count;
+uniform vec4 solid_box;  // pixels, with their shadows
+uniform vec4 view_lens;
+uniform vec3 light_mm;  // from the eye, the view's frame
+uniform float reach;
+
+struct Skin {
+  vec3 place, normal;  // the normal is 0 where the skin breaks off
+};
+struct Capsule {
+  vec3 from, to;
+  float radius, color;
+};
+
+vec3 place_at(ivec2 at) {
+  return depth_at(at) * reach * vec3((vec2(at) + 0.5 - view_lens.zw) / view_lens.xy, 1.0);
+}
+
+vec3 normal_at(ivec2 at) {
+  float here = depth_at(at);
+  for (int k = 0; k < 4; ++k) {
+    ivec2 beside = at + kNormalReach * (k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5));
+    if (!within(beside) || !(abs(depth_at(beside) - here) < kSteepestNormal * here)) return vec3(0.0);
+  }
+  ivec2 right = ivec2(kNormalReach, 0), down = ivec2(0, kNormalReach);
+  vec3 normal = cross(place_at(at + down) - place_at(at - down), place_at(at + right) - place_at(at - right));
+  float size = length(normal);
+  return size > 0.0 ? normal / size : vec3(0.0);
+}
+
+// The gap between a ray and a capsule's surface (x), and where along the ray (y), mm.
+vec2 passing(vec3 p, vec3 d, float length_mm, Capsule capsule) {
+  vec3 axis = capsule.to - capsule.from, r = p - capsule.from;
+  float e = dot(axis, axis), f = dot(axis, r), c = dot(d, r), b = dot(d, axis);
+  float denominator = e - b * b;
+  float s = denominator > 1e-6 * max(e, 1.0) ? clamp((b * f - c * e) / denominator, 0.0, length_mm) : 0.0;
+  float t = e > 1e-12 ? clamp((b * s + f) / e, 0.0, 1.0) : 0.0;
+  s = clamp(b * t - c, 0.0, length_mm);
+  return vec2(length(r + s * d - t * axis) - capsule.radius, s);
+}
+
+float rising(float low, float high, float value) {
+  float t = clamp((value - low) / (high - low), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+// What is kept of the skin's light (x), and what is mirrored in it (y).
+void shade_by(Capsule capsule, Skin skin, inout vec2 shade) {
+  float gap = max(0.0, passing(skin.place, vec3(0.0), 0.0, capsule).x);
+  if (gap >= kShadeReach_mm) return;
+  vec3 way = light_mm - skin.place;
+  float range = max(length(way), 1.0);
+  vec2 shadow = passing(skin.place, way / range, range, capsule);
+  float soft = kLeastSoft_mm + kLampRadius_mm * shadow.y / range;
+  float touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
+  float kept = 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x);
+  shade.x = min(shade.x, kept * (1.0 - kOccluded * exp(-gap / kOccludedNear_mm)));
+  vec3 sight = normalize(skin.place);
+  float facing = -dot(sight, skin.normal);
+  if (!(facing > 0.0)) return;
+  vec2 image = passing(skin.place, sight + 2.0 * facing * skin.normal, kMirrorReach_mm, capsule);
+  float fresnel = kWaterMirror + (1.0 - kWaterMirror) * pow(1.0 - facing, 5.0);
+  float seen = rising(0.3, -0.3, image.x) * (1.0 - image.y / kMirrorReach_mm) * capsule.color;
+  shade.y = max(shade.y, min(fresnel, 0.4) * seen);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  shown = color_at(at);
+  float depth = depth_at(at);
+  gl_FragDepth = depth;
+  if (any(lessThan(gl_FragCoord.xy, solid_box.xy)) || any(greaterThan(gl_FragCoord.xy, solid_box.zw))) return;
+  if (is_open(shown) || depth >= 1.0) return;
+  Skin skin = Skin(place_at(at), normal_at(at));
+  vec2 shade = vec2(1.0, 0.0);
+  for (int k = 0; k < solid_count; ++k) {
+    vec4 a = texelFetch(solids, ivec2(0, k), 0), b = texelFetch(solids, ivec2(1, k), 0);
+    vec4 c = texelFetch(solids, ivec2(2, k), 0);
+    float color = dot(texelFetch(solids, ivec2(3, k), 0).rgb, vec3(1.0 / 3.0));
+    shade_by(Capsule(a.xyz, b.xyz, a.w, color), skin, shade);
+    if (b.w == 0.0) continue;
+    shade_by(Capsule(b.xyz, c.xyz, a.w, color), skin, shade);
+    shade_by(Capsule(c.xyz, a.xyz, a.w, color), skin, shade);
+  }
+  if (shade.x > 0.995 && shade.y < 0.001) return;
+  shown.rgb = floor(srgb_of(shade.x * linear_of(shown.rgb) + shade.y) * 255.0 + 0.5) / 255.0;
+}
