@@ -494,11 +494,7 @@ void GraphicsDrawing::check_agreement(const std::vector<JointDrawing::Organ>& or
                                       const View& view, const DrawOptions& options,
                                       const Frame& frame) {
   Frame reference;
-  if (organs.size() == 1 && organs[0].warper.can_relight()) {
-    organs[0].warper.draw(organs[0].positions_mm, view, options, reference);
-  } else {
-    JointDrawing().draw(organs, view, options, reference);
-  }
+  JointDrawing().draw(organs, view, options, reference);
   const double psnr_db = compare_images(reference.color, frame.color).psnr_db;
   if (psnr_db < kLeastAgreement_db)
     throw GraphicsError("the graphics hardware's picture is not the processor's: they agree to " +

@@ -121,6 +121,11 @@ void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& fram
 DrawReport JointDrawing::draw(const std::vector<Organ>& organs, const View& view,
                               const DrawOptions& options, Frame& frame) {
   DrawOptions own = options;
+  if (organs.size() == 1) {
+    const auto& [warper, positions_mm, proxy, lighting] = organs.front();
+    if (!warper.can_relight()) own.light = DrawnLight::baked;
+    return warper.draw(positions_mm, view, own, frame);
+  }
   own.keep_depth = true;
   own.smooth_outline = false;  // theirs together is
   own.scope_reference_mm = metered_mm(organs, view, options);

@@ -98,11 +98,7 @@ class BothWays {
   Pair draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
             const DrawOptions& options) {
     Pair pair;
-    if (organs.size() == 1) {
-      organs[0].warper.draw(organs[0].positions_mm, view, options, pair.processor);
-    } else {
-      joint_.draw(organs, view, options, pair.processor);
-    }
+    joint_.draw(organs, view, options, pair.processor);
     graphics_.draw(organs, view, options, pair.graphics);
     pair.difference = compare_images(pair.processor.color, pair.graphics.color);
     pair.similarity = structural_similarity(pair.processor.color, pair.graphics.color);

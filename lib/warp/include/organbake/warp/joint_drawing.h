@@ -16,7 +16,7 @@ namespace organbake {
 // that is nearest to the eye, the first at ties. One light falls on all of them, that of the first
 // organ that has one, its exposure metered over all. Outlines are smoothed once the organs are
 // together: against the background, and against skin that lies so far behind that it is no longer
-// one surface.
+// one surface. One organ alone is drawn as its warper draws it.
 class JointDrawing {
  public:
   // Nothing is kept by reference after draw().
