@@ -66,6 +66,11 @@ void def_solid(MeshClass& mesh) {
   def_list(
       mesh, "vertex_weights", &Mesh::vertex_weights,
       "(n, 4): of its nodes; vertices = (weights[:, :, None] * nodes[tetrahedra[in]]).sum(1).");
+  def_list(mesh, "patch_first", &Mesh::patch_first,
+           "(n + 1,) uint32: where the nodes begin whose motion each vertex follows; none: those "
+           "of its tetrahedron.");
+  def_list(mesh, "patch_nodes", &Mesh::patch_nodes, "uint32: nodes under the skin about a vertex.");
+  def_list(mesh, "patch_weights", &Mesh::patch_weights, "Of each; a vertex's have the sum 1.");
 }
 
 void def_skin(MeshClass& mesh) {

@@ -48,6 +48,40 @@ EmbeddedVertex vertex_from(const JsonField& field, std::int64_t tetrahedra) {
   return vertex;
 }
 
+// Of skin that is bent strongly some weights are negative.
+constexpr double kLargestShare = 2;
+
+std::vector<NodeShare> patch_from(const JsonField& field, std::int64_t nodes) {
+  const JsonField numbers = field["nodes"], weights = field["weights"];
+  if (weights.size() != numbers.size()) weights.fail("needs one number for each of the nodes");
+  std::vector<NodeShare> patch;
+  double sum = 0;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    patch.push_back({static_cast<std::uint32_t>(numbers.at(k).integer(0, nodes - 1)),
+                     weights.at(k).number(-kLargestShare, kLargestShare)});
+    sum += patch.back().weight;
+  }
+  if (!(std::abs(sum - 1) <= kSumWithin)) weights.fail("need a sum of 1");
+  return patch;
+}
+
+std::vector<std::vector<NodeShare>> patches_from(const JsonField& field, std::size_t vertex_count,
+                                                 std::int64_t nodes) {
+  if (field.size() != vertex_count) {
+    field.fail("holds " + std::to_string(field.size()) + " patches for the proxy's " +
+               std::to_string(vertex_count) + " vertices");
+  }
+  std::vector<std::vector<NodeShare>> patches;
+  for (std::size_t v = 0; v < vertex_count; ++v) patches.push_back(patch_from(field.at(v), nodes));
+  return patches;
+}
+
+Json patch_to_json(const std::vector<NodeShare>& patch) {
+  Json nodes = Json::array(), weights = Json::array();
+  for (const auto& [node, weight] : patch) nodes.push_back(node), weights.push_back(weight);
+  return {{"nodes", nodes}, {"weights", weights}};
+}
+
 }  // namespace
 
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron) {
@@ -87,13 +121,15 @@ Json tetrahedral_body_to_json(const TetrahedralBody& body) {
   for (const EmbeddedVertex& v : body.vertices) {
     vertices.push_back({{"tetrahedron", v.tetrahedron}, {"weights", v.weights}});
   }
-  return {{"poisson_ratio", body.poisson_ratio},
-          {"damping_s", body.damping_s},
-          {"nodes_mm", nodes},
-          {"corners", corners},
-          {"fill", fill},
-          {"vertices", vertices},
-          {"anchors", body.anchors}};
+  Json json = {{"poisson_ratio", body.poisson_ratio},
+               {"damping_s", body.damping_s},
+               {"nodes_mm", nodes},
+               {"corners", corners},
+               {"fill", fill},
+               {"vertices", vertices},
+               {"anchors", body.anchors}};
+  for (const auto& patch : body.patches) json["patches"].push_back(patch_to_json(patch));
+  return json;
 }
 
 TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t vertex_count) {
@@ -119,6 +155,8 @@ TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t v
     body.vertices.push_back(
         vertex_from(vertices.at(v), static_cast<std::int64_t>(body.tetrahedra.size())));
   }
+  if (const auto patches = field.find("patches"))
+    body.patches = patches_from(*patches, vertex_count, nodes);
   const JsonField anchors = field["anchors"];
   std::int64_t last = -1;
   for (std::size_t i = 0; i < anchors.size(); ++i) {

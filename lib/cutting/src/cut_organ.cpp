@@ -164,6 +164,7 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   std::vector<std::uint8_t> anchored(uncut.nodes_mm.size(), 0);
   for (const std::uint32_t n : uncut.anchors) anchored[n] = 1;
   body.nodes_mm.clear(), body.anchors.clear(), body.tetrahedra.clear(), body.vertices.clear();
+  body.patches.clear();
   for (std::uint32_t n = 0; n < cut.node_count(); ++n) {
     body.nodes_mm.push_back(uncut.nodes_mm[cut.original(n)]);
     // What is cut off an anchor is free.

@@ -131,7 +131,7 @@ Bisection bisect(TetrahedralBody& body, const std::function<bool(std::uint32_t)>
     anchored.push_back(anchored[a] & anchored[b]);
     if (anchored.back()) body.anchors.push_back(static_cast<std::uint32_t>(first_new + i));
   }
-  if (!result.none()) body.vertices.clear();
+  if (!result.none()) body.vertices.clear(), body.patches.clear();
   return result;
 }
 

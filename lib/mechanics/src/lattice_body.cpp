@@ -11,6 +11,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/core/union_find.h"
+#include "skin_patches.h"
 
 namespace organbake {
 namespace {
@@ -243,7 +244,8 @@ std::vector<std::uint8_t> inside_samples(const TriangleMesh& mesh, const SampleG
 }
 
 TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
-                                  const std::vector<std::uint32_t>& anchors, double cell_mm) {
+                                  const std::vector<std::uint32_t>& anchors, double cell_mm,
+                                  const TriangleMesh& skin) {
   const Lattice lattice(proxy, cell_mm > 0 ? cell_mm : automatic_cell(proxy));
   std::vector<double> fill = fill_shares(proxy, lattice);
   TetrahedralBody body;
@@ -262,6 +264,14 @@ TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
   for (EmbeddedVertex& v : body.vertices) v.tetrahedron = number[v.tetrahedron];
   number_nodes(lattice, body);
   anchor_body(proxy, anchors, lattice, number, body);
+  body.vertices.resize(skin.vertices.size());
+  constexpr double kStepOfCell = 0.25;
+  body.patches = skin_patches(skin, body, kStepOfCell * lattice.cell_mm(),
+                              [&](const Eigen::Vector3d& point) -> std::optional<EmbeddedVertex> {
+                                const LatticeCell::Location at = lattice.locate(point);
+                                if (number[at.tetrahedron] == kUnused) return std::nullopt;
+                                return EmbeddedVertex{number[at.tetrahedron], at.weights};
+                              });
   return body;
 }
 

@@ -14,11 +14,18 @@ namespace organbake {
 // these all that hold some of the inside or a proxy vertex, with the share that is inside. 0 = a
 // cell of three quarters of the proxy's mean edge (some hundreds of tetrahedra in 80 faces), but
 // large enough that at most about a thousand fill the body. All nodes that hold an anchor, or skin
-// between three of them, are anchors, so that the proxy's own stay where they are. Throws
+// between three of them, are anchors, so that the proxy's own stay where they are. skin: its
+// vertices, and those of its faces, that are drawn: the first ones, or all. Throws
 // BadDataError for a proxy that is not closed and UsageError for cells that would be more than a
 // million.
 TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
-                                  const std::vector<std::uint32_t>& anchors, double cell_mm);
+                                  const std::vector<std::uint32_t>& anchors, double cell_mm,
+                                  const TriangleMesh& skin);
+inline TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
+                                         const std::vector<std::uint32_t>& anchors,
+                                         double cell_mm) {
+  return make_lattice_body(proxy, anchors, cell_mm, proxy);
+}
 
 // In how many parts, not joined by a node, the tetrahedra fall.
 std::size_t part_count(const TetrahedralBody& body);

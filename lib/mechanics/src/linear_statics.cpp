@@ -57,12 +57,11 @@ Eigen::SparseMatrix<double> embedding_of(const TetrahedralBody& body,
                                          Eigen::Index count) {
   Triplets entries;
   for (std::size_t v = 0; v < body.vertices.size(); ++v) {
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Index i = number[body.tetrahedra[body.vertices[v].tetrahedron].nodes[k]];
-      if (i < 0) continue;
-      for (int axis = 0; axis < 3; ++axis)
-        entries.emplace_back(3 * v + axis, 3 * i + axis, body.vertices[v].weights[k]);
-    }
+    each_carrier(body, v, [&](std::uint32_t node, double weight) {
+      const Eigen::Index i = number[node];
+      if (i < 0) return;
+      for (int axis = 0; axis < 3; ++axis) entries.emplace_back(3 * v + axis, 3 * i + axis, weight);
+    });
   }
   Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(3 * body.vertices.size()),
                                      3 * count);

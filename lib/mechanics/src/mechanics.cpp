@@ -118,9 +118,7 @@ TetrahedralBody layer_body(const TriangleMesh& sheet, const MechanicsModel& mode
   std::vector<std::uint32_t> anchors = model.anchors;
   for (std::size_t v = sheet.vertices.size(); v < layer.vertices.size(); ++v)
     anchors.push_back(static_cast<std::uint32_t>(v));
-  TetrahedralBody body = make_lattice_body(layer, anchors, cell_mm);
-  body.vertices.resize(sheet.vertices.size());
-  return body;
+  return make_lattice_body(layer, anchors, cell_mm, sheet);
 }
 
 TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,

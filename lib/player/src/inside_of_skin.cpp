@@ -26,16 +26,14 @@ void hold_anchors(const TetrahedralBody& body, Vectors& rows) {
 // Wᵀ times rows of the vertices, added up by node.
 void spread(const TetrahedralBody& body, const auto& row_of_vertex, Vectors& rows) {
   for (std::size_t v = 0; v < body.vertices.size(); ++v) {
-    const auto& [tetrahedron, weights] = body.vertices[v];
     const Eigen::Vector3d row = row_of_vertex(v);
-    for (int k = 0; k < 4; ++k) rows[body.tetrahedra[tetrahedron].nodes[k]] += weights[k] * row;
+    each_carrier(body, v, [&](std::uint32_t node, double weight) { rows[node] += weight * row; });
   }
 }
 
 Eigen::Vector3d carried(const TetrahedralBody& body, std::size_t vertex, const Vectors& u) {
-  const auto& [tetrahedron, weights] = body.vertices[vertex];
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) moved += weights[k] * u[body.tetrahedra[tetrahedron].nodes[k]];
+  each_carrier(body, vertex, [&](std::uint32_t node, double weight) { moved += weight * u[node]; });
   return moved;
 }
 
@@ -68,12 +66,10 @@ void carry_vertices(const TetrahedralBody& body, const std::vector<Eigen::Vector
                     std::vector<Eigen::Vector3d>& vertices_mm) {
   vertices_mm.resize(rest_mm.size());
   for (std::size_t v = 0; v < rest_mm.size(); ++v) {
-    const auto& [tetrahedron, weights] = body.vertices[v];
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 4; ++k) {
-      const std::uint32_t node = body.tetrahedra[tetrahedron].nodes[k];
-      moved += weights[k] * (nodes_mm[node] - body.nodes_mm[node]);
-    }
+    each_carrier(body, v, [&](std::uint32_t node, double weight) {
+      moved += weight * (nodes_mm[node] - body.nodes_mm[node]);
+    });
     vertices_mm[v] = rest_mm[v] + moved;
   }
 }

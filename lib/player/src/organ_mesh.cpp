@@ -19,6 +19,12 @@ void add_tetrahedra(const MechanicsModel& mechanics, EmbeddedPlayer::Mesh& mesh)
     mesh.vertex_tetrahedron.push_back(v.tetrahedron);
     mesh.vertex_weights.push_back(v.weights);
   }
+  if (!body.patches.empty()) mesh.patch_first = {0};
+  for (const auto& patch : body.patches) {
+    for (const auto& [node, weight] : patch)
+      mesh.patch_nodes.push_back(node), mesh.patch_weights.push_back(weight);
+    mesh.patch_first.push_back(static_cast<std::uint32_t>(mesh.patch_nodes.size()));
+  }
   mesh.poisson_ratio = body.poisson_ratio;
   mesh.damping_s = body.damping_s;
 }
@@ -68,9 +74,9 @@ std::vector<Eigen::Vector3d> forces_on_nodes(const Bundle& bundle,
   const TetrahedralBody& body = *bundle.mechanics.body;
   std::vector<Eigen::Vector3d> on_nodes(body.nodes_mm.size(), Eigen::Vector3d::Zero());
   for (std::size_t v = 0; v < on_vertices.size(); ++v) {
-    const auto& [tetrahedron, weights] = body.vertices[v];
-    for (int k = 0; k < 4; ++k)
-      on_nodes[body.tetrahedra[tetrahedron].nodes[k]] += weights[k] * on_vertices[v];
+    each_carrier(body, v, [&](std::uint32_t node, double weight) {
+      on_nodes[node] += weight * on_vertices[v];
+    });
   }
   return on_nodes;
 }

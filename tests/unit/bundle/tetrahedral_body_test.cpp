@@ -27,6 +27,30 @@ TEST(TetrahedralBody, RoundTripIsExact) {
   EXPECT_EQ(mechanics_to_json(model), text);
 }
 
+TEST(TetrahedralBody, PatchesRoundTripExactlyAndAreChecked) {
+  MechanicsModel model = with_body();
+  model.body->patches.assign(4, {{0, 0.3}, {2, 1.1}, {4, -0.4}});
+  model.body->patches[1] = {{1, 1}};
+  const std::string text = mechanics_to_json(model);
+  const MechanicsModel read = mechanics_from_json(text, "m", 4);
+  ASSERT_EQ(read.body->patches.size(), 4u);
+  EXPECT_EQ(mechanics_to_json(read), text);
+  std::size_t carriers = 0;
+  each_carrier(*read.body, 0, [&](std::uint32_t, double) { ++carriers; });
+  EXPECT_EQ(carriers, 3u);
+  const auto refused = [&](auto change) {
+    MechanicsModel changed = model;
+    change(changed.body->patches);
+    EXPECT_THROW(mechanics_from_json(mechanics_to_json(changed), "m", 4), BadDataError);
+  };
+  refused([](auto& p) { p.pop_back(); });
+  refused([](auto& p) { p[2][0].node = 5; });
+  refused([](auto& p) { p[2][0].weight = 0.4; });
+  refused([](auto& p) { p[2][0].weight = std::numeric_limits<double>::quiet_NaN(); });
+  refused([](auto& p) { p[2] = {{0, 3}, {1, -2}}; });
+  refused([](auto& p) { p[3].clear(); });
+}
+
 TEST(TetrahedralBody, BundlesWithoutOneAreRead) {
   const MechanicsModel model =
       mechanics_from_json(mechanics_to_json(small_bundle().mechanics), "m", 4);

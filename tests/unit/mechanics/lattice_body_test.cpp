@@ -108,6 +108,32 @@ TEST(LatticeBody, HoldsTheVolumeAndEveryVertex) {
   }
 }
 
+// Bodies that are moved and stretched take every vertex along, whatever its patch is bent like, and
+// what is held stays held.
+TEST(LatticeBody, PatchesCarryLinearFieldsExactly) {
+  for (const TriangleMesh& proxy : {lumpy_mesh(50, 2), lumpy_mesh(50, 1)}) {
+    const TetrahedralBody body = make_lattice_body(proxy, {3, 7}, 0);
+    ASSERT_EQ(body.patches.size(), proxy.vertices.size());
+    std::size_t wide = 0;
+    for (std::size_t v = 0; v < proxy.vertices.size(); ++v) {
+      double sum = 0, largest = 0;
+      Eigen::Vector3d at = Eigen::Vector3d::Zero();
+      for (const auto& [node, weight] : body.patches[v]) {
+        sum += weight, at += weight * body.nodes_mm[node];
+        largest = std::max(largest, weight);
+      }
+      EXPECT_NEAR(sum, 1, 1e-9);
+      EXPECT_LT((at - proxy.vertices[v]).norm(), 1e-9) << v;
+      wide += body.patches[v].size() > 4 && largest < 0.5;
+    }
+    EXPECT_GT(wide, proxy.vertices.size() / 2);  // most stand for more than one tetrahedron
+    for (const std::uint32_t anchor : {3u, 7u})
+      for (const auto& [node, weight] : body.patches[anchor])
+        EXPECT_TRUE(weight < 1e-8 ||
+                    std::binary_search(body.anchors.begin(), body.anchors.end(), node));
+  }
+}
+
 TEST(LatticeBody, EightyFacesGiveSomeHundreds) {
   const std::size_t count = make_lattice_body(sphere_mesh(50, 1), {}, 0).tetrahedra.size();
   EXPECT_GT(count, 200u);

@@ -1,61 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "body/embedding.h"
 
-#include <utility>
-
 namespace organbake::deform {
 
-Embedding::Embedding(std::uint32_t first_slot, std::vector<CarriedPoint> points)
-    : first_slot_(first_slot), points_(std::move(points)) {
-  for (CarriedPoint& point : points_) {
+Embedding::Embedding(std::uint32_t first_slot, const std::vector<std::vector<Carrier>>& points)
+    : first_slot_(first_slot) {
+  if (first_slot == 0) return;  // nothing moves, nor is carried
+  for (const std::vector<Carrier>& point : points) {
     double share = 0;
     bool whole = true;
-    for (int k = 0; k < 4; ++k) {
-      if (point.slots[k] < first_slot) {
-        share += point.weights[k];
-      } else {
-        whole = whole && point.weights[k] == 0;
-        point.slots[k] = 0;
-        point.weights[k] = 0;
-      }
+    for (const auto& [slot, weight] : point) {
+      if (weight == 0) continue;
+      whole = whole && slot < first_slot;
+      if (slot >= first_slot) continue;
+      share += weight;
+      carriers_.push_back({slot, weight});
     }
+    first_.push_back(static_cast<std::uint32_t>(carriers_.size()));
     free_shares_.push_back(whole ? 1 : share);  // a sum of weights may be off by rounding
   }
-  if (first_slot == 0) points_.clear(), free_shares_.clear();  // nothing moves, nor is carried
 }
 
 void Embedding::carry(PaddedVectors& displacements) const {
   Double4* rows = as_double4(displacements.data());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const auto& [slots, weights] = points_[i];
-    rows[first_slot_ + i] = weights[0] * rows[slots[0]] + weights[1] * rows[slots[1]] +
-                            weights[2] * rows[slots[2]] + weights[3] * rows[slots[3]];
+  for (std::size_t i = 0; i < count(); ++i) {
+    Double4 moved{};
+    for (const auto& [slot, weight] : carriers_of(i)) moved += weight * rows[slot];
+    rows[first_slot_ + i] = moved;
   }
 }
 
 void Embedding::carry_positions(const PaddedVectors& rest, PaddedVectors& x) const {
   Double4* at = as_double4(x.data());
   const Double4* from = as_double4(rest.data());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < count(); ++i) {
     Double4 moved{};
-    for (int k = 0; k < 4; ++k) {
-      const std::uint32_t slot = points_[i].slots[k];
-      moved += points_[i].weights[k] * (at[slot] - from[slot]);
-    }
+    for (const auto& [slot, weight] : carriers_of(i)) moved += weight * (at[slot] - from[slot]);
     at[first_slot_ + i] = from[first_slot_ + i] + moved;
   }
 }
 
 void Embedding::spread_force(std::uint32_t slot, double force, Eigen::Index lane,
                              PaddedVectors& rows) const {
-  const auto& [slots, weights] = points_[slot - first_slot_];
-  for (int k = 0; k < 4; ++k) rows[slots[k]][lane] += force * weights[k];
+  for (const auto& [carrier, weight] : carriers_of(slot - first_slot_))
+    rows[carrier][lane] += force * weight;
 }
 
 void Embedding::spread(PaddedVectors& force) const {
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < count(); ++i) {
     PaddedVector& own = force[first_slot_ + i];
-    for (int k = 0; k < 4; ++k) force[points_[i].slots[k]] += points_[i].weights[k] * own;
+    for (const auto& [slot, weight] : carriers_of(i)) force[slot] += weight * own;
     own.setZero();
   }
 }

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
-// A point that four others carry: by the shares (weights) of their slots.
-struct CarriedPoint {
-  std::array<std::uint32_t, 4> slots{};
-  std::array<double, 4> weights{};
+// What a point follows, by a share of its motion.
+struct Carrier {
+  std::uint32_t slot;
+  double weight;
 };
 
 // Points that have no motion of their own. They stand in a row of slots behind the free ones, so
@@ -22,9 +23,9 @@ class Embedding {
   Embedding() = default;
   // The points get the slots from `first_slot` on; carriers with lower slots are free, all others
   // are anchors.
-  Embedding(std::uint32_t first_slot, std::vector<CarriedPoint> points);
+  Embedding(std::uint32_t first_slot, const std::vector<std::vector<Carrier>>& points);
 
-  std::size_t count() const { return points_.size(); }
+  std::size_t count() const { return free_shares_.size(); }
   double free_share(std::uint32_t slot) const { return free_shares_[slot - first_slot_]; }
 
   // Sets the carried rows of displacements from their carriers', anchors' taken for 0.
@@ -37,8 +38,13 @@ class Embedding {
   void spread(PaddedVectors& force) const;
 
  private:
+  std::span<const Carrier> carriers_of(std::size_t point) const {
+    return std::span(carriers_).subspan(first_[point], first_[point + 1] - first_[point]);
+  }
+
   std::uint32_t first_slot_ = 0;
-  std::vector<CarriedPoint> points_;  // the weights of anchors are 0, of slot 0
+  std::vector<std::uint32_t> first_ = {0};  // of each point's carriers, and the end
+  std::vector<Carrier> carriers_;           // that are free
   std::vector<double> free_shares_;
 };
 

@@ -51,8 +51,8 @@ struct FemBody::Solid {
   std::vector<Element> elements;
   std::vector<std::uint32_t> anchors;
   std::vector<Eigen::Vector3d> vertices_mm;
-  std::vector<CarriedPoint> carried;  // the vertices, by nodes
-  std::vector<Face> faces;            // of vertices
+  std::vector<std::vector<Carrier>> carried;  // the vertices, by nodes
+  std::vector<Face> faces;                    // of vertices
   std::vector<std::uint32_t> organ_of_node, organ_of_vertex;
   std::uint32_t organs = 0;
 };
@@ -83,8 +83,12 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
                         moduli.bulk * volume_mm3, body.damping_s / time_step_s,
                         kKgPerMm3 * mechanics.density_kg_per_m3 * volume_mm3});
   }
-  for (const EmbeddedVertex& vertex : body.vertices)
-    carried.push_back({nodes_of(body.tetrahedra[vertex.tetrahedron]), vertex.weights});
+  for (std::size_t v = 0; v < proxy.vertices.size(); ++v) {
+    std::vector<Carrier>& carriers = carried.emplace_back();
+    each_carrier(body, v, [&](std::uint32_t node, double weight) {
+      carriers.push_back({first_node + node, weight});
+    });
+  }
   for (const Face& f : proxy.faces)
     faces.push_back({first_vertex + f[0], first_vertex + f[1], first_vertex + f[2]});
   organ_of_node.resize(nodes_mm.size(), organs);
@@ -148,14 +152,14 @@ void FemBody::place_slots(const Solid& solid, const std::vector<std::uint32_t>& 
     rest_[slot] = padded(solid.nodes_mm[n]);
     organ_of_slot_[slot] = solid.organ_of_node[n];
   }
-  std::vector<CarriedPoint> carried = solid.carried;
+  std::vector<std::vector<Carrier>> carried = solid.carried;
   for (std::uint32_t v = 0; v < vertices; ++v) {
-    for (std::uint32_t& slot : carried[v].slots) slot = slot_of_node_[slot];
+    for (Carrier& carrier : carried[v]) carrier.slot = slot_of_node_[carrier.slot];
     slot_of_vertex_.push_back(first_carried + v);
     rest_[first_carried + v] = padded(solid.vertices_mm[v]);
     organ_of_slot_[first_carried + v] = solid.organ_of_vertex[v];
   }
-  embedding_ = Embedding(first_carried, std::move(carried));
+  embedding_ = Embedding(first_carried, carried);
   for (const Face& f : solid.faces)
     faces_.push_back({slot_of_vertex_[f[0]], slot_of_vertex_[f[1]], slot_of_vertex_[f[2]]});
 }

@@ -83,6 +83,16 @@ void check_embedded(const TetrahedralBody& body, std::size_t vertex) {
   }
 }
 
+void check_patch(const TetrahedralBody& body, std::size_t vertex) {
+  for (const auto& [node, weight] : body.patches[vertex]) {
+    require(node < body.nodes_mm.size() && std::abs(weight) <= 1 + kOutside, [&, n = node,
+                                                                              w = weight] {
+      return "the patch of vertex " + std::to_string(vertex) + " gives node " + std::to_string(n) +
+             " of " + std::to_string(body.nodes_mm.size()) + " a weight of " + to_text(w);
+    });
+  }
+}
+
 // Each vertex that is no anchor once, or nothing.
 void check_order(const MechanicsModel& mechanics) {
   if (mechanics.elimination_order.empty()) return;
@@ -118,6 +128,11 @@ void check_tetrahedra(const TriangleMesh& proxy, const MechanicsModel& mechanics
            " vertices of a proxy of " + std::to_string(proxy.vertices.size());
   });
   for (std::size_t v = 0; v < body.vertices.size(); ++v) check_embedded(body, v);
+  require(body.patches.empty() || body.patches.size() == proxy.vertices.size(), [&] {
+    return "the tetrahedra have patches for " + std::to_string(body.patches.size()) +
+           " vertices of a proxy of " + std::to_string(proxy.vertices.size());
+  });
+  for (std::size_t v = 0; v < body.patches.size(); ++v) check_patch(body, v);
   for (const std::uint32_t anchor : body.anchors) {
     require(anchor < body.nodes_mm.size(), [&] {
       return "anchored node " + std::to_string(anchor) + " is none of " +

@@ -5,17 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "body/embedding.h"
 #include "contact/padded_vector.h"
 #include "organbake/deform/deform_body.h"
 #include "organbake/geometry/adjacency.h"
 
 namespace organbake::deform {
-
-// A vertex that a point of the skin follows, by a share of its motion.
-struct Carrier {
-  std::uint32_t slot;
-  double weight;
-};
 
 // The nodes of smooth skins (geometry/smooth_skin.h) as they lie now. A tip sees a handful of them:
 // they are carried, and their normals made, when first asked for in a pose.

@@ -21,14 +21,24 @@ struct EmbeddedVertex {
   std::array<double, 4> weights{};
 };
 
+// What a proxy vertex follows: a node, by a share of its motion.
+struct NodeShare {
+  std::uint32_t node;
+  double weight;
+};
+
 // The organ as a solid of linear finite elements, the proxy embedded in it; the tissue's modulus
 // and density are MechanicsModel's.
 struct TetrahedralBody {
   std::vector<Eigen::Vector3d> nodes_mm;
   std::vector<Tetrahedron> tetrahedra;
   std::vector<EmbeddedVertex> vertices;  // one per proxy vertex
-  std::vector<std::uint32_t> anchors;    // nodes that don't move, increasing
-  double poisson_ratio = 0.45;           // 0…0.49; linear tetrahedra lock beyond
+  // One per proxy vertex: the nodes under the patch of skin that it stands for, weights of sum 1,
+  // by which it moves and hands on forces; Σ weights · nodes is the vertex. Empty, as in older
+  // bundles and in cut organs: each moves with the tetrahedron in which it lies.
+  std::vector<std::vector<NodeShare>> patches;
+  std::vector<std::uint32_t> anchors;  // nodes that don't move, increasing
+  double poisson_ratio = 0.45;         // 0…0.49; linear tetrahedra lock beyond
   double damping_s = 0;  // ≥ 0: a strain rate of 1/s acts as a strain of this does (Kelvin–Voigt)
 };
 
@@ -38,6 +48,17 @@ struct NodeSource {
   std::array<std::uint32_t, 4> nodes{};
   std::array<double, 4> weights{1, 0, 0, 0};
 };
+
+// Visits what a proxy vertex moves with, use(node, weight).
+template <class Use>
+void each_carrier(const TetrahedralBody& body, std::size_t vertex, Use&& use) {
+  if (!body.patches.empty()) {
+    for (const auto& [node, weight] : body.patches[vertex]) use(node, weight);
+    return;
+  }
+  const auto& [tetrahedron, weights] = body.vertices[vertex];
+  for (std::size_t k = 0; k < 4; ++k) use(body.tetrahedra[tetrahedron].nodes[k], weights[k]);
+}
 
 // Of one of its tetrahedra, mm³.
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron);

@@ -78,6 +78,11 @@ class EmbeddedPlayer {
     // Vertex v lies at Σ vertex_weights[v] · nodes of tetrahedra[vertex_tetrahedron[v]].
     std::vector<std::uint32_t> vertex_tetrahedron;
     std::vector<std::array<double, 4>> vertex_weights;
+    // It moves by the sum over k = patch_first[v] … patch_first[v + 1] − 1 of patch_weights[k] ·
+    // the motion of node patch_nodes[k]: that of the tissue under the skin about it. Empty: as the
+    // tetrahedron in which it lies.
+    std::vector<std::uint32_t> patch_first, patch_nodes;
+    std::vector<double> patch_weights;
     // The smooth skin that hangs on the proxy; empty: the proxy itself. Its node n lies at the sum
     // over k = skin_first[n] … skin_first[n + 1] − 1 of skin_weights[k] · vertex skin_carriers[k].
     std::vector<std::uint32_t> skin_first, skin_carriers;
