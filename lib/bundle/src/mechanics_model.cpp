@@ -63,6 +63,7 @@ std::string mechanics_to_json(const MechanicsModel& model) {
                {"mass_kg", model.mass_kg},
                {"anchors", model.anchors},
                {"springs", springs}};
+  json["tissue"]["cut_gape_mm"] = model.cut_gape_mm;
   if (model.grasp_slip_n > 0) json["tissue"]["grasp_slip_n"] = model.grasp_slip_n;
   if (!model.elimination_order.empty()) json["elimination_order"] = model.elimination_order;
   if (model.body) json["tetrahedra"] = tetrahedral_body_to_json(*model.body);
@@ -81,6 +82,7 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   model.density_kg_per_m3 = tissue["density_kg_per_m3"].number(kTiny, kHuge);
   model.thickness_mm = tissue["thickness_mm"].number(kTiny, kHuge);
   model.volume_stiffness = tissue["volume_stiffness"].number(0, 1);
+  if (const auto gape = tissue.find("cut_gape_mm")) model.cut_gape_mm = gape->number(0, kHuge);
   if (const auto slip = tissue.find("grasp_slip_n")) model.grasp_slip_n = slip->number(0, kHuge);
   model.instrument_radius_mm = document["instrument_radius_mm"].number(kTiny, kHuge);
   const JsonField masses = document["mass_kg"];

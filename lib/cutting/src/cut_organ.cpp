@@ -115,7 +115,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
   remake_face_parts(skin);
   remake_body(places_of(skin, walls));
   remake_base(skin, walls);
-  gape_ = LipGape(skin, ways_down(walls));
+  gape_ = LipGape(skin, ways_down(walls), now_.mechanics.cut_gape_mm);
 }
 
 // A face that was neither halved nor cut is itself, and is not told.

@@ -5,7 +5,8 @@
 // gape of a lip the widest times the root of its distance from the nearest end of the cut, along
 // it, over kFree_mm, one at most. With a capsule or serosa stretched by some 5 to 10 % that is
 // free over ten millimetres or so across a cut, the widest comes to about a millimetre; fresh cuts
-// of liver and bowel that nobody pulls on gape by one half to two.
+// of liver and bowel that nobody pulls on gape by one half to two: the widest is the tissue's own
+// (MechanicsModel::cut_gape_mm).
 #include "organbake/cutting/lip_gape.h"
 
 #include <Eigen/Geometry>
@@ -62,11 +63,11 @@ std::map<std::uint32_t, Reached> ways_from(const std::vector<std::uint32_t>& sou
 
 }  // namespace
 
-LipGape::LipGape(const CutSkin& skin, std::span<const Wall> walls) {
-  find_lips(skin);
+LipGape::LipGape(const CutSkin& skin, std::span<const Wall> walls, double widest_mm) {
+  find_lips(skin, widest_mm);
   std::map<std::uint32_t, std::size_t> number;
   for (std::size_t l = 0; l < lips_.size(); ++l) number[lips_[l].vertex] = l;
-  find_beside(skin);
+  find_beside(skin, widest_mm);
   for (std::size_t w = 0; w < walls.size(); ++w) {
     const auto lip = number.find(walls[w].lip);
     if (lip != number.end())
@@ -75,7 +76,7 @@ LipGape::LipGape(const CutSkin& skin, std::span<const Wall> walls) {
   }
 }
 
-void LipGape::find_lips(const CutSkin& skin) {
+void LipGape::find_lips(const CutSkin& skin, double widest_mm) {
   std::map<std::array<std::uint32_t, 2>, std::uint32_t> inner;  // by the edge across from it
   for (const SkinPart& part : skin.parts())
     for (int k = 0; k < 3; ++k)
@@ -100,12 +101,12 @@ void LipGape::find_lips(const CutSkin& skin) {
   for (const auto& [vertex, other] : others) {
     const auto way = from_end.find(vertex);
     const double share = way == from_end.end() ? 1 : std::sqrt(way->second.mm / kFree_mm);
-    if (vertex != other && share > 0) lips_.push_back({vertex, other, share * kWidest_mm});
+    if (vertex != other && share > 0) lips_.push_back({vertex, other, share * widest_mm});
   }
 }
 
 // The less the farther from the lip.
-void LipGape::find_beside(const CutSkin& skin) {
+void LipGape::find_beside(const CutSkin& skin, double widest_mm) {
   std::vector<std::uint32_t> sources;
   std::map<std::uint32_t, std::size_t> number;
   for (std::size_t l = 0; l < lips_.size(); ++l)
@@ -114,7 +115,7 @@ void LipGape::find_beside(const CutSkin& skin) {
   for (const SkinPart& part : skin.parts())
     for (int k = 0; k < 3; ++k) join(part.corners[k], part.corners[(k + 1) % 3], neighbours);
   for (const auto& [vertex, way] :
-       ways_from(sources, neighbours, skin, 0.5 * kGiveWay * kWidest_mm)) {
+       ways_from(sources, neighbours, skin, 0.5 * kGiveWay * widest_mm)) {
     const std::size_t lip = number[way.source];
     const double share = 1 - way.mm / (0.5 * kGiveWay * lips_[lip].gape_mm);
     if (!skin.vertices()[vertex].on_border && share > 0) beside_.push_back({vertex, lip, share});

@@ -160,6 +160,7 @@ void MechanicsOptions::check() const {
   check_range("volume_stiffness", volume_stiffness, 0, 1);
   check_range("anchor_fraction", anchor_fraction, 0, 0.9);
   check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
+  check_range("cut_gape_mm", cut_gape_mm, 0, 10);
   check_range("grasp_slip_n", grasp_slip_n, 0, 1e6);
   check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
   check_range("poisson_ratio", poisson_ratio, 0, 0.49);
@@ -202,6 +203,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.thickness_mm = options.thickness_mm;
   model.volume_stiffness = options.volume_stiffness;
   model.instrument_radius_mm = options.instrument_radius_mm;
+  model.cut_gape_mm = options.cut_gape_mm;
   model.grasp_slip_n = options.grasp_slip_n;
   if (options.fem) model.body = body_of(proxy, model, options, context);
   if (options.fit_to_fem) fit_springs(proxy, model, context);

@@ -34,6 +34,11 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
             .unit = "mm",
             .min = 0.01,
             .max = 1000})
+      .add("cut_gape_mm", &o.cut_gape_mm,
+           {.help = "how far the lips of a long cut stand apart that nothing pulls on",
+            .unit = "mm",
+            .min = 0,
+            .max = 10})
       .add("grasp_slip_n", &o.grasp_slip_n,
            {.help = "the pull from which a grasp of the tissue slips; 0 = it holds any",
             .unit = "N",

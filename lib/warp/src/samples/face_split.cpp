@@ -43,15 +43,17 @@ Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(
 // The film of blood along lips, on texels of a size: on each as much of it as lies on the rim.
 class BloodFilm {
  public:
-  explicit BloodFilm(double texel_mm)
-      : texels_(std::max(1.0, CutOrgan::kWetRim_mm / std::max(texel_mm, 1e-3))) {
-    const double share = std::min(1.0, CutOrgan::kWetRim_mm / std::max(texel_mm, 1e-3));
+  explicit BloodFilm(double texel_mm) : texels_(CutOrgan::kWetRim_mm / std::max(texel_mm, 1e-3)) {}
+
+  // How much of a texel is wet whose middle lies so many half texels from a lip: all on the inner
+  // half of the rim, less and less on the outer.
+  double share_at(double half_texels) const {
+    return std::clamp(2 - half_texels / (texels_ + 0.5), 0.0, std::min(1.0, texels_));
+  }
+  void cover(double share) {
     for (int c = 0; c < 3; ++c)  // of square-root light
       kept_[c] = std::sqrt(1 - share * (1 - CutOrgan::kBloodFilm[c]));
   }
-
-  // How far it reaches from a lip, in half texels.
-  double reach() const { return 2 * texels_; }
 
   PackedDetail over(PackedDetail packed) const {
     auto texel = __builtin_bit_cast(TexelDetail, packed);
@@ -79,8 +81,8 @@ class BloodFilm {
     return static_cast<std::uint8_t>(std::lround(kept_[channel] * value));
   }
 
-  double texels_;
-  std::array<double, 3> kept_;
+  double texels_;  // across the rim
+  std::array<double, 3> kept_{1, 1, 1};
 };
 
 // A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
@@ -106,24 +108,25 @@ Eigen::Vector3d half_texel(const IntoPart& part, const Eigen::Vector2d& along_u,
                 weights_along(part.turn * along_v).cwiseAbs());
 }
 
-// Whether a lip of a part lies within so many half texels of a place in the face, on either side.
-bool near_lip(const IntoPart& part, const Eigen::Vector2d& at, const Eigen::Vector3d& half_texel,
-              double reach) {
+// How far the nearest lip of a part is from a place in the face, on either side, in half texels.
+double from_lip(const IntoPart& part, const Eigen::Vector2d& at,
+                const Eigen::Vector3d& half_texel) {
   const Eigen::Vector3d weights = weights_at(part(at));
+  double nearest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3, last = (k + 2) % 3;
-    if (part.lip[k] && std::abs(weights[k]) < reach * half_texel[k] &&
-        weights[next] > -half_texel[next] && weights[last] > -half_texel[last])
-      return true;
+    if (part.lip[k] && half_texel[k] > 0 && weights[next] > -half_texel[next] &&
+        weights[last] > -half_texel[last])
+      nearest = std::min(nearest, std::abs(weights[k]) / half_texel[k]);
   }
-  return false;
+  return nearest;
 }
 
 // Samples of a chunk that lie in one part.
 struct Group {
   std::vector<std::uint32_t> from_slots;
   std::vector<Eigen::Array3f> bound;
-  std::vector<bool> wet;
+  std::vector<double> wet;  // share of the texel
 };
 
 class ChunkSplitter {
@@ -148,9 +151,10 @@ class ChunkSplitter {
       }
       const Eigen::Vector2d in_part = within_lips(
           parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
-      groups[best].wet.push_back(std::any_of(parts.begin(), parts.end(), [&](const IntoPart& part) {
-        return near_lip(part, at, half_texel(part, along_u, along_v), film_.reach());
-      }));
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const IntoPart& part : parts)
+        nearest = std::min(nearest, from_lip(part, at, half_texel(part, along_u, along_v)));
+      groups[best].wet.push_back(film_.share_at(nearest));
       groups[best].from_slots.push_back(slot);
       groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
                                       static_cast<float>(in_part.y()), bound[2]);
@@ -191,8 +195,9 @@ class ChunkSplitter {
     for (std::size_t i = 0; i < group.from_slots.size(); ++i) {
       const auto put = [&](const auto& from, auto& to) {
         const auto& texel = from[group.from_slots[i]];
-        to[first + i] = group.wet[i] ? film_.over(texel) : texel;
+        to[first + i] = group.wet[i] > 0 ? film_.over(texel) : texel;
       };
+      if (group.wet[i] > 0) film_.cover(group.wet[i]);
       put(from_.detail, to_.detail);
       if (!to_.smooth.empty()) put(from_.smooth, to_.smooth);
     }

@@ -25,7 +25,7 @@ class CutOrgan {
  public:
   // Along the lips of a cut so much of the skin is wet with blood, through whose film these shares
   // of its colour (linear red, green, blue) come back.
-  static constexpr double kWetRim_mm = 0.7;
+  static constexpr double kWetRim_mm = 1.0;
   static constexpr std::array<float, 3> kBloodFilm = {0.26f, 0.09f, 0.08f};
 
   // Throws UsageError for an organ that was baked without tetrahedra. Keeps nothing by reference.

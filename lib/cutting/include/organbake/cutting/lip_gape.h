@@ -18,17 +18,15 @@ class CutSkin;
 // nothing of it, and a cut that is pulled open farther is shown as it is.
 class LipGape {
  public:
-  // By half of it each lip draws back, far from where the cut ends.
-  static constexpr double kWidest_mm = 1.2;
-
   LipGape() = default;
   // A wall's vertex below a lip, by its share of the way down to the wall's deepest.
   struct Wall {
     std::uint32_t lip = 0;
     double down = 0;
   };
-  // walls: of the vertices behind those of the skin.
-  LipGape(const CutSkin& skin, std::span<const Wall> walls);
+  // walls: of the vertices behind those of the skin. widest_mm: by half of it each lip draws back,
+  // far from where the cut ends.
+  LipGape(const CutSkin& skin, std::span<const Wall> walls, double widest_mm);
 
   // positions_mm: of CutOrgan::now()'s proxy, in any pose.
   void open(std::vector<Eigen::Vector3d>& positions_mm) const;
@@ -46,8 +44,8 @@ class LipGape {
     std::size_t lip;
     double share;
   };
-  void find_lips(const CutSkin& skin);
-  void find_beside(const CutSkin& skin);
+  void find_lips(const CutSkin& skin, double widest_mm);
+  void find_beside(const CutSkin& skin, double widest_mm);
 
   std::vector<Border> borders_;
   std::vector<Lip> lips_;

@@ -18,6 +18,7 @@ struct MechanicsOptions {
   double anchor_fraction = 0.15;  // share of the vertices held, farthest along anchor_direction
   Eigen::Vector3d anchor_direction = {0, 1, 0};  // world; +y of LPS is the patient's back
   double instrument_radius_mm = 5;
+  double cut_gape_mm = 1.2;     // between the lips of a long cut that nothing pulls on
   double grasp_slip_n = 25;     // the pull from which a grasp slips; 0 = holds any
   bool fem = false;             // tetrahedra too, for the player's other solver
   double fem_cell_mm = 0;       // of the lattice they are cut from; 0 = by the proxy's edges
