@@ -3,7 +3,8 @@
 
 #include <Eigen/Dense>
 #include <array>
-#include <cmath>
+
+#include "contact/angles.h"
 
 namespace organbake::deform {
 namespace {
@@ -12,10 +13,6 @@ constexpr int kMostRounds = 20;      // well-shaped tissue takes five
 constexpr int kScaledRounds = 3;     // beyond, Newton converges quadratically by itself
 constexpr double kChange = 1e-16;    // squared; the next round's is about its square
 constexpr double kFlatShare = 1e-4;  // det / |F|³ below which Newton's inverse loses digits
-
-Double4 root(const Double4& v) {
-  return Double4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
-}
 
 Double4 squared_norm(const Matrices& m) {
   Double4 sum{};
@@ -55,7 +52,8 @@ Eigen::Matrix3d rotation_by_svd(const Matrices& f, int lane) {
 // One round: X ← (γX + X⁻ᵀ/γ)/2. Returns the squared change, summed over the four.
 double newton_round(Matrices& x, const Matrices& cofactor, const Double4& det, bool scaled) {
   Double4 gamma = Double4{} + 1;
-  if (scaled) gamma = root(root(squared_norm(cofactor) / (det * det * squared_norm(x))));
+  if (scaled)
+    gamma = square_roots(square_roots(squared_norm(cofactor) / (det * det * squared_norm(x))));
   const Double4 own = 0.5 * gamma, inverse = 0.5 / (gamma * det);
   Double4 change{};
   for (int e = 0; e < 9; ++e) {
@@ -73,7 +71,7 @@ void nearest_rotations(const Matrices& f, Matrices& rotation) {
   Matrices cofactor;
   cofactors(rotation, cofactor);
   Double4 det = determinant(rotation, cofactor);
-  const Double4 size = root(squared_norm(f));
+  const Double4 size = square_roots(squared_norm(f));
   std::array<bool, 4> flat{};
   for (int lane = 0; lane < 4; ++lane) {
     flat[lane] = !(det[lane] > kFlatShare * size[lane] * size[lane] * size[lane]);
