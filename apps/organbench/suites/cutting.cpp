@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -8,6 +9,7 @@
 #include "measuring/player_bundles.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/stopwatch.h"
+#include "organbake/core/text.h"
 #include "organbake/player/player.h"
 #include "organbake/player/skin_point.h"
 
@@ -26,10 +28,11 @@ DeformOptions with_elements() {
   return options;
 }
 
-// A scalpel on its way across the front.
-Instrument blade_at(const Bundle& bundle, double share) {
+// A scalpel on its way across the front; turned, by as much, about the middle.
+Instrument blade_at(const Bundle& bundle, double share, double turn_rad = 0) {
   const Vector3d out = bundle.cameras.manifold.directions.front().normalized();
-  const Vector3d side = out.cross(Vector3d::UnitZ()).normalized();
+  const Vector3d side =
+      Eigen::AngleAxisd(turn_rad, out) * out.cross(Vector3d::UnitZ()).normalized();
   const Vector3d middle = skin_point(bundle, out) - bundle.cameras.manifold.center_world_mm;
   Instrument tip;
   tip.active = true;
@@ -47,6 +50,42 @@ double step_ms(Player& player, const std::vector<Instrument>& tips) {
   return watch.lap();
 }
 
+// A step every sixtieth of a second until a time from `start` on.
+void wait_for(const std::chrono::steady_clock::time_point& start, int step) {
+  std::this_thread::sleep_until(start + step * std::chrono::duration<double, std::milli>(kStep_ms));
+}
+
+// In a window: twenty cuts that cross, half a second each, where none may make a picture wait.
+void promise_many(Bench& bench, Player& player) {
+  constexpr int kCuts = 20, kStepsOfCut = 30, kRest = 12;
+  player.reset();
+  player.delay_cuts_by_size(true);
+  const int cuts = bench.quick() ? 3 : kCuts;
+  std::vector<double> all;
+  const auto start = std::chrono::steady_clock::now();
+  int step = 0;
+  for (int cut = 0; cut < cuts; ++cut) {
+    double longest = 0;
+    for (int i = 0; i < kStepsOfCut + kRest; ++i) {
+      std::vector<Instrument> tips;
+      if (i <= kStepsOfCut)
+        tips.push_back(blade_at(player.bundle(), double(i) / kStepsOfCut, 2.4 * cut));
+      all.push_back(step_ms(player, tips));
+      longest = std::max(longest, all.back());
+      wait_for(start, ++step);
+    }
+    bench.now("cut " + std::to_string(cut + 1) + ": longest step " + to_text(longest, 1) + " ms");
+  }
+  player.delay_cuts_by_size(false);
+  const std::string what = std::to_string(cuts) + " cuts that cross, in a window, " +
+                           std::to_string(player.bundle_now().mechanics.body->tetrahedra.size()) +
+                           " tetrahedra in the end: ";
+  std::sort(all.begin(), all.end());
+  bench.at_most(what + "a step, median", "ms", all[all.size() / 2], 5);
+  bench.at_most(what + "a step, 99th percentile", "ms", all[all.size() * 99 / 100], 5);
+  bench.at_most(what + "the longest step", "ms", all.back(), 5);
+}
+
 // As it is seen: a step every sixtieth of a second, with a thread to spare for what parts.
 void promise_growth(Bench& bench, Player& player) {
   std::vector<double> growing, others;
@@ -59,8 +98,7 @@ void promise_growth(Bench& bench, Player& player) {
     const std::size_t now = player.bundle_now().proxy.faces.size();
     (now != faces ? growing : others).push_back(ms);
     faces = now;
-    std::this_thread::sleep_until(start +
-                                  (i + 1) * std::chrono::duration<double, std::milli>(kStep_ms));
+    wait_for(start, i + 1);
   }
   growing.erase(growing.begin());  // the first is the whole organ's
   const std::string what = "a blade through the phantom at 60 steps a second, a cut of 30 mm, " +
@@ -91,6 +129,7 @@ void run_cutting(Bench& bench) {
   Player cut(folder, with_elements()), whole(folder, with_elements());
   promise_growth(bench, cut);
   promise_frames_of_cut(bench, cut, whole);
+  promise_many(bench, cut);
 }
 
 const RegisteredPart kCutting("cutting", run_cutting,

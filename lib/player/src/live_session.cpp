@@ -329,6 +329,7 @@ Script LiveSession::record(const std::string& name) const {
   script.name = name;
   script.time_step_s = time_step_s_;
   script.solver = player_->solver();
+  script.cut_delay_by_size = player_->cut_delay_by_size();
   script.frames = static_cast<int>(std::max<std::size_t>(record_end(), 1));
   script.width = view_.camera.intrinsics.width;
   script.height = view_.camera.intrinsics.height;

@@ -120,6 +120,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   std::optional<ScriptTools> tools;
   if (options.instruments) tools.emplace(script, motion, player);
   player.reset();
+  player.delay_cuts_by_size(script.cut_delay_by_size);
   std::vector<PlayedFrame> played;
   Frame picture;
   for (int frame = 0; frame < script.frames; ++frame) {

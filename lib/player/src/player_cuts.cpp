@@ -11,6 +11,17 @@
 
 namespace organbake {
 
+namespace {
+
+// For whom cuts take their time: some 60 tetrahedra a millisecond were cut, bound and factorised.
+constexpr std::size_t kTetrahedraPerDelayStep = 1000;
+
+int steps_for(std::size_t tetrahedra) {
+  return std::max(Player::kCutDelaySteps, static_cast<int>(tetrahedra / kTetrahedraPerDelayStep));
+}
+
+}  // namespace
+
 // The organs as they are once what blades have swept has parted, in the making.
 struct Player::PendingCut {
   struct Organ {
@@ -147,6 +158,12 @@ void Player::begin_pending_cut() {
   next->organs.resize(organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
+  }
+  if (cut_delay_by_size_) {
+    std::size_t tetrahedra = 0;
+    for (const Organ& organ : organs_)
+      if (has_more(organ)) tetrahedra += organ.now().mechanics.body->tetrahedra.size();
+    next->steps_left = steps_for(tetrahedra);
   }
   next->begin(organs_, options_);
   pending_cut_ = std::move(next);

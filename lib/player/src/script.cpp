@@ -33,7 +33,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
   const JsonField document(json, name);
   document.require_schema(kSchema);
   document.allow_only({"schema", "name", "time_step_s", "frames", "size", "solver", "light",
-                       "camera", "instruments"});
+                       "cut_delay", "camera", "instruments"});
   Script script;
   script.name = document["name"].text();
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
@@ -45,6 +45,11 @@ Script script_from_json(const std::string& text, const std::string& name) {
   }
   if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
   if (const auto light = document.find("light")) script.light = light_from(*light);
+  if (const auto delay = document.find("cut_delay")) {
+    if (delay->text() != "six_steps" && delay->text() != "by_size")
+      delay->fail("must be six_steps or by_size");
+    script.cut_delay_by_size = delay->text() == "by_size";
+  }
   read_script_camera(document["camera"], name, script);
   const JsonField instruments = document["instruments"];
   if (instruments.size() > kMostInstruments)
@@ -70,6 +75,7 @@ std::string script_to_json(const Script& script) {
                {"instruments", instruments}};
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
   if (script.solver) json["solver"] = to_string(*script.solver);
+  if (script.cut_delay_by_size) json["cut_delay"] = "by_size";
   if (script.light) json["light"] = to_string(*script.light);
   return json_text(json);
 }

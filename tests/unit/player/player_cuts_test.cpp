@@ -122,13 +122,16 @@ TEST(PlayerCuts, ReplaysToTheLastBit) {
   const std::vector<std::uint8_t> once = bytes_of(player, cutting_script());
   EXPECT_EQ(player.piece_count(), 2u);
   EXPECT_EQ(bytes_of(player, cutting_script()), once);
-  EXPECT_EQ(bytes_of(other, script_from_json(script_to_json(cutting_script()), "s")), once);
+  // The larger the organ has become by its cuts, the later it parts where that is let.
+  Script late = cutting_script();
+  late.cut_delay_by_size = true;
+  EXPECT_NE(bytes_of(other, script_from_json(script_to_json(late), "s")), once);
 }
 
 TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
   Player player(organ_to_cut(), with_fem());
-  constexpr double kStep_s = 1.0 / 60;
-  LiveSession session(player, kStep_s);
+  player.delay_cuts_by_size(true);
+  LiveSession session(player, 1.0 / 60);
   session.advance(false, 160, 120, {});
   ASSERT_TRUE(session.touch({60, 60}, Blade{}));
   std::vector<std::uint8_t> live;
@@ -139,7 +142,8 @@ TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
     live.insert(live.end(), pixels.begin(), pixels.end());
   }
   EXPECT_TRUE(player.is_cut());
-  const Script record = session.record("live");
+  const Script record = script_from_json(script_to_json(session.record("live")), "s");
+  EXPECT_TRUE(record.cut_delay_by_size);
   Player again(organ_to_cut(), with_fem());
   EXPECT_EQ(bytes_of(again, record), live);
 }

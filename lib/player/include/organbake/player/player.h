@@ -58,7 +58,9 @@ class Player {
 
   // Instruments with blades need finite elements, so organs with tetrahedra: else UsageError.
   // What blades sweep parts kCutDelaySteps later: all that hangs on it is worked out meanwhile on a
-  // thread of its own, and the step in which a cut grows takes no longer than others.
+  // thread of its own. Where that takes longer than these steps last, the step in which a cut grows
+  // waits for it, unless cuts may take longer the larger the organs have become by them
+  // (delay_cuts_by_size).
   StepReport step(const std::vector<Instrument>& instruments);
   static constexpr int kCutDelaySteps = 6;
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
@@ -93,6 +95,11 @@ class Player {
   // organs lie still where they were afterwards; blades push nothing.
   std::vector<Eigen::Vector3d> contact_force_n(const std::vector<Instrument>& instruments,
                                                std::size_t organ = 0);
+
+  // Cuts part a step later for each further thousand tetrahedra of what is cut: for whoever plays
+  // live, and what was recorded so.
+  void delay_cuts_by_size(bool let) { cut_delay_by_size_ = let; }
+  bool cut_delay_by_size() const { return cut_delay_by_size_; }
 
   // Back to rest, and whole.
   void reset();
@@ -186,6 +193,7 @@ class Player {
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.
   struct PendingCut;
+  bool cut_delay_by_size_ = false;
   std::shared_ptr<PendingCut> pending_cut_;
 };
 
