@@ -5,6 +5,10 @@
 #include "mask_stairs.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -14,23 +18,33 @@ constexpr int kHighestStep = 8;
 // of a resampled mask make a few per cent.
 constexpr double kShareOfLowSteps = 0.25;
 
+using StepCounts = std::array<std::size_t, kHighestStep + 1>;
+
 class LabelSteps {
  public:
   LabelSteps(const Volume& mask, int label, const LabelBox& box)
-      : mask_(mask), label_(label), box_(box) {}
+      : size_(box.size), inside_(std::size_t(box.size[0]) * box.size[1] * box.size[2]) {
+    with_values(mask, [&](const auto values) {
+      parallel_for(0, size_[2], [&](int k) {
+        for (int j = 0; j < size_[1]; ++j) {
+          const auto* from =
+              values.data() +
+              (std::size_t(k + box.first[2]) * mask.size[1] + j + box.first[1]) * mask.size[0] +
+              box.first[0];
+          std::uint8_t* const row = &inside_[place({0, j, k})];
+          for (int i = 0; i < size_[0]; ++i) row[i] = from[i] == label;
+        }
+      });
+    });
+  }
 
   int typical_height(int axis) const {
-    std::array<std::size_t, kHighestStep + 1> counts{};
-    std::array<int, 3> at;
-    for (at[2] = 0; at[2] < box_.size[2]; ++at[2]) {
-      for (at[1] = 0; at[1] < box_.size[1]; ++at[1]) {
-        for (at[0] = 0; at[0] < box_.size[0]; ++at[0]) {
-          if (!is_label(at) || is_label(moved(at, axis, 1))) continue;
-          for (int other = 0; other < 3; ++other) {
-            if (other != axis) ++counts[step_to(moved(at, other, 1), axis)];
-          }
-        }
-      }
+    std::vector<StepCounts> of_slices(static_cast<std::size_t>(size_[2]));
+    parallel_for(0, size_[2],
+                 [&](int k) { of_slices[static_cast<std::size_t>(k)] = count_steps(axis, k); });
+    StepCounts counts{};
+    for (const StepCounts& slice : of_slices) {
+      for (int height = 0; height <= kHighestStep; ++height) counts[height] += slice[height];
     }
     std::size_t steps = 0, low = 0;
     for (int height = 1; height <= kHighestStep; ++height) steps += counts[height];
@@ -50,11 +64,28 @@ class LabelSteps {
     at[axis] += by;
     return at;
   }
+  std::size_t place(const Index& at) const {
+    return (static_cast<std::size_t>(at[2]) * size_[1] + at[1]) * size_[0] + at[0];
+  }
   bool is_label(const Index& at) const {
     for (int axis = 0; axis < 3; ++axis) {
-      if (at[axis] < 0 || at[axis] >= box_.size[axis]) return false;
+      if (at[axis] < 0 || at[axis] >= size_[axis]) return false;
     }
-    return mask_.at(at[0] + box_.first[0], at[1] + box_.first[1], at[2] + box_.first[2]) == label_;
+    return inside_[place(at)] != 0;
+  }
+  StepCounts count_steps(int axis, int k) const {
+    StepCounts counts{};
+    Index at = {0, 0, k};
+    for (at[1] = 0; at[1] < size_[1]; ++at[1]) {
+      const std::uint8_t* const row = &inside_[place({0, at[1], k})];
+      for (at[0] = 0; at[0] < size_[0]; ++at[0]) {
+        if (!row[at[0]] || is_label(moved(at, axis, 1))) continue;
+        for (int other = 0; other < 3; ++other) {
+          if (other != axis) ++counts[step_to(moved(at, other, 1), axis)];
+        }
+      }
+    }
+    return counts;
   }
   // Height difference between a column's top and the nearest top of the column beside it, where
   // `next` is at the height of the first; 0 when they are level or there is none near.
@@ -68,9 +99,8 @@ class LabelSteps {
     return 0;
   }
 
-  const Volume& mask_;
-  int label_;
-  const LabelBox& box_;
+  std::array<int, 3> size_;
+  std::vector<std::uint8_t> inside_;  // the label's box, x fastest
 };
 
 }  // namespace

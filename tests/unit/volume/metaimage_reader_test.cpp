@@ -86,7 +86,7 @@ TEST_F(MetaImage, VoxelsMayBeSpreadOverFilesByListOrPattern) {
   for (std::size_t k = 0; k < 3; ++k) {
     write_bytes(folder_.path() / ("s" + std::to_string(k) + ".raw"), raw_.substr(k * slice, slice));
   }
-  const std::vector<std::int16_t> truth = ramp_volume().voxels;
+  const auto truth = ramp_volume().voxels;
   EXPECT_EQ(read(header("", "ElementDataFile = LIST\ns0.raw\ns1.raw\ns2.raw\n")).voxels, truth);
   EXPECT_EQ(read(header("", "ElementDataFile = s%d.raw 0 2 1\n")).voxels, truth);
   write_bytes(folder_.path() / "s1.raw", "short");

@@ -50,9 +50,15 @@ void check_room(const ByteStream& stream, std::size_t count, std::size_t bytes_p
                                         std::to_string(stream.most_possible_bytes()));
 }
 
-void resize_values(Volume& volume, std::size_t count) {
+// All 0.
+void reset_values(Volume& volume, std::size_t count) {
   volume.reals = {};
-  volume.voxels.resize(count);
+  volume.voxels = decltype(volume.voxels)(count);
+}
+
+bool all_zero(std::span<const std::byte> bytes) {
+  return bytes[0] == std::byte{0} &&
+         std::memcmp(bytes.data(), bytes.data() + 1, bytes.size() - 1) == 0;
 }
 
 std::string read_all_text(ByteStream& stream, std::size_t most) {
@@ -71,6 +77,14 @@ bool convert_whole(const std::byte* source, std::size_t count, const VoxelEncodi
                    std::int16_t* out) {
   if (encoding.is_plain_int16()) {
     std::memcpy(out, source, count * sizeof(std::int16_t));
+    return true;
+  }
+  if (encoding.is_plain() && bytes_of(encoding.type) == 1) {
+    const bool has_sign = encoding.type == ScalarType::int8;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto byte = std::to_integer<std::uint8_t>(source[i]);
+      out[i] = has_sign ? static_cast<std::int8_t>(byte) : byte;
+    }
     return true;
   }
   return with_scalar_type(encoding.type, [&](auto zero) {
@@ -118,7 +132,7 @@ void settle_values(Volume& volume, const std::string& name) {
 }
 
 void set_values(Volume& volume, std::span<const double> values) {
-  resize_values(volume, values.size());
+  reset_values(volume, values.size());
   const std::span<const std::byte> bytes = std::as_bytes(values);
   convert_voxels(bytes.data(), values.size(), {ScalarType::float64, false, 1, 0}, volume, 0);
   settle_values(volume, "the volume");
@@ -127,20 +141,16 @@ void set_values(Volume& volume, std::span<const double> values) {
 void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
   const std::size_t count = voxels_of(volume.size), width = bytes_of(encoding.type);
   check_room(stream, count, width);
-  resize_values(volume, count);
-  if (encoding.is_plain_int16()) {
-    const std::span<std::byte> bytes = std::as_writable_bytes(std::span(volume.voxels));
-    stream.read_exactly(bytes);
-    if (encoding.big_endian) swap_bytes(bytes.data(), count, encoding.type);
-    return;
-  }
+  reset_values(volume, count);
   std::vector<std::byte> buffer(kBufferBytes);
-  for (std::size_t first = 0; first < count;) {
-    const std::size_t piece = std::min(kBufferBytes / width, count - first);
-    stream.read_exactly(std::span(buffer).first(piece * width));
+  for (std::size_t first = 0, piece; first < count; first += piece) {
+    piece = std::min(kBufferBytes / width, count - first);
+    const std::span<std::byte> read = std::span(buffer).first(piece * width);
+    stream.read_exactly(read);
+    // A mask's background stays where nobody has written.
+    if (encoding.intercept == 0 && all_zero(read)) continue;
     if (encoding.big_endian) swap_bytes(buffer.data(), piece, encoding.type);
     convert_voxels(buffer.data(), piece, encoding, volume, first);
-    first += piece;
   }
   settle_values(volume, stream.file().string());
 }
@@ -152,7 +162,7 @@ void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBo
   const std::size_t slice = columns * static_cast<std::size_t>(volume.size[1]);
   check_room(stream, voxels_of(volume.size), width);
   crop_grid(volume, box);
-  resize_values(volume, box.voxels());
+  reset_values(volume, box.voxels());
   // Of a slice the box's rows are read, of a row everything: whole rows lie together.
   const std::size_t rows = columns * static_cast<std::size_t>(box.size[1]);
   const std::size_t before = columns * static_cast<std::size_t>(box.first[1]);
@@ -179,7 +189,7 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
   constexpr std::size_t kShortestNumber = 2, kLongestNumber = 64;  // with the space behind it
   check_room(stream, count > 0 ? count - 1 : 0, kShortestNumber);
   const std::string text = read_all_text(stream, count * kLongestNumber + kBufferBytes);
-  resize_values(volume, count);
+  reset_values(volume, count);
   VoxelEncoding as_double = encoding;
   as_double.type = ScalarType::float64;
   const char *at = text.data(), *end = at + text.size();

@@ -7,6 +7,7 @@
 
 #include "grid/index_map.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/describe.h"
 #include "organbake/volume/label_box.h"
@@ -50,21 +51,23 @@ std::vector<VoxelIndex> label_in_ct(const Volume& ct, const Volume& mask, int la
   const IndexMap ct_from_mask(ct, mask);
   std::vector<VoxelIndex> found;
   const LabelBox box = bounding_box(mask, label);
-  found.reserve(box.label_voxels);
-  for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k) {
+  std::vector<std::vector<VoxelIndex>> slices(static_cast<std::size_t>(box.size[2]));
+  parallel_for(std::size_t{0}, slices.size(), [&](std::size_t slice) {
+    const int k = box.first[2] + static_cast<int>(slice);
     for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j) {
       for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i) {
         if (mask.at(i, j, k) != label) continue;
         const Eigen::Vector3d index = ct_from_mask(Eigen::Vector3d(i, j, k));
-        VoxelIndex nearest;
         // Clamped far outside, where no shift brings it back: a wild affine must not overflow.
+        VoxelIndex& nearest = slices[slice].emplace_back();
         for (int axis = 0; axis < 3; ++axis) {
           nearest[axis] = static_cast<int>(std::clamp(std::floor(index[axis] + 0.5), -1e6, 1e6));
         }
-        found.push_back(nearest);
       }
     }
-  }
+  });
+  found.reserve(box.label_voxels);
+  for (const auto& slice : slices) found.insert(found.end(), slice.begin(), slice.end());
   return found;
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "organbake/volume/zeroed_pages.h"
+
 namespace organbake {
 
 // What a mask calls one of its labels.
@@ -34,7 +36,7 @@ struct Volume {
   // The values stand in one of two, the other is empty: all of them whole numbers of 16 bits, as
   // nearly every CT and mask has them, or float32, where a single one is not. A NaN was not
   // measured and lies outside of whatever is looked for.
-  std::vector<std::int16_t> voxels;
+  std::vector<std::int16_t, ZeroedPages<std::int16_t>> voxels;
   std::vector<float> reals;
   double gantry_tilt_degrees = 0;      // of the scan, taken out by the reader
   std::vector<double> slice_gaps_mm;   // of a DICOM series as scanned, along the normal
