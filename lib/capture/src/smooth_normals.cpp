@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
+#include "organbake/geometry/adjacency.h"
 #include "organbake/raycast/face_queries.h"
 
 namespace organbake {
@@ -25,15 +27,30 @@ int averaging_rounds(const TriangleMesh& mesh) {
   return edge > 0 ? static_cast<int>(std::min(kMostRounds, std::pow(kStairsMm / edge, 2))) : 0;
 }
 
-void average_over_neighbours(const TriangleMesh& mesh, std::vector<Eigen::Vector3d>& normals) {
-  std::vector<Eigen::Vector3d> sums = normals;
-  for (const Face& f : mesh.faces) {
-    const Eigen::Vector3d sum = normals[f[0]] + normals[f[1]] + normals[f[2]];
-    for (const std::uint32_t v : f) sums[v] += sum;
-  }
-  for (std::size_t v = 0; v < normals.size(); ++v) {
-    const double length = sums[v].norm();
-    if (length > 0) normals[v] = sums[v] / length;
+// Each vertex gathers the sums of its faces in their order.
+void average_over_neighbours(const TriangleMesh& mesh, int rounds,
+                             std::vector<Eigen::Vector3d>& normals) {
+  if (rounds == 0) return;
+  const VertexFaces around(mesh.faces, mesh.vertices.size());
+  std::vector<Eigen::Vector3d> sums(mesh.faces.size());
+  constexpr std::size_t kGrain = 4096;
+  for (int round = 0; round < rounds; ++round) {
+    parallel_pieces(std::size_t{0}, sums.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t f = first; f < last; ++f) {
+        const Face& face = mesh.faces[f];
+        sums[f] = normals[face[0]] + normals[face[1]] + normals[face[2]];
+      }
+    });
+    parallel_pieces(std::size_t{0}, normals.size(), kGrain,
+                    [&](std::size_t first, std::size_t last) {
+                      for (std::size_t v = first; v < last; ++v) {
+                        Eigen::Vector3d sum = normals[v];
+                        for (const std::uint32_t f : around.of(static_cast<std::uint32_t>(v)))
+                          sum += sums[f];
+                        const double length = sum.norm();
+                        if (length > 0) normals[v] = sum / length;
+                      }
+                    });
   }
 }
 
@@ -41,9 +58,7 @@ void average_over_neighbours(const TriangleMesh& mesh, std::vector<Eigen::Vector
 
 SmoothNormals::SmoothNormals(const TriangleMesh& mesh)
     : mesh_(mesh), vertex_normals_(vertex_normals(mesh)), face_normals_(mesh.faces.size()) {
-  for (int round = averaging_rounds(mesh); round > 0; --round) {
-    average_over_neighbours(mesh, vertex_normals_);
-  }
+  average_over_neighbours(mesh, averaging_rounds(mesh), vertex_normals_);
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) face_normals_[f] = face_normal(mesh, f);
 }
 

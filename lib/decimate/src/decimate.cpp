@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "error_search.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/decimate/mesh_distance.h"
@@ -26,18 +28,29 @@ namespace {
 constexpr std::size_t kErrorSamples = 20'000;
 constexpr std::uint64_t kErrorSeed = 0x6465'6369'6d61'7465;
 
-TriangleMesh reduce(const TriangleMesh& surface, const RegionMeter& meter,
-                    const DecimateOptions& options, const RunContext& context) {
+struct Reduced {
+  TriangleMesh clean;  // what was reduced
+  TriangleMesh proxy;  // by options.faces or the largest error, not by what it serves
+};
+
+Reduced reduce(const TriangleMesh& surface, const DecimateOptions& options,
+               const RunContext& context) {
   if (options.method == DecimateMethod::cluster) {
-    return surface.faces.size() <= options.faces
-               ? surface
-               : cluster_vertices(surface, options.faces, context);
+    if (surface.faces.size() <= options.faces) return {{}, surface};
+    return {{}, cluster_vertices(surface, options.faces, context)};
   }
-  TriangleMesh clean = manifold_faces(surface);
-  split_hubs(clean);
-  if (options.max_error_mm > 0) return fewest_faces(clean, options, context);
-  if (options.max_share > 0) return serving_proxy(clean, meter, options, context);
-  return proxy_with_faces(clean, options, options.faces, context);
+  Reduced reduced{manifold_faces(surface), {}};
+  split_hubs(reduced.clean);
+  reduced.proxy = options.max_error_mm > 0 ? fewest_faces(reduced.clean, options, context)
+                  : options.max_share > 0
+                      ? proxy_to_serve(reduced.clean, options, context)
+                      : proxy_with_faces(reduced.clean, options, options.faces, context);
+  return reduced;
+}
+
+bool is_searched(const DecimateOptions& options) {
+  return options.max_share > 0 && !(options.max_error_mm > 0) &&
+         options.method != DecimateMethod::cluster;
 }
 
 void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
@@ -109,9 +122,15 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
   DecimateResult summary;
   check_mesh(surface, "surface to decimate");
   if (surface.empty()) throw BadDataError("surface to decimate: it has no faces");
-  const ThicknessRegions regions = thickness_regions(surface, context);
+  // Neither needs the other, and much of both is done by one thread.
+  ThicknessRegions regions;
+  Reduced reduced;
+  parallel_both([&] { regions = thickness_regions(surface, context); },
+                [&] { reduced = reduce(surface, options, context); });
   const RegionMeter meter(surface, regions);
-  summary.proxy = reduce(surface, meter, options, context);
+  summary.proxy = is_searched(options) ? serving_proxy(reduced.clean, std::move(reduced.proxy),
+                                                       meter, options, context)
+                                       : std::move(reduced.proxy);
   if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
   measure(summary, surface, meter, context);
   describe_topology(summary);

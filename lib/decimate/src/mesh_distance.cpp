@@ -83,10 +83,11 @@ class FaceSearch {
         most_pieces_(most_pieces),
         deepest_(deepest) {}
 
-  void search(const Corners& piece, int depth = 0) {
+  // likely: a face that may be the nearest to the piece's middle.
+  void search(const Corners& piece, std::uint32_t likely = kNoHit, int depth = 0) {
     if (++pieces_ > most_pieces_) return;
     const Eigen::Vector3d center = (piece[0] + piece[1] + piece[2]) / 3;
-    const ClosestPoint at_center = scene_.closest_point(center);
+    const ClosestPoint at_center = scene_.closest_point(center, likely);
     found_mm_ = std::max(found_mm_, at_center.distance_mm);
     upper_mm_ = std::max(upper_mm_, found_mm_);
     const double bound_mm = bound(piece, center, at_center);
@@ -101,7 +102,7 @@ class FaceSearch {
                           ca = 0.5 * (piece[2] + piece[0]);
     for (const Corners& quarter : {Corners{ab, bc, ca}, Corners{piece[0], ab, ca},
                                    Corners{ab, piece[1], bc}, Corners{ca, bc, piece[2]}}) {
-      search(quarter, depth + 1);
+      search(quarter, at_center.face, depth + 1);
     }
   }
   double upper_mm() const { return upper_mm_; }
@@ -120,8 +121,8 @@ class FaceSearch {
     // A triangle smaller than the piece lies below one corner only: it bounds less than the middle.
     if (longest_edge_mm(corners_of(to_, near.face)) < radius_mm) return bound_mm;
     for (const Eigen::Vector3d& corner : piece)
-      bound_mm =
-          std::min(bound_mm, to_one_triangle_mm(piece, to_, scene_.closest_point(corner).face));
+      bound_mm = std::min(
+          bound_mm, to_one_triangle_mm(piece, to_, scene_.closest_point(corner, near.face).face));
     return bound_mm;
   }
 
@@ -149,8 +150,12 @@ std::vector<ClosestPoint> closest_to_vertices(const TriangleMesh& from, const Ra
   parallel_pieces(std::size_t{0}, closest.size(), kFacesAtOnce,
                   [&](std::size_t first, std::size_t last) {
                     context.throw_if_cancelled();
-                    for (std::size_t v = first; v < last; ++v)
-                      if (is_used[v]) closest[v] = scene.closest_point(from.vertices[v]);
+                    std::uint32_t near = kNoHit;  // those that follow each other lie side by side
+                    for (std::size_t v = first; v < last; ++v) {
+                      if (!is_used[v]) continue;
+                      closest[v] = scene.closest_point(from.vertices[v], near);
+                      near = closest[v].face;
+                    }
                   });
   return closest;
 }
@@ -232,7 +237,8 @@ std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups
     const Corners c = corners_of(from, f);
     may_reach_beyond[f] = may_exceed(start_mm, c, at_corners(f), to);
     if (!may_reach_beyond[f]) return start_mm;
-    return std::max(start_mm, scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm);
+    const std::uint32_t near = at_vertex[from.faces[f][0]].face;
+    return std::max(start_mm, scene.closest_point((c[0] + c[1] + c[2]) / 3, near).distance_mm);
   });
   return largest_of(groups, context, [&](std::size_t f) {
     const double start_mm = found_mm[groups.of_face[f]];
@@ -240,7 +246,7 @@ std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups
     const Corners face = corners_of(from, f);
     const bool is_flat = start_mm < kFlatShare * longest_edge_mm(face);
     FaceSearch search(to, scene, start_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
-    search.search(face);
+    search.search(face, at_vertex[from.faces[f][0]].face);
     if (search.ended()) return search.upper_mm();
     FaceSearch less_deep(to, scene, start_mm, smallest_mm, over_flat, depth_of(over_flat));
     less_deep.search(face);

@@ -129,19 +129,26 @@ void refine(Measured& found, const TriangleMesh& surface, const RegionMeter& met
 
 }  // namespace
 
-TriangleMesh serving_proxy(const TriangleMesh& surface, const RegionMeter& meter,
-                           const DecimateOptions& options, const RunContext& context) {
+TriangleMesh proxy_to_serve(const TriangleMesh& surface, const DecimateOptions& options,
+                            const RunContext& context) {
+  DecimateOptions method = options;
+  method.max_share = 0;  // as if nothing were searched
+  const std::size_t most = std::min(options.most_faces, surface.faces.size());
+  return proxy_with_faces(surface, method, std::min(options.faces, most), context);
+}
+
+TriangleMesh serving_proxy(const TriangleMesh& surface, TriangleMesh first,
+                           const RegionMeter& meter, const DecimateOptions& options,
+                           const RunContext& context) {
   // Where more is missing, all of the proxy is too coarse, not a few places.
   constexpr double kFewPlaces = 2;
   // The error of a smooth surface goes with 1 / faces; that of a tube may fall at once.
   constexpr double kLeastMore = 1.25, kMostMore = 3;
   const std::size_t most = std::min(options.most_faces, surface.faces.size());
   std::size_t faces = std::min(options.faces, most);
-  DecimateOptions method = options;
-  method.max_share = 0;  // as if nothing were searched
   std::optional<Measured> best;
   while (true) {
-    Measured tried{proxy_with_faces(surface, method, faces, context)};
+    Measured tried{best ? proxy_with_faces(surface, options, faces, context) : std::move(first)};
     const double share = tried.share = meter.measure(tried.proxy, context).worst_share;
     context.debug("serving: " + std::to_string(tried.proxy.faces.size()) + " faces, off by " +
                   std::to_string(share) + " of the thickness");
@@ -150,7 +157,6 @@ TriangleMesh serving_proxy(const TriangleMesh& surface, const RegionMeter& meter
     if (best->share <= options.max_share || faces >= most) return std::move(best->proxy);
     const double more = std::clamp(share / options.max_share, kLeastMore, kMostMore);
     faces = std::min(most, static_cast<std::size_t>(more * double(faces)) & ~std::size_t{1});
-    method = options;
   }
 }
 

@@ -205,9 +205,15 @@ ThicknessRegions thickness_regions(const TriangleMesh& surface, const RunContext
   ThicknessRegions regions{coarse.thickness_mm, {}};
   const RayScene scene(thinned);
   regions.of_face.resize(surface.faces.size());
-  parallel_for(std::size_t{0}, surface.faces.size(), [&](std::size_t f) {
-    regions.of_face[f] = coarse.of_face[scene.closest_point(middle(surface, f)).face];
-  });
+  constexpr std::size_t kFacesAtOnce = 64;
+  parallel_pieces(std::size_t{0}, surface.faces.size(), kFacesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    std::uint32_t near = kNoHit;  // faces that follow each other lie side by side
+                    for (std::size_t f = first; f < last; ++f) {
+                      near = scene.closest_point(middle(surface, f), near).face;
+                      regions.of_face[f] = coarse.of_face[near];
+                    }
+                  });
   return regions;
 }
 

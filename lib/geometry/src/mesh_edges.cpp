@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "organbake/core/parallel.h"
+
 namespace organbake {
 namespace {
 
@@ -58,12 +60,15 @@ MeshEdges::MeshEdges(const std::vector<Face>& faces, std::size_t vertex_count) {
     const EdgeUse use = use_of(faces, h);
     if (use.low != use.high) uses_[next[use.low]++] = use;
   }
-  for (std::size_t v = 0; v < vertex_count; ++v) {
-    std::sort(uses_.begin() + first[v], uses_.begin() + first[v + 1],
-              [](const EdgeUse& a, const EdgeUse& b) {
-                return a.high != b.high ? a.high < b.high : a.half_edge() < b.half_edge();
-              });
-  }
+  constexpr std::size_t kGrain = 4096;
+  parallel_pieces(std::size_t{0}, vertex_count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      std::sort(uses_.begin() + first[v], uses_.begin() + first[v + 1],
+                [](const EdgeUse& a, const EdgeUse& b) {
+                  return a.high != b.high ? a.high < b.high : a.half_edge() < b.half_edge();
+                });
+    }
+  });
 }
 
 std::vector<std::uint32_t> half_edge_twins(const TriangleMesh& mesh) {

@@ -169,7 +169,14 @@ std::vector<MeshPiece> pieces_of(const TriangleMesh& mesh, const Twins& twins) {
   return pieces;
 }
 
+bool all_alike(const TriangleMesh& mesh, const Twins& twins) {
+  for (std::uint32_t h = 0; h < twins.size(); ++h)
+    if (twins[h] != kNoHalfEdge && !alike(mesh, h, twins[h])) return false;
+  return true;
+}
+
 std::size_t wind_alike(TriangleMesh& mesh, const Twins& twins) {
+  if (all_alike(mesh, twins)) return 0;
   enum class State : char { unseen, kept, turned };
   std::vector<State> state(mesh.faces.size(), State::unseen);
   std::vector<std::uint32_t> to_turn, patch;
