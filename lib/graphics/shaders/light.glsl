@@ -12,8 +12,8 @@ uniform vec4 view_lens;  // fx, fy, cx, cy
 // The light at the scope, ScopeShading.
 uniform vec4 hill_phase[4], hill_slope[4];  // the slope's w: the wave's length
 uniform vec4 hill_variance;
-uniform vec3 bumps;                // per mm, slope, rough
-uniform vec2 film[4], sheen[2];    // strength, alpha²
+uniform vec3 bumps;                // per mm, slope, share of drops
+uniform vec2 film, sheen[2];       // strength, alpha²
 uniform vec3 scope_light, scope_forward;
 uniform vec4 scope;                // full, inverse tan² half, inverse pixel, least cosine
 uniform vec3 softness, grain;
@@ -62,81 +62,86 @@ vec3 grained(vec3 color, vec3 p, float depth) {
   return color * max(1.0 + grain * (tone + vec3(-0.5, 0.3, 0.6) * hue), 0.15);
 }
 
-// A place among the cells round points strewn in space: nearest_cell.h.
-struct Cell {
-  vec3 from;
-  float border;
-  uint hash;
-};
-float chance(Cell cell, int which) {
-  return float(cell.hash * 0x9e3779b1u >> (8 * which) & 255u) * (1.0 / 127.5) - 1.0;
+// A point strewn near a place: strewn_cells.h.
+float chance(uint h, int which) {
+  return float(h * 0x9e3779b1u >> (8 * which) & 255u) * (1.0 / 127.5) - 1.0;
 }
-Cell nearest_cell(vec3 p) {
+
+// The film, as wet_film.cpp has it.
+struct Mirror {
+  vec3 m, h;  // the normal at rest; half-way as the skin at rest has it
+};
+Mirror mirror_at(vec3 n, vec3 m, vec3 h) {
+  float both = (dot(n, h) + dot(m, h)) / (1.0001 + dot(m, n));
+  return Mirror(m, h - both * n + (2.0 * dot(n, h) - both) * m);
+}
+float cosine2(Mirror at, vec3 g) {
+  float outward = dot(g, at.m), along = dot(at.m, at.h);
+  float toward = positive(along - dot(g, at.h) + outward * along);
+  return toward * toward / (1.0 + dot(g, g) - outward * outward + 1e-20);
+}
+
+// What a lit lobe is, bright and wide, and what it mirrors there.
+vec2 lit_lobe(float share, float lost) {
+  float full = share * film.x, k2 = sqrt(max(full / kBlown, 1.0)), k = sqrt(k2);
+  float cut = at_most_1(4.0 * lost / film.y), alpha2 = film.y * (1.0 + cut * 4.0 * (k - 1.0));
+  float wide = alpha2 + 4.0 * lost;
+  return vec2((full + cut * (full / (k2 * k2) - full)) * alpha2 / wide, wide);
+}
+float mirrored(vec2 lobe, float squared_cosine) {
+  float ratio = lobe.y / (1.0 - squared_cosine * (1.0 - lobe.y) + 1e-12);
+  return min(lobe.x * (ratio * ratio) * (ratio * ratio), kBlown);
+}
+
+float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, Mirror at,
+                     vec2 lobe) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  const float kJitter = 0.8;
+  float soft = kSoftEnds * pixel, end = inversesqrt(kEdge * kEdge + soft * soft), sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
-  uvec3 at = uvec3(ivec3(low)) * kAxes;
-  Cell cell = Cell(vec3(0.0), 99.0, 0u);
-  float first = 99.0, second = 99.0;
+  uvec3 cube = uvec3(ivec3(low)) * kAxes;
   for (int k = 0; k < 8; ++k) {
     uvec3 step3 = uvec3(k & 1, k >> 1 & 1, k >> 2);
-    uint h = at.x + at.y + at.z + step3.x * kAxes.x + step3.y * kAxes.y + step3.z * kAxes.z;
+    uint h = cube.x + cube.y + cube.z + step3.x * kAxes.x + step3.y * kAxes.y + step3.z * kAxes.z;
     h = (h ^ (h >> 15)) * 0x85ebca6bu;
     h ^= h >> 13;
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
-    float d2 = dot(d, d);
-    bool nearer = d2 < first;
-    second = min(second, nearer ? first : d2);
-    if (nearer) cell.from = d, cell.hash = h, first = d2;
+    float own = at_most_1(positive(wet + chance(h, 3)));
+    vec3 chances = vec3(chance(h, 0), chance(h, 1), chance(h, 2));
+    float flat_way = dot(d, chances), from2 = dot(d, d) + kFlat * flat_way * flat_way;
+    float size = end * kDrop * own, size2 = size * size;
+    float inside = at_most_1(positive(0.5 + size - end * from2));
+    vec3 slopes = hills - kDome * height * d + kLean * height * chances;
+    sum += size2 / (size2 + 1.0 / 36.0) * inside * inside * (3.0 - 2.0 * inside) *
+           mirrored(lobe, cosine2(at, slopes));
   }
-  cell.border = second - first;
-  return cell;
-}
-
-// Slopes of hills and bumps at rest, and the variance of those that a pixel cannot show; wet.
-void film_at(vec3 p, vec3 m, float pixels_per_mm, out vec3 slope, out float lost, out float wet) {
-  slope = vec3(0.0), lost = 0.0;
-  float hill = 0.0;
-  for (int k = 0; k < 4; ++k) {
-    float phase = dot(hill_phase[k].xyz, p) + hill_phase[k].w;
-    float share = resolved(hill_slope[k].w * pixels_per_mm);
-    hill += wave_at(phase + 0.25);
-    slope += share * wave_at(phase) * hill_slope[k].xyz;
-    lost += (1.0 - share * share) * hill_variance[k];
-  }
-  Cell cell = nearest_cell(bumps.x * p);
-  vec3 along = cell.from - dot(cell.from, m) * m;
-  float seen = resolved(pixels_per_mm / bumps.x);
-  float height = bumps.y * (0.9 + 0.4 * hill);
-  slope += -kDome * seen * height * along +
-           kLean * seen * height * vec3(chance(cell, 0), chance(cell, 1), chance(cell, 2));
-  float pixel = bumps.x / pixels_per_mm, across = height * kDome * pixel;
-  lost += (1.0 - seen * seen) * height * height + seen * across * across / 12.0;
-  float patch_share = at_most_1(positive(0.5 + kPatches * hill));
-  float own = at_most_1(positive(kWetBumps * patch_share + chance(cell, 3)));
-  float end = kEdge + kSoftEnds * pixel;
-  float wall = at_most_1(cell.border / end);
-  float drop = at_most_1(positive((kDrop - dot(cell.from, cell.from)) / end));
-  float border = min(drop, wall), edge = border * border * (3.0 - 2.0 * border);
-  wet = patch_share * kOfBumps * (1.0 - seen) + seen * own * edge;
+  return sum;
 }
 
 float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float depth,
                     float share) {
-  vec3 m = rest_normal * inversesqrt(dot(rest_normal, rest_normal) + 1e-20), g;
-  float lost, wet;
-  film_at(rest_mm, m, scope.z / depth, g, lost, wet);
-  g -= dot(g, m) * m;
-  g -= dot(g, n) / (1.001 + dot(m, n)) * (m + n);
-  vec3 q = n - g;
-  float along = positive(dot(q, half_way)), cosine2 = along * along / (dot(q, q) + 1e-20);
-  float mirrored = 0.0;
+  vec3 m = rest_normal * inversesqrt(dot(rest_normal, rest_normal) + 1e-20);
+  Mirror at = mirror_at(n, m, half_way);
+  float pixels_per_mm = scope.z / depth, pixel = bumps.x / pixels_per_mm;
+  vec3 hills = vec3(0.0);
+  float lost = 0.0, hill = 0.0;
   for (int k = 0; k < 4; ++k) {
-    float wide = film[k].y + 4.0 * lost, ratio = wide / (1.0 - cosine2 * (1.0 - wide) + 1e-12);
-    mirrored += film[k].x * film[k].y / wide * (ratio * ratio) * (ratio * ratio);
+    float phase = dot(hill_phase[k].xyz, rest_mm) + hill_phase[k].w;
+    float shown = resolved(hill_slope[k].w * pixels_per_mm);
+    hill += wave_at(phase + 0.25);
+    hills += shown * wave_at(phase) * hill_slope[k].xyz;
+    lost += (1.0 - shown * shown) * hill_variance[k];
   }
-  return (1.0 - bumps.z * (1.0 - wet)) * min(share * mirrored, kBlown);
+  float height = bumps.y * (0.9 + 0.4 * hill), across = height * kDome * pixel;
+  float wet = kWetBumps * at_most_1(positive(0.5 + kPatches * hill));
+  vec2 near = lit_lobe(share, lost + across * across / 12.0);
+  vec2 far = lit_lobe(share, lost + kDropsVariance * height * height);
+  float whole = mirrored(far, cosine2(at, hills));
+  float drops = light_of_drops(bumps.x * rest_mm, hills, wet, height, pixel, at, near);
+  float seen = at_most_1(positive(2.0 - 2.0 * pixel));
+  float mean = kDropShare * at_most_1(0.25 + 0.45 * wet) * whole;
+  float broken = seen * drops + (1.0 - seen) * mean;
+  return min(whole + bumps.z * (broken - whole), kBlown);
 }
 
 vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, float depth) {

@@ -57,15 +57,13 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
     slope[i] = {hill.slope[0], hill.slope[1], hill.slope[2], hill.length_mm};
     variance[i] = hill.variance;
   }
-  std::array<Eigen::Vector2f, 4> film;
   std::array<Eigen::Vector2f, 2> sheen;
-  for (int i = 0; i < 4; ++i) film[i] = {s.film[i].strength, s.film[i].alpha2};
   for (int i = 0; i < 2; ++i) sheen[i] = {s.sheen[i].strength, s.sheen[i].alpha2};
   program.set("hill_phase", std::span<const Eigen::Vector4f>(phase));
   program.set("hill_slope", std::span<const Eigen::Vector4f>(slope));
   program.set("hill_variance", variance);
-  program.set("bumps", Eigen::Vector3f(s.bumps_per_mm, s.bump_slope, s.rough));
-  program.set("film", std::span<const Eigen::Vector2f>(film));
+  program.set("bumps", Eigen::Vector3f(s.bumps_per_mm, s.bump_slope, s.drops));
+  program.set("film", Eigen::Vector2f(s.film.strength, s.film.alpha2));
   program.set("sheen", std::span<const Eigen::Vector2f>(sheen));
   program.set("scope_light", vector_of(s.light));
   program.set("scope_forward", vector_of(s.forward));

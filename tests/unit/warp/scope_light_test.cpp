@@ -115,8 +115,8 @@ struct ScopeTruth {
     const Vector3d half = (toward / range - ray.normalized()).normalized();
     Vector3d gloss = Vector3d::Zero();
     for (const Lighting::Lobe& lobe : lighting.gloss) {
-      const bool film = lobe.exponent >= ScopeShine::kWidestFilm;
-      const double alpha2 = (film ? ScopeShine::kFilmWidth : 1) * 2 / (lobe.exponent + 2);
+      const bool film = lobe.exponent >= WetFilm::kWidestFilm;
+      const double alpha2 = (film ? WetFilm::kFilmWidth : 1) * 2 / (lobe.exponent + 2);
       const double c = normal.dot(half), ratio = alpha2 / (1 - c * c * (1 - alpha2));
       for (int k = 0; k < 3; ++k)
         gloss[k] += lobe.strength *

@@ -12,7 +12,8 @@ namespace organbake {
 using Eigen::Vector3f;
 
 // Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
-// the face. By its nodes, and the weights of the second and the third.
+// the face, as a sample's on its edge may show it; there the triangle goes on. By its nodes, and
+// the weights of the second and the third.
 struct RelitSkin::Triangles {
   alignas(32) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
   alignas(32) float along[kSpan], down[kSpan];
@@ -22,7 +23,6 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
   const auto steps = static_cast<std::int32_t>(lattice_.steps);
   const auto nodes_per_face = static_cast<std::int32_t>(lattice_.nodes_per_face());
   const auto n = static_cast<float>(steps);
-  const auto in_unit = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
   const auto index = [&](std::int32_t i, std::int32_t j) {
     return static_cast<std::int32_t>(
         base_node_index(lattice_.steps, std::uint32_t(i), std::uint32_t(j)));
@@ -30,17 +30,18 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
   const int count = skin.count;
   ORGANBAKE_INDEPENDENT
   for (int k = 0; k < count; ++k) {
-    const float u = in_unit(skin.b1[k]) * n, v = in_unit(skin.b2[k]) * n;
-    const auto cell_u = static_cast<std::int32_t>(u), cell_v = static_cast<std::int32_t>(v);
-    const std::int32_t i = cell_u < steps - 1 ? cell_u : steps - 1;
-    const std::int32_t j = cell_v < steps - 1 - i ? cell_v : steps - 1 - i;
-    const float along = in_unit(u - static_cast<float>(i));
-    const float down = in_unit(v - static_cast<float>(j));
+    const float u = skin.b1[k] * n, v = skin.b2[k] * n;
+    const auto cell = [](float at, std::int32_t last) {
+      const auto whole = static_cast<std::int32_t>(at > 0 ? at : 0);
+      return whole < last ? whole : last;
+    };
+    const std::int32_t i = cell(u, steps - 1), j = cell(v, steps - 1 - i);
+    const auto near = [](float v) { return v > -1 ? (v < 2 ? v : 2) : -1; };
+    const float along = near(u - static_cast<float>(i)), down = near(v - static_cast<float>(j));
     // The quad's other triangle, from its far corner; on the face's long edge there is none.
-    const bool beyond = along + down > 1, other = beyond & (i + j + 2 <= steps);
-    const float scale = beyond ? 1 / (along + down) : 1;
-    out.along[k] = other ? 1 - down : scale * along;
-    out.down[k] = other ? 1 - along : scale * down;
+    const bool other = (along + down > 1) & (i + j + 2 <= steps);
+    out.along[k] = other ? 1 - down : along;
+    out.down[k] = other ? 1 - along : down;
     const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
     out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
     out.below[k] = first + index(i + 1, j);

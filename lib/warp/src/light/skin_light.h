@@ -45,4 +45,43 @@ struct SkinPlanes {
 };
 using SkinDirections = SkinPlanes<3>;  // x, y, z
 
+// The same, as the loops take them.
+struct SkinVectors {
+  const float *x, *y, *z;
+
+  explicit SkinVectors(const SkinDirections& planes)
+      : x(planes.of[0]), y(planes.of[1]), z(planes.of[2]) {}
+  SkinVectors(const float* of_x, const float* of_y, const float* of_z)
+      : x(of_x), y(of_y), z(of_z) {}
+  // Its axes in another order.
+  SkinVectors turned() const { return {y, z, x}; }
+};
+
+// What a span of skin is to the light at the scope, by pixel.
+struct ScopeSkin {
+  alignas(64) float depth_mm[kSpan];  // planar z; any where there is no skin
+  SkinDirections normals;             // now, world, any length; 0 where there is no skin
+};
+// Where that skin lies at rest.
+struct ScopeSkinAtRest {
+  SkinDirections normals, places_mm;
+};
+
+// What is worked out for all pixels, and asked for again where gloss may show.
+struct ScopeLit {
+  alignas(64) float share[kSpan];   // of full exposure
+  alignas(64) float shows[kSpan];   // 0…1, of gloss
+  SkinDirections normal, half_way;  // unit
+};
+
+// A lobe of mirrored light: how bright in its middle, and how wide.
+struct ShineLobe {
+  float strength = 0, alpha2 = 1;
+};
+
+inline float positive(float v) { return v > 0 ? v : 0; }
+inline float at_most_1(float v) { return v < 1 ? v : 1; }
+// Of what is so many pixels long, how much a pixel can show: all from four on.
+inline float resolved(float pixels) { return at_most_1(positive(0.5f * pixels - 1)); }
+
 }  // namespace organbake

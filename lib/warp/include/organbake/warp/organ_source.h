@@ -73,8 +73,8 @@ struct ScopeShading {
     float strength = 0, alpha2 = 1;
   };
   std::array<Wave, 4> hills;
-  float bumps_per_mm = 1, bump_slope = 0, rough = 0;
-  std::array<Lobe, 4> film;
+  float bumps_per_mm = 1, bump_slope = 0, drops = 0;
+  Lobe film;
   std::array<Lobe, 2> sheen;
   float least_cosine = 2;
   // World: toward the light from the eye (mm), the view's axis; full exposure in mm².

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "light/wet_film.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "light/strewn_cells.h"
+#include "picture/vector_loops.h"
+
+namespace organbake {
+namespace {
+
+using Wave = WetFilm::Wave;
+
+// The sine of whole turns, as parabolas: continuous with its slope, which is
+// all a relief needs.
+inline float wave_at(float turns) {
+  const float t = turns - std::nearbyint(turns);
+  return 8 * t * (1 - 2 * std::abs(t));
+}
+
+// A sequence that fills the unit cube evenly (Roberts 2018): waves that are
+// random, but never alike, and the same everywhere.
+double evenly(int i, int dimension) {
+  constexpr std::array<double, 4> kSteps = {0.8566748838545029, 0.7338918566271260,
+                                            0.6287067210378087, 0.5385972572236101};
+  const double at = 0.5 + (i + 1) * kSteps[dimension];
+  return at - std::floor(at);
+}
+
+Wave make_wave(int number, double length_mm, double slope) {
+  const double z = 2 * evenly(number, 0) - 1, turn = 2 * std::numbers::pi * evenly(number, 1);
+  const double flat = std::sqrt(std::max(0.0, 1 - z * z));
+  const Eigen::Vector3d toward(flat * std::cos(turn), flat * std::sin(turn), z);
+  Wave wave;
+  wave.x = static_cast<float>(toward.x() / length_mm);
+  wave.y = static_cast<float>(toward.y() / length_mm);
+  wave.z = static_cast<float>(toward.z() / length_mm);
+  wave.phase = static_cast<float>(evenly(number, 2));
+  wave.slope_x = static_cast<float>(slope * toward.x());
+  wave.slope_y = static_cast<float>(slope * toward.y());
+  wave.slope_z = static_cast<float>(slope * toward.z());
+  wave.length_mm = static_cast<float>(length_mm);
+  // Mean over a turn 8 / 15, and over directions in space a third of it along
+  // one.
+  wave.variance = static_cast<float>(slope * slope * 8 / 45);
+  return wave;
+}
+
+}  // namespace
+
+WetFilm::WetFilm(const Lighting& lighting) {
+  // Bumps of about one size, on hills of a few to twenty times that.
+  constexpr double kSmallestHill = 5, kLargestHill = 19;
+  constexpr double kHillShare = 0.3;  // of the slopes' variance
+  const SkinFinish& finish = lighting.finish;
+  const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
+  for (int k = 0; k < int(kHills); ++k) {
+    const double size =
+        kSmallestHill * std::pow(kLargestHill / kSmallestHill, double(k) / (kHills - 1));
+    hills_[k] = make_wave(k, finish.relief_mm * size, hill);
+  }
+  bumps_.per_mm = static_cast<float>(1 / finish.relief_mm);
+  bumps_.slope = static_cast<float>(finish.relief_slope * std::sqrt(1 - kHillShare));
+  bumps_.drops = static_cast<float>(std::min(1.0, finish.relief_slope / kBreaks));
+  take_lobes(lighting.gloss, finish.relief_slope);
+}
+
+// As bright as all narrow lobes together, and as wide as they are on average. It shows up to two
+// deviations and a bit of the relief from half-way, and to where it hardly shows.
+void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope) {
+  constexpr double kHardlyShows = 0.01;
+  double strength = 0, energy = 0;
+  for (const Lighting::Lobe& lobe : gloss) {
+    if (lobe.exponent < kWidestFilm) continue;
+    strength += lobe.strength;
+    energy += lobe.strength * kFilmWidth * 2 / (lobe.exponent + 2);
+  }
+  if (!(strength > 0)) return;
+  const double alpha2 = energy / strength;
+  lobe_ = {static_cast<float>(strength), static_cast<float>(alpha2)};
+  const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
+  const double reach = std::min(1.4, 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2));
+  least_cosine_ = static_cast<float>(std::cos(reach));
+}
+
+namespace {
+
+struct Slopes {
+  float x, y, z;  // at rest, not yet along the skin
+};
+struct Hills {
+  Slopes slopes;
+  float lost;  // variance of the slopes of what a pixel cannot show
+  float wet;   // −kHills…kHills
+};
+
+// Written out wave by wave: a loop in the loop over pixels would keep that from being vectorised.
+template <std::size_t... k>
+inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const float* p,
+                                                     float pixels_per_mm,
+                                                     std::index_sequence<k...>) {
+  Hills sum = {{0, 0, 0}, 0, 0};
+  const auto add = [&](const Wave& w) {
+    const float turns = w.x * p[0] + w.y * p[1] + w.z * p[2] + w.phase;
+    const float share = resolved(w.length_mm * pixels_per_mm), height = share * wave_at(turns);
+    sum.wet += wave_at(turns + 0.25f);
+    sum.slopes.x += height * w.slope_x;
+    sum.slopes.y += height * w.slope_y;
+    sum.slopes.z += height * w.slope_z;
+    sum.lost += (1 - share * share) * w.variance;
+  };
+  (add(hills[k]), ...);
+  return sum;
+}
+
+// Half-way between light and eye as the skin at rest has it, and the normal m there.
+struct Mirror {
+  float mx, my, mz, hx, hy, hz, along;  // along: m · h
+
+  // The squared cosine of the normal that leans by slopes.
+  float cosine2(const Slopes& g) const {
+    const float out = g.x * mx + g.y * my + g.z * mz;
+    const float toward = positive(along - (g.x * hx + g.y * hy + g.z * hz) + out * along);
+    return toward * toward / (1 + g.x * g.x + g.y * g.y + g.z * g.z - out * out + 1e-20f);
+  }
+};
+
+// Half-way turned back by the least rotation from normal to normal.
+inline __attribute__((always_inline)) Mirror mirror_at(const float* n, const float* m,
+                                                       const float* h) {
+  constexpr float kOpposite = 1e-4f;
+  const float between = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
+  const float on_n = n[0] * h[0] + n[1] * h[1] + n[2] * h[2];
+  const float on_m = m[0] * h[0] + m[1] * h[1] + m[2] * h[2];
+  const float both = (on_n + on_m) / (1 + kOpposite + between);
+  const float back = 2 * on_n - both;
+  Mirror mirror{m[0], m[1], m[2], 0, 0, 0, 0};
+  mirror.hx = h[0] - both * n[0] + back * m[0];
+  mirror.hy = h[1] - both * n[1] + back * m[1];
+  mirror.hz = h[2] - both * n[2] + back * m[2];
+  mirror.along = mirror.hx * m[0] + mirror.hy * m[1] + mirror.hz * m[2];
+  return mirror;
+}
+
+// A lobe in light that is `share` of full exposure, widened by slopes of the variance `lost` along
+// one direction: those of a lobe of α² have α² / 4. What is blown is cut off before it is widened:
+// a disc of kBlown with the rest of the lobe round it has the light of a lobe of that height and
+// α² (4 k − 3), k⁴ what it was too bright by.
+struct LitLobe {
+  float bright, wide;
+
+  LitLobe(const ShineLobe& lobe, float share, float lost) {
+    const float full = share * lobe.strength, over = full * (1 / WetFilm::kBlown);
+    const float k2 = std::sqrt(over > 1 ? over : 1), k = std::sqrt(k2);
+    const float cut = at_most_1(4 * lost / lobe.alpha2);
+    const float peak = full + cut * (full / (k2 * k2) - full);
+    const float alpha2 = lobe.alpha2 * (1 + cut * 4 * (k - 1));
+    wide = alpha2 + 4 * lost;
+    bright = peak * alpha2 / wide;
+  }
+  float at(float cosine2) const {
+    const float ratio = wide / (1 - cosine2 * (1 - wide) + 1e-12f), squared = ratio * ratio;
+    const float light = bright * squared * squared;
+    return light < WetFilm::kBlown ? light : WetFilm::kBlown;
+  }
+};
+
+// Of the drops about a place: what they mirror, each by the share of the pixel that it covers.
+inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps& bumps,
+                                                           const float* p, const Hills& hills,
+                                                           float wet, float height, float pixel,
+                                                           const Mirror& mirror,
+                                                           const LitLobe& lobe) {
+  const float dome = -WetFilm::kDome * height, lean = WetFilm::kLean * height;
+  const float soft = WetFilm::kSoftEnds * pixel;
+  const float end = 1 / std::sqrt(WetFilm::kEdge * WetFilm::kEdge + soft * soft);
+  float light = 0;
+  visit_cells(
+      bumps.per_mm * p[0], bumps.per_mm * p[1],
+      bumps.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
+        const float own = at_most_1(positive(wet + cell.chance(3)));
+        const float cx = cell.chance(0), cy = cell.chance(1), cz = cell.chance(2);
+        // Drops are flatter one way, which is a chance as their lean is.
+        const float flat = cell.x * cx + cell.y * cy + cell.z * cz;
+        const float from2 = cell.distance2() + WetFilm::kFlat * flat * flat;
+        // Where the end is softer than the drop is large, it would gain light.
+        const float size = end * WetFilm::kDrop * own, size2 = size * size;
+        const float in = at_most_1(positive(0.5f + size - end * from2));
+        const float kept = size2 / (size2 + 1 / 36.f);
+        const Slopes slopes = {hills.slopes.x + dome * cell.x + lean * cx,
+                               hills.slopes.y + dome * cell.y + lean * cy,
+                               hills.slopes.z + dome * cell.z + lean * cz};
+        light += kept * in * in * (3 - 2 * in) * lobe.at(mirror.cosine2(slopes));
+      });
+  return light;
+}
+
+struct FilmPlanes {
+  const float *share, *shows, *white, *depth;
+  SkinVectors normal, half_way, rest_normal, rest_mm;
+};
+
+// Some whole vectors from pixel `first` on.
+ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bumps& bumps,
+                                        const Wave* hills, const ShineLobe& of_film,
+                                        float inverse_pixel, std::size_t first, int count,
+                                        const std::array<float*, 3>& planes) {
+  const SkinVectors n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
+  const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
+  const float* const depths = in.depth;
+  float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
+  const ShineLobe film = of_film;
+  ORGANBAKE_INDEPENDENT
+  for (unsigned j = 0; j < whole_vectors(count); ++j) {
+    const std::size_t i = first + j;
+    const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
+    const float rest[3] = {unit * m.x[i], unit * m.y[i], unit * m.z[i]};
+    const float normal[3] = {n.x[i], n.y[i], n.z[i]}, place[3] = {p.x[i], p.y[i], p.z[i]};
+    const float toward[3] = {half.x[i], half.y[i], half.z[i]};
+    const Mirror mirror = mirror_at(normal, rest, toward);
+    const float pixels_per_mm = inverse_pixel / depths[i];
+    const Hills hill =
+        hills_at(hills, place, pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
+    const float pixel = bumps.per_mm / pixels_per_mm;  // its side, in bumps
+    // Some are higher than others.
+    const float height = bumps.slope * (0.9f + 0.4f * hill.wet);
+    const float across = height * WetFilm::kDome * pixel;
+    const float patch = at_most_1(positive(0.5f + WetFilm::kPatches * hill.wet));
+    const float wet = WetFilm::kWetBumps * patch;
+    const LitLobe near(film, shares[i], hill.lost + across * across * (1 / 12.f));
+    const LitLobe far(film, shares[i], hill.lost + WetFilm::kDropsVariance * height * height);
+    const float whole = far.at(mirror.cosine2(hill.slopes));
+    const float drops = light_of_drops(bumps, place, hill, wet, height, pixel, mirror, near);
+    const float seen = at_most_1(positive(2 - 2 * pixel));
+    const float mean = WetFilm::kDropShare * at_most_1(0.25f + 0.45f * wet) * whole;
+    const float broken = seen * drops + (1 - seen) * mean;
+    const float bright = whole + bumps.drops * (broken - whole);
+    const float blown = bright < WetFilm::kBlown ? bright : WetFilm::kBlown;
+    const float white = whites[i] * shown[i] * blown;
+    red[i] += white, green[i] += white, blue[i] += white;
+  }
+}
+
+// Without an early end, which would ask one by one.
+bool shows_in(const float* shows) {
+  int any = 0;
+  for (unsigned i = 0; i < kLanes; ++i) any |= shows[i] > 0;
+  return any != 0;
+}
+
+}  // namespace
+
+void WetFilm::add(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
+                  float inverse_pixel, const SpanColors& colors) const {
+  const FilmPlanes planes = {lit.share,
+                             lit.shows,
+                             colors.white,
+                             skin.depth_mm,
+                             SkinVectors(lit.normal),
+                             SkinVectors(lit.half_way),
+                             SkinVectors(at_rest.normals),
+                             SkinVectors(at_rest.places_mm)};
+  for (unsigned first = 0, end; first < whole_vectors(colors.count); first = end + kLanes) {
+    for (end = first; end < whole_vectors(colors.count) && shows_in(lit.shows + end);)
+      end += kLanes;
+    if (end == first) continue;
+    film_pixels(planes, bumps_, hills_.data(), lobe_, inverse_pixel, first,
+                static_cast<int>(end - first), colors.planes);
+  }
+}
+
+void WetFilm::describe(ScopeShading& shading) const {
+  for (int k = 0; k < kHills; ++k) {
+    const Wave& hill = hills_[k];
+    shading.hills[k] = {{hill.x, hill.y, hill.z, hill.phase},
+                        {hill.slope_x, hill.slope_y, hill.slope_z},
+                        hill.length_mm,
+                        hill.variance};
+  }
+  shading.bumps_per_mm = bumps_.per_mm, shading.bump_slope = bumps_.slope;
+  shading.drops = bumps_.drops;
+  shading.film = {lobe_.strength, lobe_.alpha2};
+  shading.least_cosine = least_cosine_;
+}
+
+std::vector<ShaderConstant> WetFilm::constants() {
+  return {{"kDome", kDome},           {"kLean", kLean},         {"kDropsVariance", kDropsVariance},
+          {"kPatches", kPatches},     {"kWetBumps", kWetBumps}, {"kDrop", kDrop},
+          {"kFlat", kFlat},           {"kEdge", kEdge},         {"kSoftEnds", kSoftEnds},
+          {"kDropShare", kDropShare}, {"kBlown", kBlown},       {"kJitter", kJitter}};
+}
+
+}  // namespace organbake
