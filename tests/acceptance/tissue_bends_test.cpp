@@ -90,13 +90,14 @@ double fold_deg(const std::vector<Vector3d>& at, const std::array<std::uint32_t,
 }
 
 // By how much the coarse tissue's skin is folded more than the fine one's within reach of the tip:
-// 99 of 100 edges by no more.
-double folds_beyond_deg(const TouchedOrgan& organ, Touch touch) {
+// 99 of 100 edges by no more. Vertices follow their patches, or as they did without these.
+double folds_beyond_deg(TouchedOrgan organ, Touch touch, bool with_patches) {
+  for (MechanicsModel* mechanics : {&organ.coarse, &organ.fine})
+    if (!with_patches) mechanics->body->patches.clear();
   const std::vector<Vector3d> normals = vertex_normals(organ.proxy);
   const Vector3d middle = bounds(organ.proxy).center();
   std::vector<double> beyond;
-  for (const Vector3d& towards :
-       {Vector3d(0.2, -1, 0.3), Vector3d(-0.3, -1, 0.1), Vector3d(0.5, -0.8, -0.2)}) {
+  for (const Vector3d& towards : {Vector3d(0.2, -1, 0.3), Vector3d(-0.3, -1, 0.1)}) {
     const auto cosine = [&](const Vector3d& v) {
       return (v - middle).normalized().dot(towards.normalized());
     };
@@ -122,9 +123,12 @@ TEST(TissueBends, AsFourTimesAsManyTetrahedraDo) {
   const TouchedOrgan organ;
   ASSERT_GT(organ.fine.body->tetrahedra.size(), 3 * organ.coarse.body->tetrahedra.size());
   for (const Touch touch : {Touch::poke, Touch::grab}) {
-    expect({std::string(touch == Touch::poke ? "a poke of 15 mm" : "a grab of 40 mm") +
-                ": folds of the skin beyond those of finer tetrahedra, 99th percentile",
-            "degrees", folds_beyond_deg(organ, touch), 7});
+    const std::string what =
+        std::string(touch == Touch::poke ? "a poke of 15 mm" : "a grab of 40 mm") +
+        ": folds of the skin beyond those of finer tetrahedra, 99th percentile";
+    const double points = folds_beyond_deg(organ, touch, false);
+    report(what + ", vertices as points", "degrees", points);
+    expect({what, "degrees", folds_beyond_deg(organ, touch, true), 0.75 * points});
   }
 }
 
