@@ -104,7 +104,7 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   organbake::play(*player_, script, options, [&](int frame, const Frame& picture) {
     if (frame + 1 == script.frames) show(picture);
   });
-  player_->delay_cuts_by_size(false);  // a page has no thread to spare
+  player_->set_cut_times(std::nullopt);  // a page has no thread to spare
   shown_ = 0;
   return script.frames;
 }

@@ -59,7 +59,7 @@ void wait_for(const std::chrono::steady_clock::time_point& start, int step) {
 void promise_many(Bench& bench, Player& player) {
   constexpr int kCuts = 20, kStepsOfCut = 30, kRest = 12;
   player.reset();
-  player.delay_cuts_by_size(true);
+  player.set_cut_times(Player::CutTimes{});
   const int cuts = bench.quick() ? 3 : kCuts;
   std::vector<double> all;
   const auto start = std::chrono::steady_clock::now();
@@ -76,7 +76,7 @@ void promise_many(Bench& bench, Player& player) {
     }
     bench.now("cut " + std::to_string(cut + 1) + ": longest step " + to_text(longest, 1) + " ms");
   }
-  player.delay_cuts_by_size(false);
+  player.set_cut_times(std::nullopt);
   const std::string what = std::to_string(cuts) + " cuts that cross, in a window, " +
                            std::to_string(player.bundle_now().mechanics.body->tetrahedra.size()) +
                            " tetrahedra in the end: ";

@@ -48,7 +48,7 @@ OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
       session_(player_, kTimeStep_s),
       truth_(bundles.front(), player_.bundle().shell()) {
   state_.drawing.measure = true;
-  player_.delay_cuts_by_size(true);  // a picture must not wait for a cut
+  player_.set_cut_times(Player::CutTimes{});  // a picture must not wait for a cut
   if (player_.can_relight()) state_.drawing.light = light.value_or(player_.default_light());
 }
 

@@ -270,6 +270,7 @@ void LiveSession::reset() {
   begin_anew();
   placed_.clear();
   record_ = SessionRecord(time_step_s_);
+  if (player_->cut_times()) player_->set_cut_times(Player::CutTimes{});
   target_.reset();
   stopped_at_.reset();
   replaying_ = false;
@@ -319,6 +320,11 @@ void LiveSession::go_on_from_here() {
   replaying_ = false;
   if (steps_ >= record_.steps()) return;
   record_.cut_short(steps_);
+  if (auto times = player_->cut_times()) {
+    std::erase_if(times->steps, [&](std::uint32_t s) { return s >= steps_; });
+    times->known_steps = std::min(times->known_steps, steps_);
+    player_->set_cut_times(std::move(times));
+  }
   if (stopped_at_) stopped_at_ = std::min(*stopped_at_, steps_);
   tips_.resize(record_.touch_count());
   for (Instrument& tip : tips_) tip.active = false;
@@ -329,7 +335,10 @@ Script LiveSession::record(const std::string& name) const {
   script.name = name;
   script.time_step_s = time_step_s_;
   script.solver = player_->solver();
-  script.cut_delay_by_size = player_->cut_delay_by_size();
+  if (const auto& times = player_->cut_times()) {
+    script.cuts_part_in = times->steps;
+    std::erase_if(*script.cuts_part_in, [&](std::uint32_t s) { return s >= record_end(); });
+  }
   script.frames = static_cast<int>(std::max<std::size_t>(record_end(), 1));
   script.width = view_.camera.intrinsics.width;
   script.height = view_.camera.intrinsics.height;

@@ -2,6 +2,7 @@
 #include "organbake/player/play.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
@@ -120,7 +121,10 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   std::optional<ScriptTools> tools;
   if (options.instruments) tools.emplace(script, motion, player);
   player.reset();
-  player.delay_cuts_by_size(script.cut_delay_by_size);
+  player.set_cut_times(std::nullopt);
+  if (script.cuts_part_in)
+    player.set_cut_times(
+        Player::CutTimes{*script.cuts_part_in, std::numeric_limits<std::size_t>::max()});
   std::vector<PlayedFrame> played;
   Frame picture;
   for (int frame = 0; frame < script.frames; ++frame) {

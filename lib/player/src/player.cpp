@@ -162,6 +162,7 @@ void Player::set_solver(TissueSolver solver) {
 }
 
 bool Player::make_whole() {
+  steps_ = 0;
   pending_cut_.reset();
   cutting_edges_.forget();
   bool was_cut = false;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <span>
 #include <utility>
@@ -13,12 +14,7 @@ namespace organbake {
 
 namespace {
 
-// For whom cuts take their time: some 60 tetrahedra a millisecond were cut, bound and factorised.
-constexpr std::size_t kTetrahedraPerDelayStep = 1000;
-
-int steps_for(std::size_t tetrahedra) {
-  return std::max(Player::kCutDelaySteps, static_cast<int>(tetrahedra / kTetrahedraPerDelayStep));
-}
+constexpr int kLongestWait = 600;  // steps; a cut that no thread has made by then is waited for
 
 }  // namespace
 
@@ -38,10 +34,11 @@ struct Player::PendingCut {
   // What was shown before ends on the next thread: to take it down takes as long as a frame.
   std::shared_ptr<PendingCut> retired;
   std::exception_ptr failed;
-  bool done = false;
+  std::atomic<bool> done = false;
   std::optional<BackgroundThread> thread;  // last: it works on the rest
 
   bool under_way() const { return thread.has_value(); }
+  bool ready() const { return done || steps_left < -kLongestWait; }
   // What is shown stays as it is until finish().
   void begin(std::span<const Player::Organ> shown, const DeformOptions& options);
   void finish(std::span<const Player::Organ> shown, const DeformOptions& options);
@@ -102,10 +99,23 @@ void Player::PendingCut::remake_drawn(std::span<const Player::Organ> shown) {
 }
 
 void Player::cut(const std::vector<Instrument>& instruments) {
-  if (pending_cut_ && pending_cut_->under_way() && --pending_cut_->steps_left == 0)
-    end_pending_cut();
+  if (cut_is_due(steps_++)) end_pending_cut();
   sweep(instruments);
   if (!pending_cut_ || !pending_cut_->under_way()) begin_pending_cut();
+}
+
+bool Player::cut_is_due(std::size_t step) {
+  const bool under_way = pending_cut_ && pending_cut_->under_way();
+  const bool late = under_way && --pending_cut_->steps_left <= 0;
+  if (!cut_times_) return late;
+  auto& [steps, known_steps] = *cut_times_;
+  const auto number = static_cast<std::uint32_t>(step);
+  if (step < known_steps)
+    return under_way && std::binary_search(steps.begin(), steps.end(), number);
+  known_steps = step + 1;
+  const bool due = late && pending_cut_->ready();
+  if (due) steps.push_back(number);
+  return due;
 }
 
 void Player::sweep(const std::vector<Instrument>& instruments) {
@@ -158,12 +168,6 @@ void Player::begin_pending_cut() {
   next->organs.resize(organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
-  }
-  if (cut_delay_by_size_) {
-    std::size_t tetrahedra = 0;
-    for (const Organ& organ : organs_)
-      if (has_more(organ)) tetrahedra += organ.now().mechanics.body->tetrahedra.size();
-    next->steps_left = steps_for(tetrahedra);
   }
   next->begin(organs_, options_);
   pending_cut_ = std::move(next);

@@ -21,6 +21,16 @@ DrawnLight light_from(const JsonField& field) {
   field.fail("is no light: take baked, world or scope");
 }
 
+std::vector<std::uint32_t> frames_from(const JsonField& field) {
+  std::vector<std::uint32_t> frames;
+  std::int64_t least = 0;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    frames.push_back(static_cast<std::uint32_t>(field.at(i).integer(least, kMostScriptFrames)));
+    least = frames.back() + 1;
+  }
+  return frames;
+}
+
 TissueSolver solver_from(const JsonField& field) {
   if (const auto solver = tissue_solver(field.text())) return *solver;
   field.fail("must be springs or fem");
@@ -33,7 +43,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
   const JsonField document(json, name);
   document.require_schema(kSchema);
   document.allow_only({"schema", "name", "time_step_s", "frames", "size", "solver", "light",
-                       "cut_delay", "camera", "instruments"});
+                       "cuts_part_in", "camera", "instruments"});
   Script script;
   script.name = document["name"].text();
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
@@ -45,11 +55,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
   }
   if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
   if (const auto light = document.find("light")) script.light = light_from(*light);
-  if (const auto delay = document.find("cut_delay")) {
-    if (delay->text() != "six_steps" && delay->text() != "by_size")
-      delay->fail("must be six_steps or by_size");
-    script.cut_delay_by_size = delay->text() == "by_size";
-  }
+  if (const auto frames = document.find("cuts_part_in")) script.cuts_part_in = frames_from(*frames);
   read_script_camera(document["camera"], name, script);
   const JsonField instruments = document["instruments"];
   if (instruments.size() > kMostInstruments)
@@ -75,7 +81,7 @@ std::string script_to_json(const Script& script) {
                {"instruments", instruments}};
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
   if (script.solver) json["solver"] = to_string(*script.solver);
-  if (script.cut_delay_by_size) json["cut_delay"] = "by_size";
+  if (script.cuts_part_in) json["cuts_part_in"] = *script.cuts_part_in;
   if (script.light) json["light"] = to_string(*script.light);
   return json_text(json);
 }

@@ -122,30 +122,34 @@ TEST(PlayerCuts, ReplaysToTheLastBit) {
   const std::vector<std::uint8_t> once = bytes_of(player, cutting_script());
   EXPECT_EQ(player.piece_count(), 2u);
   EXPECT_EQ(bytes_of(player, cutting_script()), once);
-  // The larger the organ has become by its cuts, the later it parts where that is let.
-  Script late = cutting_script();
-  late.cut_delay_by_size = true;
-  EXPECT_NE(bytes_of(other, script_from_json(script_to_json(late), "s")), once);
+  EXPECT_EQ(bytes_of(other, script_from_json(script_to_json(cutting_script()), "s")), once);
 }
 
+// Whenever cuts were worked out.
 TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
-  Player player(organ_to_cut(), with_fem());
-  player.delay_cuts_by_size(true);
-  LiveSession session(player, 1.0 / 60);
-  session.advance(false, 160, 120, {});
-  ASSERT_TRUE(session.touch({60, 60}, Blade{}));
-  std::vector<std::uint8_t> live;
-  for (int i = 0; i < 30; ++i) {
-    session.drag({60 + 1.5 * i, 60});
-    session.advance(true, 160, 120, {});
-    const auto& pixels = session.frame().color.pixels;
-    live.insert(live.end(), pixels.begin(), pixels.end());
+  for (const bool when_ready : {false, true}) {
+    Player player(organ_to_cut(), with_fem());
+    if (when_ready) player.set_cut_times(Player::CutTimes{});
+    LiveSession session(player, 1.0 / 60);
+    session.advance(false, 160, 120, {});
+    ASSERT_TRUE(session.touch({60, 60}, Blade{}));
+    std::vector<std::uint8_t> live;
+    for (int i = 0; i < 30 || !player.is_cut(); ++i) {
+      session.drag({60 + 1.5 * std::min(i, 30), 60});
+      session.advance(true, 160, 120, {});
+      const auto& pixels = session.frame().color.pixels;
+      live.insert(live.end(), pixels.begin(), pixels.end());
+    }
+    const Script record = script_from_json(script_to_json(session.record("live")), "s");
+    ASSERT_EQ(record.cuts_part_in.has_value(), when_ready);
+    Player again(organ_to_cut(), with_fem());
+    EXPECT_EQ(bytes_of(again, record), live);
+    if (!when_ready) continue;
+    EXPECT_FALSE(record.cuts_part_in->empty());
+    Script later = record;  // in another step it looks otherwise
+    for (std::uint32_t& step : *later.cuts_part_in) ++step;
+    EXPECT_NE(bytes_of(again, later), live);
   }
-  EXPECT_TRUE(player.is_cut());
-  const Script record = script_from_json(script_to_json(session.record("live")), "s");
-  EXPECT_TRUE(record.cut_delay_by_size);
-  Player again(organ_to_cut(), with_fem());
-  EXPECT_EQ(bytes_of(again, record), live);
 }
 
 // A cut that nothing pulls on is a thin wet line: elsewhere the picture is that of the whole organ.

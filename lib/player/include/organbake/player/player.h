@@ -59,8 +59,7 @@ class Player {
   // Instruments with blades need finite elements, so organs with tetrahedra: else UsageError.
   // What blades sweep parts kCutDelaySteps later: all that hangs on it is worked out meanwhile on a
   // thread of its own. Where that takes longer than these steps last, the step in which a cut grows
-  // waits for it, unless cuts may take longer the larger the organs have become by them
-  // (delay_cuts_by_size).
+  // waits for it, unless cuts part when they are worked out (set_cut_times).
   StepReport step(const std::vector<Instrument>& instruments);
   static constexpr int kCutDelaySteps = 6;
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
@@ -96,10 +95,16 @@ class Player {
   std::vector<Eigen::Vector3d> contact_force_n(const std::vector<Instrument>& instruments,
                                                std::size_t organ = 0);
 
-  // Cuts part a step later for each further thousand tetrahedra of what is cut: for whoever plays
-  // live, and what was recorded so.
-  void delay_cuts_by_size(bool let) { cut_delay_by_size_ = let; }
-  bool cut_delay_by_size() const { return cut_delay_by_size_; }
+  // When cuts part for whoever plays live: of the first known_steps steps from rest in those that
+  // are named; later as soon as they are worked out, kCutDelaySteps after the blade at the
+  // earliest, which is then known. So what was played live is repeated to the last bit. Nothing: in
+  // kCutDelaySteps each. They outlast reset().
+  struct CutTimes {
+    std::vector<std::uint32_t> steps = {};  // increasing
+    std::size_t known_steps = 0;
+  };
+  void set_cut_times(std::optional<CutTimes> times) { cut_times_ = std::move(times); }
+  const std::optional<CutTimes>& cut_times() const { return cut_times_; }
 
   // Back to rest, and whole.
   void reset();
@@ -173,6 +178,7 @@ class Player {
   void begin_cutting(Organ& organ);
   void leave_holes(const std::vector<Instrument>& instruments,
                    const std::vector<ContactPoint>& punctures);
+  bool cut_is_due(std::size_t step);
   void begin_pending_cut();
   void end_pending_cut();
   template <class Use>
@@ -190,10 +196,11 @@ class Player {
   std::shared_ptr<OrganDrawing> drawing_;  // other than the processor's
   std::string drawing_note_;
   CuttingEdges cutting_edges_;
+  std::optional<CutTimes> cut_times_;
+  std::size_t steps_ = 0;  // from rest
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.
   struct PendingCut;
-  bool cut_delay_by_size_ = false;
   std::shared_ptr<PendingCut> pending_cut_;
 };
 

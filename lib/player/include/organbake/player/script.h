@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -31,7 +32,9 @@ struct Script {
   int width = 0, height = 0;  // 0 = the player's choice
   // What stood for the tissue when it was recorded, and has to again to repeat it.
   std::optional<TissueSolver> solver = {};
-  bool cut_delay_by_size = false;        // Player::delay_cuts_by_size, when it was recorded
+  // In which frames cuts part (Player::CutTimes), when it was recorded live; else six steps after
+  // the blade.
+  std::optional<std::vector<std::uint32_t>> cuts_part_in = {};
   std::optional<DrawnLight> light = {};  // to be seen in; else what the organ is meant for
   std::vector<CameraKeyframe> camera;
   std::optional<Intrinsics> lens = {};  // of the script's size; else virtual camera 0's angle
