@@ -206,10 +206,11 @@ void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, 
   }
 }
 
-// Lights what the samples of a span summed to, by pixels' leading samples: the others that count
-// lie on the same skin.
+// Lights what a span summed to, once: by each pixel's leading sample, or by the base layer where
+// that weighs more than all samples. Whatever else counts lies on the same skin.
+// of_samples: their part of sum.weight.
 void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
-             SumSpan& sum) {
+             const float* of_samples, SumSpan& sum) {
   alignas(64) float depth[kSpan], white[kSpan];
   for (int i = 0; i < count; ++i) {
     depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
@@ -220,6 +221,11 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   SkinPixels skin;
   for (int k = 0; k < lit.knot_count(); ++k) {
     const int i = lit.knot(k), layer = leading.layer[i];
+    if (sum.weight[i] > 2 * of_samples[i]) {
+      const BaseTile::BoundPoint& bound = tile.base->bound[tile.base->at(x0 + i, y)];
+      if (!tile.relit->unchanged(bound.face)) skin.add(i, bound.face, bound.b1, bound.b2);
+      continue;
+    }
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     if (tile.relit->unchanged(set.face(slot))) continue;
@@ -297,8 +303,10 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     fetch(rows[l], layer.set->detail.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
-  if (tile.relit) relight(tile, rows, y, x0, count, sum);
+  alignas(64) float of_samples[kSpan];
+  if (tile.relit) std::copy_n(sum.weight, kSpan, of_samples);
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  if (tile.relit) relight(tile, rows, y, x0, count, of_samples, sum);
 }
 
 }  // namespace

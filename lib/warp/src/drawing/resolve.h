@@ -25,7 +25,7 @@ struct TileLayers {
   };
   std::array<Layer, 3> layers;
   int count = 0;                   // layers in use
-  const BaseTile* base = nullptr;  // nullptr = nothing below; lit already
+  const BaseTile* base = nullptr;  // nullptr = nothing below; not lit yet
   const RelitSkin* relit = nullptr;
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   bool keep_bound = false;                         // fill the frame's bound pixels

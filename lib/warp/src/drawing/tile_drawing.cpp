@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "drawing/tile_keys.h"
-#include "light/sparse_shading.h"
 #include "picture/phase_clock.h"
 
 namespace organbake {
@@ -15,35 +14,6 @@ bool too_near(const ChunkFrame& chunk) {
 }
 
 constexpr int kTileShift = 40;  // of a triangle's number, BaseTile::cut_triangles
-
-// Lights `count` pixels of a row of the base layer from column x0 on.
-void light_base_span(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
-                     BaseTile& base) {
-  const std::size_t first = base.at(x0, y);
-  const SparseShading lit(&base.depth[first], count, texel_mm);
-  SkinPixels skin;
-  for (int k = 0; k < lit.knot_count(); ++k) {
-    const BaseTile::BoundPoint& bound = base.bound[first + lit.knot(k)];
-    if (!relit.unchanged(bound.face)) skin.add(lit.knot(k), bound.face, bound.b1, bound.b2);
-  }
-  if (skin.count == 0) return;
-  alignas(64) float red[kSpan], green[kSpan], blue[kSpan], white[kSpan];
-  BaseTile::Shade* const shade = &base.shade[first];
-  for (int i = 0; i < count; ++i)
-    red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
-  relit.light(skin, lit, {x0, y, count, {red, green, blue}, white, &base.depth[first]});
-  for (int i = 0; i < count; ++i) shade[i].head<3>() << red[i], green[i], blue[i];
-}
-
-void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
-  const PixelBox& box = base.box;
-  for (int y = box.y0; y < box.y1; ++y) {
-    const int first = base.spans.first(y - box.y0) & ~(SparseShading::kGroup - 1);
-    const int x0 = box.x0 + first, x1 = box.x0 + base.spans.last(y - box.y0);
-    for (int x = x0; x < x1; x += kSpan)
-      light_base_span(relit, x, std::min(kSpan, x1 - x), y, texel_mm, base);
-  }
-}
 
 }  // namespace
 
@@ -107,7 +77,6 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
   for (const std::uint64_t number : own.base.cut_triangles)
     own.cut_triangles.push_back(std::uint64_t(part.tile) << kTileShift | number);
   if (own.base.triangles == 0) return nullptr;
-  if (placed_->relit) light_base(*placed_->relit, placed_->texel_mm, own.base);
   return &own.base;
 }
 
