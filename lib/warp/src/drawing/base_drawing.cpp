@@ -227,6 +227,8 @@ void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t
 void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
                          const View& view) {
   constexpr std::size_t kPiece = 256;
+  placed_.resize(blocks_.size());
+  is_placed_.resize(blocks_.size(), 0);
   std::vector<std::vector<Chosen>> pieces((blocks_.size() + kPiece - 1) / kPiece);
   parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
     const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
@@ -239,24 +241,23 @@ void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_
 
 std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(
     std::size_t first, std::size_t last, const PlacedFaces& faces,
-    const std::vector<std::uint8_t>& may_have_gaps, const View& view) const {
+    const std::vector<std::uint8_t>& may_have_gaps, const View& view) {
   std::vector<Chosen> chosen;
-  std::array<ChunkFrame, kPatchBatch> placed;
   const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
   for (std::size_t end = 0; first < last; first = end) {
     end = end_of_batch(first, last, face_of);
     const std::uint32_t face = face_of(first);
     const bool gaps = may_have_gaps[face] != 0;
-    bool is_placed = false;
+    if (faces.moved(face)) std::fill(&is_placed_[first], &is_placed_[end - 1] + 1, 0);
     for (std::size_t b = first; b < end; ++b) {
       const bool weighing = weighs(blocks_[b]);
       if (!weighing && !gaps) continue;
-      if (!is_placed) {
+      if (!is_placed_[b]) {
         place_patches(patches_, first, static_cast<int>(end - first), faces[face], view,
-                      placed.data());
-        is_placed = true;
+                      &placed_[first]);
+        std::fill(&is_placed_[first], &is_placed_[end - 1] + 1, 1);
       }
-      const ChunkFrame& frame = placed[b - first];
+      const ChunkFrame& frame = placed_[b];
       if (frame.visibility == ChunkVisibility::drawn)
         chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps,
                           may_have_gaps[face] == kDrawnWhole});

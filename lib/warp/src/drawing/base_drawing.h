@@ -107,12 +107,14 @@ class BaseDrawing {
   void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
               const View& view);
   std::vector<Chosen> chosen_of(std::size_t first, std::size_t last, const PlacedFaces& faces,
-                                const std::vector<std::uint8_t>& may_have_gaps,
-                                const View& view) const;
+                                const std::vector<std::uint8_t>& may_have_gaps, const View& view);
   void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
+  // By block: where it lies in this view, and whether that is known.
+  std::vector<ChunkFrame> placed_;
+  std::vector<std::uint8_t> is_placed_;
   PatchTable patches_;         // theirs, once more
   std::vector<Chosen> chosen_;
   TileLists tiles_;                           // of them
