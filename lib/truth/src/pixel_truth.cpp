@@ -133,21 +133,41 @@ void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTrut
   });
 }
 
+// 1 for each pixel of a row that shows something and has a neighbour that shows nothing; beyond the
+// picture lies none.
+void find_border(const PixelTruth& truth, int y, std::vector<std::uint8_t>& border) {
+  const std::size_t width = truth.width;
+  const std::uint8_t* const row = truth.label.data() + y * width;
+  const std::uint8_t* const above = y > 0 ? row - width : row;
+  const std::uint8_t* const below = y + 1 < truth.height ? row + width : row;
+  border.resize(width);
+  const auto at = [&](std::size_t x, std::size_t left, std::size_t right) {
+    const bool beside = (row[left] == 0) | (row[right] == 0) | (above[x] == 0) | (below[x] == 0);
+    border[x] = (row[x] != 0) & beside;
+  };
+  for (std::size_t x = 1; x + 1 < width; ++x) at(x, x - 1, x + 1);
+  at(0, 0, std::min<std::size_t>(1, width - 1));
+  at(width - 1, width > 1 ? width - 2 : 0, width - 1);
+}
+
 // Skin beside the background that is turned away already: samples reach a little over the outline.
 void trim_outline(const Moment& moment, PixelTruth& truth) {
   constexpr int kRounds = 2;
   const int width = truth.width, height = truth.height;
-  const auto open = [&](std::size_t at) { return truth.label[at] == 0; };
+  if (truth.pixels() == 0) return;
   std::vector<std::vector<std::size_t>> over(height);
   for (int round = 0; round < kRounds; ++round) {
-    parallel_for(0, height, [&](int y) {
-      over[y].clear();
-      for (int x = 0; x < width; ++x) {
-        const std::size_t at = std::size_t(y) * width + x;
-        if (open(at)) continue;
-        const bool border = (x > 0 && open(at - 1)) || (x + 1 < width && open(at + 1)) ||
-                            (y > 0 && open(at - width)) || (y + 1 < height && open(at + width));
-        if (border && !moment.faces_eye(truth.organ_at(at), truth.bound[at])) over[y].push_back(at);
+    constexpr int kRows = 16;
+    parallel_pieces(0, height, kRows, [&](int first, int last) {
+      std::vector<std::uint8_t> border;
+      for (int y = first; y < last; ++y) {
+        over[y].clear();
+        find_border(truth, y, border);
+        for (int x = 0; x < width; ++x) {
+          const std::size_t at = std::size_t(y) * width + x;
+          if (border[x] && !moment.faces_eye(truth.organ_at(at), truth.bound[at]))
+            over[y].push_back(at);
+        }
       }
     });
     for (const auto& row : over)
