@@ -80,6 +80,19 @@ void measure_threads(Bench& bench, const std::string& stage, const std::function
   }
 }
 
+// How much faster than one eight threads can be at least: T₁ / (T₁ / 8 + T∞) (Brent 1974), counted
+// whatever this machine has.
+void tell_critical_path(Bench& bench, const std::string& stage, const std::function<void()>& work) {
+  constexpr double kThreads = 8;
+  bench.now(stage + ", its critical path");
+  WorkMeter meter;
+  work();
+  const WorkSpan span = meter.lap();
+  bench.at_least(stage + ": " + to_text(span.work_ms, 0) + " ms of work with a longest chain of " +
+                     to_text(span.span_ms, 0) + " ms; 8 threads beside one",
+                 "×", span.work_ms / (span.work_ms / kThreads + span.span_ms), 5);
+}
+
 Growth isosurface_growth(bool quick) {
   Growth growth{"isosurface", "voxels", {}};
   for (const double spacing_mm : quick ? std::vector{2.0, 1.0} : std::vector{2.0, 1.0, 0.5}) {
@@ -185,6 +198,11 @@ void run_scaling(Bench& bench) {
   Player player(memory_bundle(surface, proxy, four_cameras(map_size)));
   measure(bench, frame_growth(player, quick));
   measure(bench, step_growth(quick));
+
+  tell_critical_path(bench, "isosurface", isosurface_growth(quick).loads.back().work);
+  tell_critical_path(bench, "decimate, fitted", [&] { decimate(surface, {}); });
+  tell_critical_path(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
+  tell_critical_path(bench, "capture", capture_work(surface, proxy, map_size));
 
   if (!quick) measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
   measure_threads(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
