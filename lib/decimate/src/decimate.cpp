@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "draft_proxy.h"
 #include "error_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -39,6 +40,8 @@ Reduced reduce(const TriangleMesh& surface, const DecimateOptions& options,
     if (surface.faces.size() <= options.faces) return {{}, surface};
     return {{}, cluster_vertices(surface, options.faces, context)};
   }
+  if (options.method == DecimateMethod::draft)
+    return {{}, draft_proxy(surface, options.faces, context)};
   Reduced reduced{manifold_faces(surface), {}};
   split_hubs(reduced.clean);
   reduced.proxy = options.max_error_mm > 0 ? fewest_faces(reduced.clean, options, context)
@@ -48,9 +51,14 @@ Reduced reduce(const TriangleMesh& surface, const DecimateOptions& options,
   return reduced;
 }
 
+// Neither of both can come as near to the surface as one may ask.
+bool takes_budgets_alone(DecimateMethod method) {
+  return method == DecimateMethod::cluster || method == DecimateMethod::draft;
+}
+
 bool is_searched(const DecimateOptions& options) {
   return options.max_share > 0 && !(options.max_error_mm > 0) &&
-         options.method != DecimateMethod::cluster;
+         !takes_budgets_alone(options.method);
 }
 
 void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
@@ -111,8 +119,9 @@ void DecimateOptions::check() const {
   }
   if (!(max_share >= 0 && max_share <= 1))
     throw UsageError("max-share must be 0…1, not " + to_text(max_share));
-  if (max_error_mm > 0 && method == DecimateMethod::cluster) {
-    throw UsageError("max-error needs a method that can come as near as asked for; cluster cannot");
+  if (max_error_mm > 0 && takes_budgets_alone(method)) {
+    throw UsageError(
+        "max-error needs a method that can come as near as asked for; cluster and draft cannot");
   }
 }
 
@@ -125,7 +134,8 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
   // Neither needs the other, and much of both is done by one thread.
   ThicknessRegions regions;
   Reduced reduced;
-  parallel_both([&] { regions = thickness_regions(surface, context); },
+  const bool in_haste = options.method == DecimateMethod::draft;
+  parallel_both([&] { regions = in_haste ? regions : thickness_regions(surface, context); },
                 [&] { reduced = reduce(surface, options, context); });
   const RegionMeter meter(surface, regions);
   summary.proxy = is_searched(options) ? serving_proxy(reduced.clean, std::move(reduced.proxy),

@@ -102,15 +102,16 @@ void drop_unused_vertices(TriangleMesh& mesh) {
   mesh.vertices = std::move(used);
 }
 
-TriangleMesh cluster_with_cell(const TriangleMesh& surface, const Bounds& box, double cell_mm) {
+}  // namespace
+
+TriangleMesh cluster_with_cell(const TriangleMesh& surface, double cell_mm) {
+  const Bounds box = bounds(surface);
   TriangleMesh result;
   const std::vector<std::uint32_t> cluster = assign_clusters(surface, box, cell_mm, result);
   add_faces(surface, cluster, result);
   drop_unused_vertices(result);
   return result;
 }
-
-}  // namespace
 
 TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
                               const RunContext& context) {
@@ -123,7 +124,7 @@ TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
   for (int step = 0; step < kSearchSteps && many_cells > few_cells * (1 + 1e-6); ++step) {
     context.throw_if_cancelled();
     const double cells = std::sqrt(few_cells * many_cells);
-    TriangleMesh tried = cluster_with_cell(surface, box, longest / cells);
+    TriangleMesh tried = cluster_with_cell(surface, longest / cells);
     const bool fits = tried.faces.size() <= faces;
     (fits ? few_cells : many_cells) = cells;
     if (fits && tried.faces.size() > best.faces.size()) best = std::move(tried);

@@ -15,4 +15,7 @@ namespace organbake {
 TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
                               const RunContext& context = {});
 
+// The same with cells of a given size.
+TriangleMesh cluster_with_cell(const TriangleMesh& surface, double cell_mm);
+
 }  // namespace organbake

@@ -9,9 +9,10 @@
 namespace organbake {
 
 // fitted: a fast pre-pass, Lindstrom–Turk, then vertices and edges fitted to the surface.
+// draft: clusters, then collapses without a queue: for a first look, while fitted takes its time.
 // lindstrom_turk (1998, CGAL), quadric (Garland & Heckbert 1997, OpenMesh) and cluster (the paper's
 // "naive sub-sampling", which need not stay manifold) are kept for comparison.
-enum class DecimateMethod { fitted, lindstrom_turk, quadric, cluster };
+enum class DecimateMethod { fitted, draft, lindstrom_turk, quadric, cluster };
 enum class DecimateObjective { rms, max };
 
 struct DecimateOptions {
