@@ -39,7 +39,7 @@ TissueLook liver() {
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.3, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6}};
+          .finish = {0.16, 1.4, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6}};
 }
 
 TissueLook gallbladder() {
@@ -47,12 +47,12 @@ TissueLook gallbladder() {
           .tint = {-0.06f, -0.06f, 0.2f},
           .mottle = 0.06,
           .mottle_mm = 15,
-          .grain = {0.055f, 0.055f, 0.042f},
+          .grain = {0.047f, 0.047f, 0.036f},
           .grain_mm = 0.9,
           .large = {{0.45f, 0.10f, 0.12f}, 8, 0.8, 0.75, 0.8},
           .small = {{0.45f, 0.22f, 0.27f}, 4.5, 0.8, 0.5, 0.5},  // bluish, below
           .gloss = kSmooth,
-          .finish = {0.02, 2.2, kSoft, 0.12, {0.007, 0.01, 0.012}, 0.5}};
+          .finish = {0.045, 2.2, kSoft, 0.12, {0.005, 0.007, 0.008}, 0.5}};
 }
 
 TissueLook spleen() {

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "organbake/capture/solid_noise.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/capture/tissue_look.h"
 #include "organbake/core/parallel.h"
 #include "vessel_tree.h"
 
@@ -15,33 +18,24 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr std::array<Tissue, 3> kTissues = {Tissue::liver, Tissue::gallbladder, Tissue::fat};
 constexpr double kTexel_mm = 0.1;
 constexpr int kVesselTrees = 280;
 constexpr double kFullAlbedo = std::numeric_limits<std::uint16_t>::max();
 constexpr double kFullTilt = std::numeric_limits<std::int16_t>::max();
 
-const Vector3d kLiverAlbedo(0.24, 0.062, 0.045), kGallbladderAlbedo(0.44, 0.31, 0.19),
-    kFatAlbedo(0.58, 0.38, 0.15);
-// What a vessel on each leaves of its light.
-const Vector3d kOnLiver(0.58, 0.52, 0.52), kOnGallbladder(0.62, 0.24, 0.22),
-    kOnFat(0.55, 0.2, 0.25);
+// What a vessel on each leaves of its light: the liver's lie below its capsule.
+const Vector3d kOnLiver(0.86, 0.84, 0.86), kOnGallbladder(0.72, 0.42, 0.42),
+    kOnFat(0.72, 0.4, 0.38);
+const Vector3d kUneven(1, 0.3, 0.8);  // of the film on each
+constexpr double kOwnMottling = 0.1;  // that of the materials as they are
 
-// Mottling: features of these lengths, of these weights.
-struct Octave {
-  double length_mm, weight;
-};
-constexpr std::array<Octave, 6> kOctaves = {
-    {{9, 0.7}, {4.6, 0.8}, {2.2, 0.9}, {1.1, 0.9}, {0.55, 0.8}, {0.3, 0.6}}};
-constexpr double kNoiseDeviation = 0.19;  // of SolidNoise
-
-// About 0, of standard deviation 1.
-double mottling_at(std::uint64_t seed, const Vector3d& point) {
-  double sum = 0, power = 0;
-  for (const Octave& octave : kOctaves) {
-    sum += octave.weight * SolidNoise(++seed, octave.length_mm).value(point);
-    power += octave.weight * octave.weight;
-  }
-  return sum / (kNoiseDeviation * std::sqrt(power));
+// The albedo of a material as CT organs get it: in a light of one from all sides.
+std::unique_ptr<SurfaceColor> albedo_of(Tissue tissue) {
+  Material material;
+  material.tissue = tissue;
+  material.ambient = 1;
+  return make_material_color(material);
 }
 
 // Fine vessels run where a noise is zero: a net of meshes some millimetres wide.
@@ -53,18 +47,17 @@ double net_at(std::uint64_t seed, const Vector3d& point) {
 
 // The film's slopes: of humps a millimetre wide and some hundredths of it high.
 Vector2d film_tilt(std::uint64_t seed, const Vector3d& point) {
-  constexpr double kCoarse_mm = 1.3, kCoarseHeight_mm = 0.14, kFine_mm = 0.5, kFineHeight_mm = 0.02;
+  constexpr double kCoarse_mm = 1.3, kCoarseHeight_mm = 0.26, kFine_mm = 0.5, kFineHeight_mm = 0.02;
   const Vector3d slope =
       kCoarseHeight_mm * SolidNoise(seed, kCoarse_mm).sample(point).gradient_per_mm +
       kFineHeight_mm * SolidNoise(seed + 1, kFine_mm).sample(point).gradient_per_mm;
   return slope.head<2>();
 }
 
-Vector3d albedo_at(const Vector3d& share, double light, double vessel) {
-  const Vector3d tissue =
-      share[0] * kLiverAlbedo + share[1] * kGallbladderAlbedo + share[2] * kFatAlbedo;
-  const Vector3d left = share[0] * kOnLiver + share[1] * kOnGallbladder + share[2] * kOnFat;
-  return light * tissue.cwiseProduct(Vector3d::Ones() - vessel * (Vector3d::Ones() - left));
+// A material's colours, as much more or less mottled as asked for about its median.
+Vector3d mottled(const Eigen::Vector3f& color, const Eigen::Vector3f& median, double mottling) {
+  return median.cast<double>().array() *
+         (color.cwiseQuotient(median).cast<double>().array()).pow(mottling / kOwnMottling);
 }
 
 }  // namespace
@@ -75,26 +68,46 @@ TissueSkin::TissueSkin(const TissueRelief& relief, std::uint64_t seed, double mo
       texels_(static_cast<std::size_t>(columns_) * rows_) {
   std::vector<float> vessels(texels_.size(), 0.0f);
   if (mottling > 0) paint_vessels(seed, vessels);
+  const std::array<std::unique_ptr<SurfaceColor>, 3> materials = {
+      albedo_of(kTissues[0]), albedo_of(kTissues[1]), albedo_of(kTissues[2])};
   parallel_for(0, rows_, [&](int row) {
-    for (int column = 0; column < columns_; ++column) {
-      const std::size_t k = static_cast<std::size_t>(row) * columns_ + column;
-      texels_[k] = texel(relief, column * kTexel_mm - TissueRelief::kReachX_mm,
-                         row * kTexel_mm - TissueRelief::kReachY_mm, seed, mottling, vessels[k]);
-    }
+    paint_row(relief, row, seed, mottling, materials, &vessels[std::size_t(row) * columns_]);
   });
 }
 
-TissueSkin::Texel TissueSkin::texel(const TissueRelief& relief, double x_mm, double y_mm,
-                                    std::uint64_t seed, double mottling, double vessel) {
+void TissueSkin::paint_row(const TissueRelief& relief, int row, std::uint64_t seed, double mottling,
+                           const Materials& materials, const float* vessels) {
+  const auto count = static_cast<std::size_t>(columns_);
+  std::vector<Vector3d> points(count), normals(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double x = static_cast<double>(k) * kTexel_mm - TissueRelief::kReachX_mm,
+                 y = row * kTexel_mm - TissueRelief::kReachY_mm;
+    const TissueRelief::Height height = relief.at(x, y);
+    points[k] = {x, y, height.z_mm};
+    normals[k] = Vector3d(height.slope_x, height.slope_y, -1).normalized();
+  }
+  std::array<std::vector<Eigen::Vector3f>, 3> colors;
+  for (std::size_t m = 0; m < colors.size(); ++m)
+    materials[m]->shade(points, normals, {}, colors[m]);
+  for (std::size_t k = 0; k < count; ++k)
+    texels_[static_cast<std::size_t>(row) * count + k] = texel(
+        relief, points[k], seed, mottling, {colors[0][k], colors[1][k], colors[2][k]}, vessels[k]);
+}
+
+TissueSkin::Texel TissueSkin::texel(const TissueRelief& relief, const Vector3d& point,
+                                    std::uint64_t seed, double mottling,
+                                    const std::array<Eigen::Vector3f, 3>& colors, double vessel) {
+  static const std::array<Vector3d, 3> kLeft = {kOnLiver, kOnGallbladder, kOnFat};
   const std::uint64_t stream = 64 * seed;
-  const Vector3d point(x_mm, y_mm, relief.at(x_mm, y_mm).z_mm);
-  const Vector3d share = relief.tissues(x_mm, y_mm);
-  const double net = mottling > 0 ? 0.55 * net_at(stream + 30, point) : 0;
-  // The liver's vessels lie below its capsule.
-  const double deep = 1 - 0.5 * share[0];
-  const Vector3d albedo = albedo_at(share, std::exp(mottling * mottling_at(stream, point)),
-                                    deep * std::max(vessel, net));
-  const Vector2d tilt = film_tilt(stream + 40, point);
+  const Vector3d share = relief.tissues(point.x(), point.y());
+  const double net = mottling > 0 ? 0.25 * net_at(stream + 30, point) : 0;
+  const double covered = std::max(vessel, net);
+  Vector3d albedo = Vector3d::Zero();
+  for (std::size_t m = 0; m < colors.size(); ++m)
+    albedo += share[static_cast<Eigen::Index>(m)] *
+              mottled(colors[m], tissue_look(kTissues[m]).albedo, mottling)
+                  .cwiseProduct(Vector3d::Ones() - covered * (Vector3d::Ones() - kLeft[m]));
+  const Vector2d tilt = share.dot(kUneven) * film_tilt(stream + 40, point);
   Texel result{};
   for (int c = 0; c < 3; ++c)
     result.albedo[c] =
@@ -106,11 +119,13 @@ TissueSkin::Texel TissueSkin::texel(const TissueRelief& relief, double x_mm, dou
 }
 
 void TissueSkin::paint_vessels(std::uint64_t seed, std::vector<float>& coverage) const {
-  constexpr double kSoft_mm = 0.09;  // half the width of a vessel's border
+  constexpr double kSoft_mm = 0.09;   // half the width of a vessel's border
+  constexpr double kOfRadius = 0.55;  // what of a vessel shows below the serosa
   const Vector2d reach(TissueRelief::kReachX_mm, TissueRelief::kReachY_mm);
   for (const VesselSpot& spot : grow_vessels(seed, kVesselTrees, reach)) {
+    const double radius_mm = kOfRadius * spot.radius_mm;
     const Vector2d middle = (spot.center_mm + reach) / kTexel_mm;
-    const double outside = (spot.radius_mm + kSoft_mm) / kTexel_mm;
+    const double outside = (radius_mm + kSoft_mm) / kTexel_mm;
     const auto first = [&](double m) { return std::max(0, static_cast<int>(m - outside)); };
     const auto last = [&](double m, int count) {
       return std::min(count - 1, static_cast<int>(m + outside) + 1);
@@ -118,8 +133,7 @@ void TissueSkin::paint_vessels(std::uint64_t seed, std::vector<float>& coverage)
     for (int row = first(middle.y()); row <= last(middle.y(), rows_); ++row)
       for (int column = first(middle.x()); column <= last(middle.x(), columns_); ++column) {
         const double away = kTexel_mm * std::hypot(column - middle.x(), row - middle.y());
-        const double covered =
-            std::clamp((spot.radius_mm + kSoft_mm - away) / (2 * kSoft_mm), 0.0, 1.0);
+        const double covered = std::clamp((radius_mm + kSoft_mm - away) / (2 * kSoft_mm), 0.0, 1.0);
         float& texel = coverage[static_cast<std::size_t>(row) * columns_ + column];
         texel = std::max(texel, static_cast<float>(covered));
       }

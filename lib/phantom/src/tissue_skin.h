@@ -4,18 +4,20 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "organbake/capture/surface_color.h"
 #include "tissue_relief.h"
 
 namespace organbake {
 
-// What lies on a TissueRelief, bound to its points: colours mottled from 0.3 to 5 mm, vessels that
-// branch (0.15 to 2 mm wide) and a net of fine ones, and the film's unevenness that breaks mirror
-// reflections up.
+// What lies on a TissueRelief, bound to its points: the colours of the materials liver, gallbladder
+// and fat, vessels that branch (0.1 to 1.1 mm wide) and a net of fine ones, and the film's
+// unevenness that breaks mirror reflections up.
 class TissueSkin {
  public:
-  // `mottling`: the standard deviation of the albedo, as a share; 0 = even colours, no vessels.
+  // `mottling`: how much the albedo varies, 0.1 as the materials do; 0 = even colours, no vessels.
   TissueSkin(const TissueRelief& relief, std::uint64_t seed, double mottling);
 
   struct Sample {
@@ -31,8 +33,11 @@ class TissueSkin {
     std::array<std::uint16_t, 3> albedo;
     std::array<std::int16_t, 2> tilt;
   };
-  static Texel texel(const TissueRelief& relief, double x_mm, double y_mm, std::uint64_t seed,
-                     double mottling, double vessel);
+  using Materials = std::array<std::unique_ptr<SurfaceColor>, 3>;
+  void paint_row(const TissueRelief& relief, int row, std::uint64_t seed, double mottling,
+                 const Materials& materials, const float* vessels);
+  static Texel texel(const TissueRelief& relief, const Eigen::Vector3d& point, std::uint64_t seed,
+                     double mottling, const std::array<Eigen::Vector3f, 3>& colors, double vessel);
   void paint_vessels(std::uint64_t seed, std::vector<float>& coverage) const;
 
   int columns_, rows_;

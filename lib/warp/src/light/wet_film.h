@@ -47,7 +47,7 @@ class WetFilm {
   // How sharply the film's patches end, and how many bumps of a patch are wet.
   static constexpr float kPatches = 0.6f, kWetBumps = 2.1f;
   // In squares of bumps: where a large drop ends, and within what; how flat it is one way.
-  static constexpr float kDrop = 0.38f, kEdge = 0.15f, kFlat = 3.5f;
+  static constexpr float kDrop = 0.52f, kEdge = 0.15f, kFlat = 5;
   static constexpr float kSoftEnds = 1.5f;   // and within what for each bump that a pixel is wide
   static constexpr float kDropShare = 0.5f;  // of the skin that drops cover if all bumps are wet
   static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
