@@ -146,7 +146,7 @@ MovingClipOptions PhantomStageOptions::moving_clip() const {
 
 Stage phantom_stage() {
   return {.name = "phantom",
-          .version = 2,
+          .version = 3,
           .summary = "make a synthetic organ: CT, photographs, and the truth about both",
           .inputs = {},
           .outputs = {{"ct", "ct.mha"},
