@@ -68,7 +68,7 @@ TissueLook kidney() {
   TissueLook look = liver();
   look.albedo = {0.235f, 0.072f, 0.055f};                     // (b)
   look.small = {{0.16f, 0.03f, 0.03f}, 3.5, 0.35, 0.6, 0.5};  // stellate veins
-  look.finish.relief_slope = 0.07;
+  look.finish.relief_slope = 0.11;
   return look;
 }
 
@@ -82,7 +82,7 @@ TissueLook stomach() {
           .large = {{0.36f, 0.09f, 0.1f}, 16, 1.1, 0.5, 0.6},
           .small = {{0.5f, 0.2f, 0.17f}, 6, 0.4, 0.5, 0.45},
           .gloss = kWet,
-          .finish = {0.08, 2.5, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
+          .finish = {0.11, 2.2, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
 }
 
 // Paler and pinker than the stomach, its vessels in dense arcades.
@@ -91,7 +91,6 @@ TissueLook bowel() {
   look.albedo = {0.60f, 0.30f, 0.24f};  // (c)
   look.large = {{0.38f, 0.07f, 0.08f}, 8, 0.8, 0.7, 0.6};
   look.small = {{0.5f, 0.17f, 0.15f}, 3.5, 0.3, 0.7, 0.45};
-  look.finish.relief_slope = 0.1;
   return look;
 }
 
