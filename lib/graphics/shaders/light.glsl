@@ -108,7 +108,7 @@ float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, M
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
     float own = at_most_1(positive(wet + chance(h, 3)));
     vec3 chances = vec3(chance(h, 0), chance(h, 1), chance(h, 2));
-    float flat_way = dot(d, chances), from2 = dot(d, d) + kFlat * flat_way * flat_way;
+    float flat_way = dot(d - dot(d, at.m) * at.m, chances), from2 = dot(d, d) + kFlat * flat_way * flat_way;
     float size = end * kDrop * own, size2 = size * size;
     float inside = at_most_1(positive(0.5 + size - end * from2));
     vec3 slopes = hills - kDome * height * d + kLean * height * chances;

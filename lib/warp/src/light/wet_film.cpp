@@ -184,8 +184,10 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps&
       bumps.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
         const float own = at_most_1(positive(wet + cell.chance(3)));
         const float cx = cell.chance(0), cy = cell.chance(1), cz = cell.chance(2);
-        // Drops are flatter one way, which is a chance as their lean is.
-        const float flat = cell.x * cx + cell.y * cy + cell.z * cz;
+        // Drops are flatter one way along the skin, which is a chance as their lean is.
+        const float out = cell.x * mirror.mx + cell.y * mirror.my + cell.z * mirror.mz;
+        const float flat = cell.x * cx + cell.y * cy + cell.z * cz -
+                           out * (cx * mirror.mx + cy * mirror.my + cz * mirror.mz);
         const float from2 = cell.distance2() + WetFilm::kFlat * flat * flat;
         // Where the end is softer than the drop is large, it would gain light.
         const float size = end * WetFilm::kDrop * own, size2 = size * size;
