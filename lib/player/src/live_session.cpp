@@ -335,15 +335,19 @@ Script LiveSession::record(const std::string& name) const {
   script.name = name;
   script.time_step_s = time_step_s_;
   script.solver = player_->solver();
-  if (const auto& times = player_->cut_times()) {
-    script.cuts_part_in = times->steps;
-    std::erase_if(*script.cuts_part_in, [&](std::uint32_t s) { return s >= record_end(); });
-  }
   script.frames = static_cast<int>(std::max<std::size_t>(record_end(), 1));
   script.width = view_.camera.intrinsics.width;
   script.height = view_.camera.intrinsics.height;
   if (view_angle_deg_) script.lens = view_.camera.intrinsics;
   record_.write(script, record_end());
+  const auto cuts = [](const InstrumentPath& tool) {
+    return has_blade(tool.instrument.kind) || tool.instrument.is<Needle>();
+  };
+  if (const auto& times = player_->cut_times();
+      times && std::any_of(script.instruments.begin(), script.instruments.end(), cuts)) {
+    script.cuts_part_in = times->steps;
+    std::erase_if(*script.cuts_part_in, [&](std::uint32_t s) { return s >= record_end(); });
+  }
   if (script.camera.empty()) script.camera.push_back({0, pose_});
   return script;
 }
