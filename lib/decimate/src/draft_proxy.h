@@ -8,9 +8,9 @@
 
 namespace organbake {
 
-// A proxy of at most `faces` faces, where the surface's topology allows that, for a first look: a
-// hundredth of a second from half a million faces. A manifold; of large surfaces gaps that are
-// narrower than a few of its faces may have closed.
+// A proxy of at most `faces` faces, where the surface's topology allows that, for a first look,
+// in some hundredths of a second from a scan's surface. A manifold; of large surfaces gaps that are
+// narrower than the clusters may have closed.
 TriangleMesh draft_proxy(const TriangleMesh& surface, std::size_t faces,
                          const RunContext& context = {});
 

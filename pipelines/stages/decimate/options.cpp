@@ -28,9 +28,9 @@ void bind(OptionList& list, DecimateStageOptions& options) {
             .min = 0,
             .max = 1e9})
       .add("method", &o.method,
-           {.help = "edge collapse and a fit to the surface; draft, for a first look: twice as far "
-                    "off, in a fraction of the time; or, to compare, plain collapses or the "
-                    "paper's naive clustering"},
+           {.help = "edge collapse and a fit to the surface; draft, for a first look in a "
+                    "fraction of the time; or, to compare, plain collapses or the paper's naive "
+                    "clustering"},
            {{"fitted", DecimateMethod::fitted},
             {"draft", DecimateMethod::draft},
             {"lindstrom-turk", DecimateMethod::lindstrom_turk},
