@@ -18,7 +18,7 @@ done
 organbake decimate --help >out
 expect_out "--faces X|auto"
 expect_out "[4…10000000; default 80]"
-expect_out "one of fitted, lindstrom-turk, quadric, cluster"
+expect_out "one of fitted, draft, lindstrom-turk, quadric, cluster"
 expect 0 organbake --version
 expect_out "organbake "
 

@@ -115,7 +115,7 @@ class BaseDrawing {
   // By block: where it lies in this view, and whether that is known.
   std::vector<ChunkFrame> placed_;
   std::vector<std::uint8_t> is_placed_;
-  PatchTable patches_;         // theirs, once more
+  PatchTable patches_;  // theirs, once more
   std::vector<Chosen> chosen_;
   TileLists tiles_;                           // of them
   std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
