@@ -92,21 +92,22 @@ void LiveOrgan::show(const Frame& frame) {
 }
 
 int LiveOrgan::play(const std::string& text, int wanted) {
-  Script script = script_from_json(text, "the script");
-  script.frames = std::min(script.frames, std::max(1, wanted + 1));
+  const Script script = script_from_json(text, "the script");
   if (script.time_step_s != kTimeStep_s)
     throw UsageError("the script's time step is not the page's, a 60th of a second");
   set_solver(script.solver.value_or(usual_solver()));
   PlayOptions options;
+  options.most_frames = std::max(1, wanted + 1);
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
   shown_ = 0;
+  const int frames = std::min(script.frames, options.most_frames);
   organbake::play(*player_, script, options, [&](int frame, const Frame& picture) {
-    if (frame + 1 == script.frames) show(picture);
+    if (frame + 1 == frames) show(picture);
   });
   player_->set_cut_times(std::nullopt);  // a page has no thread to spare
   shown_ = 0;
-  return script.frames;
+  return frames;
 }
 
 void LiveOrgan::set_state(std::span<const float> xyz_mm, StateOf of) {

@@ -30,7 +30,7 @@ expect 73 organbake export organ --format web -o folder
 expect_equal "" "$(leftovers .)"
 
 # A bake and a batch make pages as well, and their own pages link to them.
-expect 0 organbake bake r.yaml -o linked --web
+expect 0 organbake bake r.yaml -o linked --web --set mechanics.fem=false
 expect_same organ.html linked_player.html
 grep -q 'href="linked_player.html"' linked_report.html || fail "the report does not link to the page"
 printf 'case,phantom.seed\nfirst one,1\n' >cases.csv

@@ -127,7 +127,8 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
         Player::CutTimes{*script.cuts_part_in, std::numeric_limits<std::size_t>::max()});
   std::vector<PlayedFrame> played;
   Frame picture;
-  for (int frame = 0; frame < script.frames; ++frame) {
+  const int frames = std::min(script.frames, options.most_frames);
+  for (int frame = 0; frame < frames; ++frame) {
     context.throw_if_cancelled();
     std::vector<Instrument> instruments = motion.at(frame * script.time_step_s);
     View view = view_at(script, frame, player.bundle().cameras, width, height);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ struct PlayedScene {
 struct PlayOptions {
   int width = 1280, height = 720;  // pixels; the script's own size goes first
   bool instruments = true;         // draw the tools
+  // How many frames of the script to play, at most: a tool comes through the trocar that suits the
+  // whole script, however much of it is played.
+  int most_frames = std::numeric_limits<int>::max();
   // A lens in the place of the script's own, with the size of its pictures; without distortion.
   std::optional<Intrinsics> lens = {};
   DrawOptions draw;
