@@ -140,8 +140,7 @@ OptionList option_list(Command& c) {
       .add("only", &c.options.only,
            {.help = "only this part of a suite; crawl, fat, gallbladder and liver: of appearance; "
                     "colmap: motion with COLMAP beside it; refit: fits the model of relief anew; "
-                    "the others "
-                    "are of registration",
+                    "the others are of registration",
             .choices = {"colmap", "crawl", "fat", "gallbladder", "liver", "open patches", "refit",
                         "time", "tracking"}});
   list.append(c.manuals.options());
@@ -158,8 +157,8 @@ CommandManual manual_of(const OptionList& options) {
       .synopsis = "[SUITE…] -o DIR [OPTIONS]",
       .description =
           "Measures what organbake(1) and organplay(1) do: how much error remains in how much "
-          "time, "
-          "beside other programs on the same input. It writes a page to read, organbench.html, and "
+          "time, beside other programs on the same input. It writes a page to read, "
+          "organbench.html, and "
           "its figures, organbench.json, into the folder of -o. 'organbench diff EARLIER LATER' "
           "compares two such folders.",
       .options = manual_options(options),

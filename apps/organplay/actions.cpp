@@ -2,6 +2,7 @@
 #include "actions.h"
 
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "bench.h"
@@ -22,6 +23,7 @@
 #include "organbake/player/script_camera.h"
 #include "organbake/truth/scope_lens.h"
 #include "organbake/truth/truth_recorder.h"
+#include "organbake/warp/paper_warp.h"
 #include "outputs.h"
 #include "results.h"
 #include "truth_files.h"
@@ -196,6 +198,7 @@ void run_command(const Command& given, const ContextOf& context_of) {
   // The paper's table is of springs, whatever the organ has.
   if (command.compare && !deform.solver) deform.solver = TissueSolver::springs;
   Player player(command.bundles, deform, command.compare || command.paper_warp);
+  if (command.paper_warp) player.draw_by(std::make_shared<PaperDrawing>(player.bundle()));
   draw_as_asked(command, player, context);
   if (script) context.info("solver: " + player.solver_text());
   context.throw_if_cancelled();

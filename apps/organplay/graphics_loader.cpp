@@ -8,7 +8,6 @@
 #include "graphics/graphics_module.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/warp/paper_warp.h"
 
 namespace organbake {
 namespace {
@@ -35,7 +34,6 @@ OpenedGraphics open_graphics() {
 }  // namespace
 
 void draw_as_asked(const Command& command, Player& player, const RunContext& context) {
-  if (command.paper_warp) player.draw_by(std::make_shared<PaperDrawing>(player.bundle()));
   if (command.drawn_by != DrawnBy::graphics) return;
   OpenedGraphics opened = open_graphics();
   player.draw_by(std::move(opened.drawing));

@@ -7,9 +7,8 @@
 
 namespace organbake {
 
-// Lets the player draw by the paper's chain where --warp paper asks for it. Where --draw gpu was
-// asked for, loads what draws with graphics hardware without a window, lets the player draw by it,
-// and says what it is. Throws UsageError where it is missing.
+// Where --draw gpu was asked for, loads what draws with graphics hardware without a window, lets
+// the player draw by it, and says what it is. Throws UsageError where it is missing.
 void draw_as_asked(const Command& command, Player& player, const RunContext& context);
 // Warns where the processor had to draw the last picture all the same.
 void warn_of_processor(const Command& command, const Player& player, const RunContext& context);

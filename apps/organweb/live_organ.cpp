@@ -101,7 +101,7 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
   shown_ = 0;
-  const int frames = std::min(script.frames, options.most_frames);
+  const int frames = options.frames_of(script);
   organbake::play(*player_, script, options, [&](int frame, const Frame& picture) {
     if (frame + 1 == frames) show(picture);
   });

@@ -134,9 +134,10 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
   // Neither needs the other, and much of both is done by one thread.
   ThicknessRegions regions;
   Reduced reduced;
-  const bool in_haste = options.method == DecimateMethod::draft;
-  parallel_both([&] { regions = in_haste ? regions : thickness_regions(surface, context); },
-                [&] { reduced = reduce(surface, options, context); });
+  const auto measure_regions = [&] {
+    if (options.method != DecimateMethod::draft) regions = thickness_regions(surface, context);
+  };
+  parallel_both(measure_regions, [&] { reduced = reduce(surface, options, context); });
   const RegionMeter meter(surface, regions);
   summary.proxy = is_searched(options) ? serving_proxy(reduced.clean, std::move(reduced.proxy),
                                                        meter, options, context)

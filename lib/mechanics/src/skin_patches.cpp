@@ -45,11 +45,12 @@ void each_sample(const TriangleMesh& mesh, const Face& face, double step_mm, con
   }
 }
 
+// Of a body that has no patches yet.
 std::vector<NodeShare> own_tetrahedron(const TetrahedralBody& body, std::size_t vertex) {
-  const auto& [tetrahedron, weights] = body.vertices[vertex];
   std::vector<NodeShare> patch;
-  for (std::size_t k = 0; k < 4; ++k)
-    if (weights[k] != 0) patch.push_back({body.tetrahedra[tetrahedron].nodes[k], weights[k]});
+  each_carrier(body, vertex, [&](std::uint32_t node, double weight) {
+    if (weight != 0) patch.push_back({node, weight});
+  });
   return patch;
 }
 

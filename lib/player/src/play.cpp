@@ -127,7 +127,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
         Player::CutTimes{*script.cuts_part_in, std::numeric_limits<std::size_t>::max()});
   std::vector<PlayedFrame> played;
   Frame picture;
-  const int frames = std::min(script.frames, options.most_frames);
+  const int frames = options.frames_of(script);
   for (int frame = 0; frame < frames; ++frame) {
     context.throw_if_cancelled();
     std::vector<Instrument> instruments = motion.at(frame * script.time_step_s);

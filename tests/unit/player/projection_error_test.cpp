@@ -60,18 +60,19 @@ TEST_F(ProjectionErrorTest, NoticesAWrongDepth) {
   EXPECT_GT(comparison.measure(wrong.proxy.vertices, view).image_based.mean_px, right + 0.2);
 }
 
-Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view) {
+DrawOptions telling() {
   DrawOptions options;
   options.keep_shown = true;
+  return options;
+}
+Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view) {
   Frame frame;
-  Warper(organ_to_play()).draw(positions, view, options, frame);
+  Warper(organ_to_play()).draw(positions, view, telling(), frame);
   return frame;
 }
 Frame drawn_by_paper(const std::vector<Eigen::Vector3d>& positions, const View& view) {
-  DrawOptions options;
-  options.keep_shown = true;
   Frame frame;
-  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, options, frame);
+  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, telling(), frame);
   return frame;
 }
 

@@ -123,13 +123,6 @@ ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float
   }
 }
 
-// Without an early end, which would ask one by one.
-bool any_shows(const float* shows, unsigned count) {
-  int any = 0;
-  for (unsigned i = 0; i < count; ++i) any |= shows[i] > 0;
-  return any != 0;
-}
-
 }  // namespace
 
 bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {

@@ -84,4 +84,11 @@ inline float at_most_1(float v) { return v < 1 ? v : 1; }
 // Of what is so many pixels long, how much a pixel can show: all from four on.
 inline float resolved(float pixels) { return at_most_1(positive(0.5f * pixels - 1)); }
 
+// Of ScopeLit::shows. Without an early end, which would ask one by one.
+inline bool any_shows(const float* shows, unsigned count) {
+  int any = 0;
+  for (unsigned i = 0; i < count; ++i) any |= shows[i] > 0;
+  return any != 0;
+}
+
 }  // namespace organbake

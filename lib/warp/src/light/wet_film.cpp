@@ -247,13 +247,6 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
   }
 }
 
-// Without an early end, which would ask one by one.
-bool shows_in(const float* shows) {
-  int any = 0;
-  for (unsigned i = 0; i < kLanes; ++i) any |= shows[i] > 0;
-  return any != 0;
-}
-
 }  // namespace
 
 void WetFilm::add(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
@@ -267,7 +260,7 @@ void WetFilm::add(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtR
                              SkinVectors(at_rest.normals),
                              SkinVectors(at_rest.places_mm)};
   for (unsigned first = 0, end; first < whole_vectors(colors.count); first = end + kLanes) {
-    for (end = first; end < whole_vectors(colors.count) && shows_in(lit.shows + end);)
+    for (end = first; end < whole_vectors(colors.count) && any_shows(lit.shows + end, kLanes);)
       end += kLanes;
     if (end == first) continue;
     film_pixels(planes, bumps_, hills_.data(), lobe_, inverse_pixel, first,

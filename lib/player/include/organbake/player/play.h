@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -30,6 +31,7 @@ struct PlayOptions {
   // How many frames of the script to play, at most: a tool comes through the trocar that suits the
   // whole script, however much of it is played.
   int most_frames = std::numeric_limits<int>::max();
+  int frames_of(const Script& script) const { return std::min(script.frames, most_frames); }
   // A lens in the place of the script's own, with the size of its pictures; without distortion.
   std::optional<Intrinsics> lens = {};
   DrawOptions draw;
