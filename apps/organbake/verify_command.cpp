@@ -6,6 +6,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/dataset/dataset_spec.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/bake_warnings.h"
@@ -82,8 +83,7 @@ std::string verify_yaml(const fs::path& file) {
 std::string verify_document(const fs::path& file) {
   const std::string text = read_text_file(file);
   // A document may have any name; what begins otherwise is something else.
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  if (file.extension() != ".json" && (begin == std::string::npos || text[begin] != '{')) {
+  if (file.extension() != ".json" && first_letter(text) != '{') {
     throw UsageError(file.string() +
                      ": verify takes a bundle's folder, a JSON document, a recipe or a data set's "
                      "spec (.yaml)");

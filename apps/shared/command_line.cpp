@@ -145,14 +145,6 @@ std::filesystem::path folder_named_by(const char* variable) {
   return value && *value == '/' ? std::filesystem::path(value) : std::filesystem::path();
 }
 
-std::string trimmed(const std::string& text) {
-  constexpr const char* kBlanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  return first == std::string::npos
-             ? ""
-             : text.substr(first, text.find_last_not_of(kBlanks) + 1 - first);
-}
-
 // "threads = 2"; empty lines and what follows a '#' at a line's start tell nothing.
 void read_default(const std::string& line, const OptionList& known, const std::string& where) {
   if (line.empty() || line.front() == '#') return;

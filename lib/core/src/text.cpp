@@ -94,4 +94,15 @@ std::string escape_html(const std::string& text) {
   return result;
 }
 
+std::string trimmed(std::string_view text, std::string_view blanks) {
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == text.npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(blanks) + 1 - first));
+}
+
+char first_letter(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first == text.npos ? '\0' : text[first];
+}
+
 }  // namespace organbake

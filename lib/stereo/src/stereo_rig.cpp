@@ -88,10 +88,8 @@ StereoRig rig_of_cameras(const fs::path& path, const EyePictures& pictures) {
 bool is_camera_document(const fs::path& path) {
   if (fs::is_directory(path) || is_colmap_model(path)) return is_colmap_model(path);
   const std::string text = read_text_file(path);
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string::npos && text[first] == '{' &&
-         (text.find("\"cameras\"") != std::string::npos ||
-          text.find("\"frames\"") != std::string::npos);
+  return first_letter(text) == '{' && (text.find("\"cameras\"") != std::string::npos ||
+                                       text.find("\"frames\"") != std::string::npos);
 }
 
 void check_baseline(const StereoRig& rig, const fs::path& path) {

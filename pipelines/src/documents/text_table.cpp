@@ -7,6 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
@@ -111,12 +112,6 @@ char separator_of(const std::string& header, const std::string& where) {
   return best;
 }
 
-std::string trimmed_spaces(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 bool is_blank(const std::vector<std::string>& fields) {
   return std::all_of(fields.begin(), fields.end(),
                      [](const std::string& field) { return field.empty(); });
@@ -146,7 +141,7 @@ TextTable read_text_table(const fs::path& file) {
   const std::size_t first = told && lines.size() > 1 ? 1 : 0;
   const char separator = told.value_or(separator_of(lines[first], where(first)));
   TextTable table{fields_of(lines[first], separator, where(first)), first + 1, {}};
-  for (std::string& key : table.header) key = trimmed_spaces(key);
+  for (std::string& key : table.header) key = trimmed(key, " ");
   for (std::size_t i = first + 1; i < lines.size(); ++i) {
     std::vector<std::string> fields = fields_of(lines[i], separator, where(i));
     if (is_blank(fields)) continue;

@@ -27,6 +27,17 @@ TEST(Padded, FillsUpWithZerosAndCutsNothing) {
   EXPECT_EQ(padded(12345, 3), "12345");
 }
 
+TEST(Trimmed, LosesTheBlanksAtBothEndsOnly) {
+  EXPECT_EQ(trimmed("\t a b \r\n"), "a b");
+  EXPECT_EQ(trimmed(" \n"), "");
+  EXPECT_EQ(trimmed("\ta ", " "), "\ta");
+}
+
+TEST(FirstLetter, SkipsBlanksAndIsZeroWhereNothingElseStands) {
+  EXPECT_EQ(first_letter(" \n{"), '{');
+  EXPECT_EQ(first_letter(" \t"), '\0');
+}
+
 TEST(EscapeHtml, LeavesNothingThatMarkupWouldRead) {
   EXPECT_EQ(escape_html("a<b & 'c' > \"d\""), "a&lt;b &amp; &#39;c&#39; &gt; &quot;d&quot;");
 }

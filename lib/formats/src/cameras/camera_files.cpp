@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/camera_files.h"
+#include "organbake/core/text.h"
 
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -36,11 +37,6 @@ Intrinsics opencv_lens(const std::string& text, const fs::path& path, int width,
   return lens_of_matrices(found, *k, d, sized_lens(found, width, height), path);
 }
 
-bool is_json(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  return first != std::string::npos && text[first] == '{';
-}
-
 CameraSet colmap_model(const fs::path& path) {
   if (!fs::is_directory(path))
     return path.extension() == ".bin" ? read_colmap_binary(path.parent_path())
@@ -68,7 +64,7 @@ Intrinsics lens_in(const fs::path& path, const std::string& image, int width, in
   if (fs::is_directory(path) || is_colmap_model(path))
     return lens_of(colmap_model(path), image, path);
   const std::string text = read_text_file(path);
-  if (!is_json(text)) return opencv_lens(text, path, width, height);
+  if (first_letter(text) != '{') return opencv_lens(text, path, width, height);
   const Json json = parse_json(text, path.string());
   if (json.contains("frames"))
     return lens_of(transforms_from_json(json, path, {{width, height}}), image, path);
@@ -92,7 +88,7 @@ CameraSet read_camera_file(const fs::path& path) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path) || is_colmap_model(path)) return colmap_model(path);
   const std::string text = read_text_file(path);
-  if (!is_json(text)) {
+  if (first_letter(text) != '{') {
     refuse_foreign_calibration(text, path);
     throw BadDataError(path, "is neither a cameras.json, a transforms.json nor a COLMAP model");
   }

@@ -6,6 +6,7 @@
 
 #include "cameras/opencv_xml.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
@@ -17,12 +18,6 @@ constexpr const char* kInPython =
     "cv2.FILE_STORAGE_WRITE), fs.write('camera_matrix', K), fs.write('distortion_coefficients', D)";
 constexpr const char* kInMatlab =
     "; write its parameters as JSON: writelines(jsonencode(toStruct(params)), 'lens.json')";
-
-std::string trimmed(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == text.npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r") + 1 - first);
-}
 
 void add_value(const std::string& key, const std::string& value, NamedMatrices& section) {
   const std::string name = plain_name(key);

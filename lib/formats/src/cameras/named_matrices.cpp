@@ -188,10 +188,10 @@ void add_opencv_document(const fs::path& path, NamedMatrices& found) {
 void add_opencv_text(const std::string& text, const fs::path& path, NamedMatrices& found) {
   if (text.size() > kMostBytes) throw BadDataError(path, "is too long for a calibration");
   refuse_foreign_calibration(text, path);
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  if (first != text.npos && text[first] == '<') {
+  const char first = first_letter(text);
+  if (first == '<') {
     add_opencv_xml(text, path, found);
-  } else if (first != text.npos && text[first] == '[') {
+  } else if (first == '[') {
     add_ini(text, path, found);
   } else {
     add_yaml(text, path, found);

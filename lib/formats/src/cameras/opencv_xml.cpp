@@ -5,6 +5,7 @@
 #include <charconv>
 #include <utility>
 
+#include "organbake/core/text.h"
 #include "text/xml_parser.h"
 
 namespace organbake {
@@ -62,9 +63,9 @@ class OpenCvXml : public XmlParser {
 
   // A number, a list of numbers, or a word.
   void take_plain() {
-    const std::size_t first = text_.find_first_not_of(" \t\r\n\"");
-    if (first == text_.npos) return;
-    found_.words[name_] = text_.substr(first, text_.find_last_not_of(" \t\r\n\"") + 1 - first);
+    const std::string word = trimmed(text_, " \t\r\n\"");
+    if (word.empty()) return;
+    found_.words[name_] = word;
     auto values = numbers_in(text_);
     if (!values) return;
     if (values->size() == 1) found_.numbers[name_] = values->front();

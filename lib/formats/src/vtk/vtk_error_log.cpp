@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/vtk_error_log.h"
+#include "organbake/core/text.h"
 
 #include <vtkAlgorithm.h>
 #include <vtkCallbackCommand.h>
@@ -20,8 +21,7 @@ std::string own_words(const char* text) {
   for (char& c : words) {
     if (c == '\n' || c == '\r') c = ' ';
   }
-  const std::size_t last = words.find_last_not_of(' ');
-  words.erase(last == std::string::npos ? 0 : last + 1);
+  words = trimmed(words, " ");
   return words.empty() ? "VTK could not read it" : words;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/volume/dicom_slice.h"
+#include "organbake/core/text.h"
 
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
@@ -25,12 +26,7 @@ constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 constexpr int kMostFrames = 65535;
 constexpr const char* kDirectoryClass = "1.2.840.10008.1.3.10";
 
-std::string as_text(const vtkDICOMValue& read) {
-  std::string value = read.AsString();
-  value.erase(value.find_last_not_of(' ') + 1);
-  value.erase(0, std::min(value.find_first_not_of(' '), value.size()));
-  return value;
-}
+std::string as_text(const vtkDICOMValue& read) { return trimmed(read.AsString(), " "); }
 
 std::string text(vtkDICOMMetaData& data, vtkDICOMTag tag) { return as_text(data.Get(tag)); }
 

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 12;
 constexpr std::size_t kLongestHeader = std::size_t{1} << 20;
-constexpr std::string_view kSpace = " \t\r\n\v\f";
 constexpr std::string_view kSeparators = " \t\r\n,()";
 
 template <typename Number>
@@ -58,12 +57,6 @@ bool HeaderText::next_line(std::string& line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   offset_ = end == std::string::npos ? text_.size() : end + 1;
   return true;
-}
-
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
 }
 
 std::string lower_case(std::string_view text) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "files/byte_stream.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 
@@ -33,7 +34,6 @@ class HeaderText {
   std::uint64_t offset_ = 0;
 };
 
-std::string trimmed(std::string_view text);
 std::string lower_case(std::string_view text);
 // Numbers separated by spaces; brackets and commas count as spaces.
 std::vector<double> numbers(const std::string& text, const std::string& field);

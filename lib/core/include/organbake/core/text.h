@@ -17,6 +17,11 @@ std::string to_text(double value, int digits_after_point);
 // With zeros in front up to that many digits, so that names sort as numbers: (7, 3) → "007".
 std::string padded(std::size_t number, std::size_t digits);
 
+// Without the blanks at both of its ends.
+std::string trimmed(std::string_view text, std::string_view blanks = " \t\r\n\v\f");
+// The first character that is no blank; 0: there is none.
+char first_letter(std::string_view text);
+
 // For text and for quoted attributes of an HTML page or an SVG.
 std::string escape_html(const std::string& text);
 
