@@ -35,10 +35,11 @@ OptionList flag_list(BakeFlags& flags) {
   std::vector<std::string> stages;
   for (const Stage& stage : all_stages()) stages.push_back(stage.name);
   OptionList list;
-  list.add("output", &flags.output, {.help = "the bundle's folder", .short_flag = "-o"})
+  list.add("output", &flags.output,
+           {.help = "the bundle's folder", .value = "DIR", .short_flag = "-o"})
       .add("set", &flags.settings,
-           {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
-                    "(decimate.faces=100)"})
+           {.help = "repeatable: an input (ct=scan.nii.gz) or an option (decimate.faces=100)",
+            .value = "KEY=VALUE"})
       .add("repair", &flags.repair,
            {.help = "a surface that is given is made fit first; as --set repair.mode=",
             .choices = {"auto", "none"}})
@@ -62,7 +63,7 @@ OptionList flag_list(BakeFlags& flags) {
       .add("web", &flags.web,
            {.help = "write a page beside the bundle in which anyone can poke it, "
                     "BUNDLE_player.html; the report links to it"})
-      .add("cache", &flags.cache, {.help = "folder of the cache"});
+      .add("cache", &flags.cache, {.help = "folder of the cache", .value = "DIR"});
   return list;
 }
 

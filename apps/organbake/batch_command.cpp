@@ -39,7 +39,8 @@ OptionList batch_flag_list(BatchFlags& flags) {
            {.help = "cases at once, as far as memory allows; they share the threads",
             .min = 1,
             .max = 1024})
-      .add("shard", &flags.shard, {.help = "I/N: only every N-th case, from the I-th on"})
+      .add("shard", &flags.shard,
+           {.help = "only every N-th case, from the I-th on", .value = "I/N"})
       .add("gather", &flags.gather,
            {.help = "bake nothing: join the results of N shards to one table and page",
             .min = 0,

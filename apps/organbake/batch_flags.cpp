@@ -10,12 +10,16 @@ namespace fs = std::filesystem;
 
 void add_case_flags(OptionList& list, CaseFlags& flags) {
   list.add("recipe", &flags.recipe,
-           {.help = "what to bake every case with: a file, or one of 'organbake recipes' by name"})
+           {.help = "what to bake every case with: a file, or one of 'organbake recipes' by name",
+            .suggestions = known_recipe_names(),
+            .value = "RECIPE"})
       .add("output", &flags.output,
-           {.help = "folder that gets a folder for each case", .short_flag = "-o"})
-      .add("as", &flags.input, {.help = "the recipe's input that files given by name are"})
+           {.help = "folder that gets a folder for each case", .value = "DIR", .short_flag = "-o"})
+      .add("as", &flags.input,
+           {.help = "the recipe's input that files given by name are", .value = "INPUT"})
       .add("set", &flags.settings,
-           {.help = "key=value for all cases, repeatable; a case's own settings go first"})
+           {.help = "for all cases, repeatable; a case's own settings go first",
+            .value = "KEY=VALUE"})
       .add("pictures", &flags.pictures, {.help = "a picture of every organ, for the page"})
       .add("web", &flags.web,
            {.help = "a page for every organ in which anyone can poke it; the batch's links to it"})
@@ -26,7 +30,7 @@ void add_case_flags(OptionList& list, CaseFlags& flags) {
             .unit = "MB",
             .min = 0,
             .max = 1e9})
-      .add("cache", &flags.cache, {.help = "folder of the cache"});
+      .add("cache", &flags.cache, {.help = "folder of the cache", .value = "DIR"});
 }
 
 std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,

@@ -93,7 +93,7 @@ std::string mark_of(const Check& check) {
 int run_doctor(const Arguments& arguments, Session& session) {
   fs::path cache;
   OptionList options;
-  options.add("cache", &cache, {.help = "folder of the cache"});
+  options.add("cache", &cache, {.help = "folder of the cache", .value = "DIR"});
   const auto words = session.read_command(
       arguments, "doctor",
       "Checks this installation: modules with their libraries, cache, processor, and the programs "

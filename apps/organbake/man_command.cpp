@@ -45,8 +45,9 @@ void write_pages(const fs::path& folder) {
 int run_man(const Arguments& arguments, Session& session) {
   fs::path output;
   OptionList options;
-  options.add("output", &output,
-              {.help = "write every page into this folder instead", .short_flag = "-o"});
+  options.add(
+      "output", &output,
+      {.help = "write every page into this folder instead", .value = "DIR", .short_flag = "-o"});
   const auto words = session.read_command(
       arguments, "man [COMMAND] [-o DIR]",
       "Prints the manual page of organbake, or of one of its commands, for man(1): organbake man "

@@ -42,6 +42,7 @@ int run_materials(const Arguments& arguments, Session& session) {
   options
       .add("output", &output,
            {.help = "a picture of all, a ball of 120 mm each, in the order of the list",
+            .value = "FILE",
             .short_flag = "-o"})
       .add("columns", &sheet.columns, {.help = "of the picture", .min = 1, .max = 32})
       .add("side_px", &sheet.side_px,

@@ -14,7 +14,9 @@ int run_report(const Arguments& arguments, Session& session) {
   std::filesystem::path output;
   OptionList options;
   options.add("output", &output,
-              {.help = "the page; else BUNDLE_report.html beside the bundle", .short_flag = "-o"});
+              {.help = "the page; else BUNDLE_report.html beside the bundle",
+               .value = "FILE",
+               .short_flag = "-o"});
   const auto words = session.read_command(
       arguments, "report BUNDLE [-o PAGE.html]",
       "Writes one page about a bundle: warnings, pictures, errors, and what was skipped and why.",

@@ -25,6 +25,7 @@ OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags
   OptionList list;
   list.add("output", &flags.output,
            {.help = std::string("the ") + (stage.single_file ? "file" : "folder") + " to write",
+            .value = stage.single_file ? "FILE" : "DIR",
             .short_flag = "-o"});
   for (const StageInput& input : stage.inputs) {
     list.add(input.flag.empty() ? input.name : input.flag, &flags.inputs[input.name],
@@ -36,7 +37,7 @@ OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags
     list.add("strict", &flags.strict,
              {.help = "end with exit code 3 when there was a warning; the result is written"});
   list.add("force", &flags.force, {.help = "run, whatever the cache holds"})
-      .add("cache", &flags.cache, {.help = "folder of the cache"})
+      .add("cache", &flags.cache, {.help = "folder of the cache", .value = "DIR"})
       .add("xml", &flags.xml, {.help = "print the description that 3D Slicer makes a panel from"});
   return list;
 }

@@ -80,8 +80,9 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
 // A number is called by its unit where that is a word.
 std::string number_name(const std::string& unit) {
   static const std::map<std::string, std::string> kNames = {
-      {"mm", "MM"}, {"mm, LPS", "MM"}, {"deg", "DEG"}, {"px", "PX"},
-      {"s", "S"},   {"dB", "DB"},      {"kPa", "KPA"}, {"HU", "HU"}};
+      {"mm", "MM"}, {"mm, LPS", "MM"},  {"deg", "DEG"}, {"px", "PX"},
+      {"s", "S"},   {"dB", "DB"},       {"kPa", "KPA"}, {"HU", "HU"},
+      {"MB", "MB"}, {"min", "MINUTES"}, {"h", "HOURS"}};
   const auto found = kNames.find(unit);
   return found == kNames.end() ? "X" : found->second;
 }
@@ -133,7 +134,8 @@ ManualOption manual_option(const Option& option) {
                       .value = value_name(option),
                       .help = option.traits.help,
                       .facts = facts_of(option),
-                      .choices = option.traits.choices};
+                      .choices = option.traits.choices,
+                      .suggestions = option.traits.suggestions};
   const bool* on = std::get_if<bool>(&option.default_value);
   if ((on && *on) || (!on && is_switch(option)))
     manual.off_flag = "--no-" + option.flag().substr(2);
@@ -246,7 +248,7 @@ void SharedFlags::read_defaults() {
   if (file.empty() || !std::filesystem::exists(file, unreachable)) return;
   OptionList known;
   add_defaults(known, *this);
-  known.add("cache", &cache, {.help = "folder of the cache"});
+  known.add("cache", &cache, {.help = "folder of the cache", .value = "DIR"});
   constexpr std::size_t kMostBytes = 1 << 16;
   std::istringstream lines(read_text_file(file, kMostBytes));
   std::string line;

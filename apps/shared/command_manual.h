@@ -9,13 +9,14 @@ namespace organbake {
 
 // One flag of a command line, as help, manual pages and the completions of shells tell it.
 struct ManualOption {
-  std::string flag;                       // "--faces"
-  std::string short_flag = {};            // "-o"; empty: none
-  std::string value = {};                 // "N", "PATH" …; empty: a switch
-  std::string help = {};                  // what it is
-  std::string facts = {};                 // "mm; 0…50; default 2"; empty: none
-  std::vector<std::string> choices = {};  // all that the value can be; empty: anything
-  std::string off_flag = {};              // "--no-cap": a switch that is on by default
+  std::string flag;                           // "--faces"
+  std::string short_flag = {};                // "-o"; empty: none
+  std::string value = {};                     // "N", "PATH" …; empty: a switch
+  std::string help = {};                      // what it is
+  std::string facts = {};                     // "mm; 0…50; default 2"; empty: none
+  std::vector<std::string> choices = {};      // all that the value can be; empty: anything
+  std::vector<std::string> suggestions = {};  // what it can be besides a file, for completions
+  std::string off_flag = {};                  // "--no-cap": a switch that is on by default
 };
 
 struct ManualSection {

@@ -45,16 +45,18 @@ std::string bash_flags(const CommandManual& manual) {
 std::string bash_choices(const CommandManual& manual) {
   std::string cases;
   for (const ManualOption& option : all_options(manual)) {
-    if (option.choices.empty()) continue;
-    cases += "    '" + manual.command + " " + option.flag + "') choices='" +
-             joined(option.choices) + "' ;;\n";
+    const bool may_be_others = option.choices.empty();
+    const auto& words = may_be_others ? option.suggestions : option.choices;
+    if (words.empty()) continue;
+    cases += "    '" + manual.command + " " + option.flag + "') " +
+             (may_be_others ? "words" : "choices") + "='" + joined(words) + "' ;;\n";
   }
   return cases;
 }
 
 std::string bash_words(const CommandManual& manual) {
   if (manual.words.empty()) return "";
-  return "    '" + manual.command + "') words='" + joined(manual.words) + "' ;;\n";
+  return "    '" + manual.command + "') words=${words:-'" + joined(manual.words) + "'} ;;\n";
 }
 
 // ---- zsh
@@ -67,10 +69,16 @@ std::string zsh_text(std::string text) {
   return replaced(text, "'", "'\\''");
 }
 
+std::string zsh_word_or_file(const std::vector<std::string>& words) {
+  if (words.empty()) return "_files";
+  return " _alternative \"words\\:word\\:(" + joined(words) + ")\" \"files\\:file\\:_files\"";
+}
+
 std::string zsh_value(const ManualOption& option) {
   if (option.value.empty()) return "";
   const std::string message = ":" + zsh_text(option.value) + ":";
-  return message + (option.choices.empty() ? "_files" : "(" + joined(option.choices) + ")");
+  return message + (option.choices.empty() ? zsh_word_or_file(option.suggestions)
+                                           : "(" + joined(option.choices) + ")");
 }
 
 std::string zsh_option(const ManualOption& option) {
@@ -84,9 +92,7 @@ std::string zsh_option(const ManualOption& option) {
 
 // A word of a command: one that it knows, or a file.
 std::string zsh_words(const CommandManual& manual) {
-  if (manual.words.empty()) return "'*:file:_files'";
-  return "'*:word: _alternative \"words\\:word\\:(" + joined(manual.words) +
-         ")\" \"files\\:file\\:_files\"'";
+  return (manual.words.empty() ? "'*:file:" : "'*:word:") + zsh_word_or_file(manual.words) + "'";
 }
 
 std::string zsh_options(const CommandManual& manual) {

@@ -93,6 +93,7 @@ complete_word() {
            printf "%s\n" "${COMPREPLY[@]}"' - "$@"
 }
 complete_word bake lapa | grep -qx laparoscopy || fail "a recipe"
+complete_word batch --recipe lapa | grep -qx laparoscopy || fail "a recipe behind its option"
 complete_word man isos | grep -qx isosurface || fail "a stage"
 complete_word capture --material sple | grep -qx spleen || fail "a material"
 complete_word bake --qual | grep -qx -- --quality || fail "an option"

@@ -38,8 +38,9 @@ struct OptionTraits {
   std::string unit = {};           // "mm", "HU", "deg" …; empty = none; a name ends in it
   std::optional<double> min = {};  // of a number, or of each component of a vector
   std::optional<double> max = {};
-  std::vector<std::string> choices = {};  // of a text
-  bool number_too = false;                // a text that documents may also give as a whole number
+  std::vector<std::string> choices = {};      // of a text: all that it can be
+  std::vector<std::string> suggestions = {};  // what shells complete a text or a path by
+  bool number_too = false;      // a text that documents may also give as a whole number
   std::string value = {};       // what help calls the value: "FILE"; empty = by kind and unit
   std::string short_flag = {};  // "-o"
 };
