@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "session.h"
 
+#include <malloc.h>
+
 #include <atomic>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -14,6 +16,14 @@ namespace organbake {
 namespace {
 
 const std::atomic<bool>* stop_asked = nullptr;  // since catch_signals()
+
+// What a stage freed lies in pieces that the next one rarely fits into: it goes back to the system,
+// or a bake would need the memory of its stages together.
+StageReport run_and_return_memory(const Stage& stage, const StageCall& call) {
+  StageReport report = run_in_module(stage, call);
+  ::malloc_trim(0);
+  return report;
+}
 
 }  // namespace
 
@@ -78,7 +88,7 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
     terminal_.log(LogLevel::warning, "there is no home folder to write to; the cache is " +
                                          folder.string() + " (--cache or ORGANBAKE_CACHE)");
   }
-  return {Cache(folder), run_in_module,
+  return {Cache(folder), run_and_return_memory,
           [this](const std::string& stage) { return context(stage); }};
 }
 
