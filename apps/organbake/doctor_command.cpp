@@ -10,6 +10,7 @@
 #include "libraries.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/version.h"
 #include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
@@ -102,7 +103,7 @@ int run_doctor(const Arguments& arguments, Session& session) {
       options, 0);
   if (!words) return 0;
   std::vector<Check> checks = {
-      {"version", ORGANBAKE_VERSION},
+      {"version", kVersion},
       {"processor", std::to_string(std::thread::hardware_concurrency()) + " threads, AVX2"},
       check_modules(),
       check_cache(cache.empty() ? Cache::default_folder() : cache)};

@@ -9,6 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
+#include "organbake/core/version.h"
 
 namespace organbake {
 namespace {
@@ -39,8 +40,8 @@ std::string overview(const Session& session) {
 void tell_version(Session& session) {
   if (!session.json()) return write_to_stdout(version_text("organbake", false));
   unloadable_modules();  // so that their libraries can be asked; doctor tells what cannot be loaded
-  session.print_result({}, {{"organbake", ORGANBAKE_VERSION},
-                            {"released", ORGANBAKE_RELEASE_DATE},
+  session.print_result({}, {{"organbake", kVersion},
+                            {"released", kReleaseDate},
                             {"compiler", __VERSION__},
                             {"libraries", library_versions()}});
 }

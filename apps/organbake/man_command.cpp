@@ -6,6 +6,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
+#include "organbake/core/version.h"
 
 namespace organbake {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string page_text(const CommandManual& manual) {
-  return man_page(manual, ORGANBAKE_VERSION, ORGANBAKE_RELEASE_DATE);
+  return man_page(manual, kVersion, kReleaseDate);
 }
 
 CommandManual manual_called(const std::string& command) {

@@ -7,6 +7,7 @@
 
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
+#include "organbake/core/version.h"
 
 namespace organbake {
 namespace {
@@ -170,8 +171,7 @@ std::string slicer_module(const Stage& stage, const OptionList& options) {
   for (const Option& option : options.all()) settings += option_xml(option);
   return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<executable>\n" +
          element("category", "Organbake", 1) + element("title", label_of(stage.name), 1) +
-         element("description", capital(stage.summary) + ".", 1) +
-         element("version", ORGANBAKE_VERSION, 1) +
+         element("description", capital(stage.summary) + ".", 1) + element("version", kVersion, 1) +
          element("documentation-url", "file:///usr/share/doc/organbake/html/slicer.html", 1) +
          element("license", "GPL-3.0-or-later", 1) +
          element("contributor", "The authors of organbake", 1) +

@@ -8,6 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/version.h"
 #include "organbake/dataset/dataset.h"
 #include "results.h"
 
@@ -50,7 +51,7 @@ void run_dataset(const Command& command, const RunContext& context) {
           "lies in the bundle " + bundle.string() + ", which would be damaged; name another place");
   }
   const DatasetSummary made = make_dataset(spec, command.bundles, command.frame_file,
-                                           "organplay " ORGANBAKE_VERSION, context);
+                                           std::string("organplay ") + kVersion, context);
   Results results(command.shared.json);
   results.wrote("dataset", command.frame_file);
   context.info(std::to_string(made.frames) + " frames, " + std::to_string(made.shards_made) +

@@ -11,6 +11,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
+#include "organbake/core/version.h"
 
 namespace organbake {
 namespace {
@@ -266,7 +267,7 @@ OptionList ManualFlags::options() {
 }
 
 std::optional<std::string> ManualFlags::text(const CommandManual& manual) const {
-  if (man) return man_page(manual, ORGANBAKE_VERSION, ORGANBAKE_RELEASE_DATE);
+  if (man) return man_page(manual, kVersion, kReleaseDate);
   if (shell == "bash") return bash_completion(manual, {});
   if (shell == "zsh") return zsh_completion(manual, {});
   return std::nullopt;
@@ -280,7 +281,7 @@ std::filesystem::path configuration_file() {
 }
 
 std::string version_text(const std::string& program, bool json) {
-  const std::string version = ORGANBAKE_VERSION, released = ORGANBAKE_RELEASE_DATE;
+  const std::string version = kVersion, released = kReleaseDate;
   if (!json) return program + " " + version + "\n";
   return "{\n  \"" + program + "\": \"" + version + "\",\n  \"released\": \"" + released +
          "\"\n}\n";

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "organbake/core/version.h"
 #include "peers/embree_scene.h"
 
 namespace organbake {
@@ -42,7 +43,7 @@ std::map<std::string, std::string> describe_machine() {
       {"cores", std::to_string(std::thread::hardware_concurrency())},
       {"memory", memory()},
       {"compiler", "g++ " __VERSION__},
-      {"organbake", ORGANBAKE_VERSION},
+      {"organbake", kVersion},
       {"VTK", VTK_VERSION},
       {"CGAL", CGAL_VERSION_STR},
       {"OpenMesh", version((OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0xFF00) >> 8)},

@@ -6,6 +6,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/version.h"
 #include "organbake/pipelines/content_hash.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/output_target.h"
@@ -18,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kBundleVersion = 1;  // raise it when the same steps give another bundle
-constexpr const char* kGenerator = "organbake " ORGANBAKE_VERSION;
+std::string generator() { return std::string("organbake ") + kVersion; }
 constexpr const char* kSurface = "surface.ply";
 
 // The recipe as it was run, again a recipe: every option resolved, nothing of this machine in it.
@@ -59,7 +60,7 @@ std::map<std::string, const InputSource*> given_inputs(const Plan& plan) {
 Manifest make_manifest(const BakeResult& bake) {
   Manifest manifest;
   manifest.name = bake.recipe.name;
-  manifest.generator = kGenerator;
+  manifest.generator = generator();
   manifest.recipe_json = recipe_echo(bake).dump();
   for (const auto& [role, input] : given_inputs(bake.plan)) {
     manifest.input_hashes.emplace_back(
@@ -76,7 +77,7 @@ Manifest make_manifest(const BakeResult& bake) {
 StepIngredients ingredients_of(const BakeResult& bake, Runner& runner) {
   const Json options = {{"recipe", recipe_echo(bake)},
                         {"left_out", left_out_json(bake.plan)},
-                        {"generator", kGenerator}};
+                        {"generator", generator()}};
   StepIngredients ingredients{"bundle", kBundleVersion, options.dump(), {}};
   for (const StepResult& step : bake.steps) {
     ingredients.inputs[step.step->stage->name] = step.entry.ingredients.key();

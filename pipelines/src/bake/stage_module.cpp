@@ -48,8 +48,8 @@ StageReport run_in_module(const Stage& stage, const StageCall& call) {
   void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!module) refuse_unloaded(file, ::dlerror());
   const auto version = symbol<const char* (*)()>(module, "organbake_stage_version", file);
-  if (std::string_view(version()) != ORGANBAKE_VERSION) {
-    refuse(file, std::string("is of version ") + version() + ", not " ORGANBAKE_VERSION);
+  if (std::string_view(version()) != kVersion) {
+    refuse(file, std::string("is of version ") + version() + ", not " + kVersion);
   }
   const auto run =
       symbol<void (*)(const StageCall&, StageReport&)>(module, "organbake_stage_run", file);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "organbake/core/version.h"
 #include "organbake/pipelines/stage.h"
 
 namespace organbake {
@@ -21,7 +22,7 @@ std::filesystem::path module_file(const std::string& stage);
 // Put once at the end of a stage's source: the door through which the front program comes in.
 #define ORGANBAKE_STAGE_MODULE(run)                                                         \
   extern "C" __attribute__((visibility("default"))) const char* organbake_stage_version() { \
-    return ORGANBAKE_VERSION;                                                               \
+    return organbake::kVersion;                                                             \
   }                                                                                         \
   extern "C" __attribute__((visibility("default"))) void organbake_stage_run(               \
       const organbake::StageCall& call, organbake::StageReport& report) {                   \
