@@ -76,7 +76,8 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
             .value = "FILE",
             .short_flag = "-o"})
       .add("sheet", &c.sheet,
-           {.help = "contact sheet: rest, three pokes, views all round, as PNG", .value = "FILE"})
+           {.help = "contact sheet: rest, three pokes, views from all sides that were seen, as PNG",
+            .value = "FILE"})
       .add("view_deg", &texts.view,
            {.help = "azimuth, elevation and, if need be, distance: degrees from camera 0, and "
                     "multiples of its distance",

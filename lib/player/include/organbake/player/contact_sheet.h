@@ -12,9 +12,9 @@ namespace organbake {
 // Pictures side by side on dark ground, `columns` a row, a thin gap between. All have one size.
 Rgb8Image tile_pictures(const std::vector<Rgb8Image>& pictures, int columns, int gap_px);
 
-// What an organ does at a glance: rest, three pokes of growing depth, three views all round, and
-// the deepest poke seen from aside. Pokes press where the organ faces camera 0, to a share of its
-// size.
+// What an organ does at a glance: rest, three pokes of growing depth, three views all round (or
+// from aside, where the cameras see one side only), and the deepest poke seen from aside. Pokes
+// press where the organ faces camera 0, to a share of its size.
 Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
                         const DrawOptions& drawing = {}, const RunContext& context = {});
 
