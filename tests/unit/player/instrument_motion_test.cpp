@@ -48,8 +48,8 @@ TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
   Script script;
   script.name = "away";
   const Eigen::Vector3d at(1, 2, 3), away(1, 0, 0);
-  script.instruments = {{"p", {.radius_mm = 6}, {{0, at, {}, 0}}},
-                        {"q", {.radius_mm = 6}, {{0, at, {}, 0}, {1, {}, away, 4}}}};
+  script.instruments = {{"p", {.radius_mm = 6}, {{0, at}}},
+                        {"q", {.radius_mm = 6}, {{0, at}, {1, {}, away, 4}}}};
   try {
     InstrumentMotion motion(script, beside);
     FAIL() << "accepted";
@@ -62,7 +62,7 @@ TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
 
 TEST(InstrumentMotion, TakesTheBundlesToolWhenTheScriptNamesNoSize) {
   Script script;
-  script.instruments = {{"p", {.radius_mm = 0}, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}}};
+  script.instruments = {{"p", {.radius_mm = 0}, {{0, Eigen::Vector3d(1, 2, 3)}}}};
   const InstrumentMotion motion(script, organ_to_play());
   EXPECT_EQ(motion.at(0)[0].radius_mm, organ_to_play().mechanics.instrument_radius_mm);
 }

@@ -122,7 +122,7 @@ TEST(Script, ACapsulesAxisIsReadAndWrittenBack) {
   Script script;
   script.name = "blade";
   script.camera = {{0, {}}};
-  InstrumentPath blade{"blade", {.radius_mm = 4}, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}};
+  InstrumentPath blade{"blade", {.radius_mm = 4}, {{0, Eigen::Vector3d(1, 2, 3)}}};
   blade.instrument.axis_mm = {20, -0.1, 5};
   script.instruments = {blade};
   const Script read = script_from_json(script_to_json(script), "blade.json");
