@@ -4,7 +4,6 @@
 #include "cost_functions/level_problem.h"
 
 #include <ceres/ceres.h>
-#include <ceres/normal_prior.h>
 
 #include <map>
 #include <memory>
@@ -20,6 +19,30 @@ Patches split(const std::vector<WeightedPixel>& pixels, int side) {
   for (const WeightedPixel& p : pixels) patches[{p.y / side, p.x / side}].push_back(p);
   return patches;
 }
+
+// weight × (light − fitted). Ceres 2.2's NormalPrior would free a vector of ours: Eigen aligns it
+// otherwise in code for AVX than in Debian's library.
+class LightPrior : public ceres::CostFunction {
+ public:
+  LightPrior(double weight, const Eigen::VectorXd& fitted) : weight_(weight), fitted_(fitted) {
+    set_num_residuals(static_cast<int>(fitted.size()));
+    mutable_parameter_block_sizes()->push_back(num_residuals());
+  }
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Index n = fitted_.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) =
+        weight_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - fitted_);
+    if (jacobians && jacobians[0])
+      Eigen::Map<Square>(jacobians[0], n, n) = weight_ * Square::Identity(n, n);
+    return true;
+  }
+
+ private:
+  double weight_;
+  Eigen::VectorXd fitted_;
+};
 
 double total_weight(const std::vector<WeightedPixel>& pixels) {
   double sum = 0;
@@ -112,9 +135,7 @@ void LevelProblem::add_light_prior() {
   const Eigen::VectorXd fitted = state_.light.head(live_.basis().size());
   const double size = fitted.norm();
   if (!(size > 0)) return;
-  const Eigen::MatrixXd scale =
-      Eigen::MatrixXd::Identity(fitted.size(), fitted.size()) * (kWeight / size);
-  problem_.AddResidualBlock(new ceres::NormalPrior(scale, fitted), nullptr, state_.light.data());
+  problem_.AddResidualBlock(new LightPrior(kWeight / size, fitted), nullptr, state_.light.data());
 }
 
 void LevelProblem::solve(int iterations) {
