@@ -2,14 +2,17 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "commands.h"
 #include "libraries.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/core/version.h"
 #include "organbake/pipelines/stage_module.h"
 
@@ -24,6 +27,19 @@ struct Check {
   bool helper = false;  // what is missing only some commands need
   bool ok() const { return code == ExitCode::ok; }
 };
+
+// The system's own name for itself, and those that every test passes on.
+Check check_system() {
+  std::string name = "a system without /etc/os-release";
+  std::ifstream file("/etc/os-release");
+  for (std::string line; std::getline(file, line);) {
+    constexpr std::string_view kName = "PRETTY_NAME=";
+    if (line.starts_with(kName)) name = trimmed(line.substr(kName.size()), "\"");
+  }
+  const bool tried =
+      name.starts_with("Debian GNU/Linux 12") || name.starts_with("Debian GNU/Linux 13");
+  return {"system", name + (tried ? "" : "; tried are Debian 12 and 13")};
+}
 
 // What brings the libraries of a stage: of a package its dependencies, of a clone the script.
 constexpr const char* kBringLibraries =
@@ -97,13 +113,13 @@ int run_doctor(const Arguments& arguments, Session& session) {
   options.add("cache", &cache, {.help = "folder of the cache", .value = "DIR"});
   const auto words = session.read_command(
       arguments, "doctor",
-      "Checks this installation: modules with their libraries, cache, processor, and the programs "
-      "that "
-      "some commands call. Tells for what is missing the command that brings it.",
+      "Checks this installation: system, modules with their libraries, cache, processor, and the "
+      "programs that some commands call. Tells for what is missing the command that brings it.",
       options, 0);
   if (!words) return 0;
   std::vector<Check> checks = {
       {"version", kVersion},
+      check_system(),
       {"processor", std::to_string(std::thread::hardware_concurrency()) + " threads, AVX2"},
       check_modules(),
       check_cache(cache.empty() ? Cache::default_folder() : cache)};

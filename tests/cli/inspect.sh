@@ -59,7 +59,8 @@ done
 expect 73 organbake doctor --cache /proc/none
 expect_out "name another by --cache or ORGANBAKE_CACHE"
 expect 0 organbake doctor --json
-python3 -c 'import json; assert all(c["ok"] for c in json.load(open("out")).values())' || fail doctor
+python3 -c 'import json; checks = json.load(open("out"))
+assert all(c["ok"] for c in checks.values()) and checks["system"]["finding"]' || fail doctor
 
 # Versions, of the libraries too; and an installation that lacks a stage's module.
 expect 0 organbake --version --json
