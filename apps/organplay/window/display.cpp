@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "organbake/core/error.h"
@@ -23,10 +24,16 @@ std::string glfw_reason() {
   return reason ? std::string(" (") + reason + ")" : "";
 }
 
+bool is_set(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value && *value;
+}
+
 // Started and ended with the window: a program has one.
 struct Glfw {
   Glfw() {
-    if (::glfwInit()) return;
+    // GLFW 3.4 tries Wayland where nothing names a display, and its library writes to stderr.
+    if ((is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && ::glfwInit()) return;
     throw UsageError("no display to open a window on" + glfw_reason() +
                      "; without one, give --script with --out, --view-deg with -o, --sheet, "
                      "--compare or --bench");
