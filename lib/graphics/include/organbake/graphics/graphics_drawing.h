@@ -61,9 +61,6 @@ class GraphicsDrawing : public OrganDrawing {
   std::size_t table_bytes() const;
 
  private:
-  void check_agreement(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                       const DrawOptions& options, const Frame& frame);
-
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organ_passes.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "organbake/warp/camera_shares.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kPlacedNumbers = 36;  // that place.vert captures of a patch
+constexpr int kGuard_px = 64;       // kMostSplat: round the picture, so that no splat is lost there
+
+}  // namespace
+
+void PlacedOrgan::measure_texels() {
+  double sum = 0, shares = 0;
+  for (int l = 0; l < layer_count; ++l) {
+    if (layers[l].samples->patches == 0) continue;
+    sum += double(layers[l].share) * layers[l].samples->texel_mm;
+    shares += layers[l].share;
+  }
+  texel_mm = shares > 0 ? sum / shares : 1;
+}
+
+void OrganPasses::PlacedPatches::reserve(int patches) {
+  if (patches <= room) return;
+  room = patches;
+  constexpr GLsizei kStride = kPlacedNumbers * sizeof(float);
+  glBindVertexArray(array.name());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glBufferData(GL_ARRAY_BUFFER, GLsizeiptr{kStride} * room, nullptr, GL_DYNAMIC_COPY);
+  for (unsigned i = 0; i < kPlacedNumbers / 4; ++i) {
+    glEnableVertexAttribArray(i);
+    glVertexAttribPointer(i, 4, GL_FLOAT, GL_FALSE, kStride,
+                          reinterpret_cast<const void*>(std::uintptr_t{16} * i));
+    glVertexAttribDivisor(i, 1);
+  }
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+}
+
+OrganPasses::OrganPasses(ShaderDialect dialect)
+    : dialect_(dialect),
+      place_(dialect, files_of("place")),
+      reduce_(dialect, files_of("reduce")),
+      splat_(dialect, files_of("splat")),
+      base_(dialect, files_of("base")),
+      resolve_(dialect, files_of("resolve")),
+      finishing_(dialect) {
+  std::array<float, 2> sizes{};
+  glGetFloatv(GL_ALIASED_POINT_SIZE_RANGE, sizes.data());
+  if (sizes[1] < kGuard_px)
+    throw GraphicsError("this graphics hardware draws no points as large as " +
+                        std::to_string(kGuard_px) + " pixels");
+}
+
+OrganTables& OrganPasses::tables_of(const OrganSource& source) {
+  for (OrganTables& one : tables_)
+    if (one.id() == source.id) return one;
+  return tables_.emplace_back(source);
+}
+
+PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view,
+                              const DrawOptions& options) {
+  const DrawnLight light = organ.warper.can_relight() ? options.light : DrawnLight::baked;
+  const bool lit = light != DrawnLight::baked;
+  PlacedOrgan placed{.organ = &organ,
+                     .source = organ.warper.pose(organ.positions_mm, lit),
+                     .tables = nullptr,
+                     .weights = {},
+                     .layers = {},
+                     .light = light};
+  OrganTables& own = tables_of(placed.source);
+  placed.weights = drawn_shares(placed.source.manifold, view);
+  own.pose(placed.source, organ.positions_mm, lit);
+  for (int i = 0; i < Targets::kLayers; ++i) {
+    if (placed.weights.weights[i] <= 0) continue;
+    placed.layers[placed.layer_count++] = {&own.samples(organ.warper, placed.weights.cameras[i]),
+                                           static_cast<float>(placed.weights.weights[i])};
+  }
+  placed.measure_texels();
+  return placed;
+}
+
+const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all,
+                                          const View& view, const DrawOptions& options) {
+  view.check();
+  targets_.resize(view.camera.intrinsics.width, view.camera.intrinsics.height);
+  organs_.clear();
+  for (const JointDrawing::Organ& organ : all) organs_.push_back(take(organ, view, options));
+  std::erase_if(tables_, [&](const OrganTables& one) {
+    return std::none_of(organs_.begin(), organs_.end(),
+                        [&](const PlacedOrgan& organ) { return organ.source.id == one.id(); });
+  });
+  for (PlacedOrgan& organ : organs_) organ.tables = &tables_of(organ.source);
+  set_scale(view);
+  begin(options);
+  const double reference_mm = metered_mm(all, view, options);
+  for (const PlacedOrgan& organ : organs_) draw_organ(organ, view, options, reference_mm);
+  return finishing_.apply(view, options, scale_, targets_);
+}
+
+void OrganPasses::set_scale(const View& view) {
+  scale_ = {};
+  scale_.reach_mm = scale_.texel_mm = 0;
+  if (organs_.size() == 1 && organs_[0].source.lighting)
+    scale_.fade_px = organs_[0].source.lighting->finish.border_fade_px(view.camera.intrinsics.fx);
+  for (const PlacedOrgan& organ : organs_) {
+    const Bounds& rest = organ.source.at_rest;
+    const double away = (view.camera.center_world_mm() - rest.center()).norm();
+    scale_.reach_mm = std::max(scale_.reach_mm, static_cast<float>(away + rest.diagonal()));
+    scale_.texel_mm = std::max(scale_.texel_mm, static_cast<float>(organ.texel_mm));
+    if (organ.light == DrawnLight::scope && !scale_.scope_light_mm)
+      scale_.scope_light_mm =
+          organ.source.lighting->scope.value_or(ScopeLight()).offset_mm.cast<float>();
+  }
+}
+
+void OrganPasses::begin(const DrawOptions& options) {
+  glBindVertexArray(nothing_.name());
+  glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST), glDisable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE), glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  if (dialect_ == ShaderDialect::desktop) glEnable(GL_PROGRAM_POINT_SIZE);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
+  const auto& [red, green, blue] = options.background;
+  const std::array<float, 4> background = {red / 255.0f, green / 255.0f, blue / 255.0f, 0};
+  constexpr float kFarthest = 1;
+  glClearBufferfv(GL_COLOR, 0, background.data());
+  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+}
+
+void OrganPasses::draw_organ(const PlacedOrgan& organ, const View& view, const DrawOptions& options,
+                             double reference_mm) {
+  const bool has_base = options.base_layer && organ.tables->steps() > 0;
+  place_patches(organ, view);
+  splat_layers(organ, view, has_base);
+  if (has_base) draw_base(organ, view);
+  resolve_layers(organ, view, options, reference_mm);
+}
+
+void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
+                           const View& view) const {
+  const RigidTransform& pose = view.camera.camera_from_world;
+  const Intrinsics& k = view.camera.intrinsics;
+  program.set("rotation", Eigen::Matrix3f(pose.rotation.cast<float>()));
+  program.set("translation", Eigen::Vector3f((pose * organ.tables->origin()).cast<float>()));
+  program.set("lens", Eigen::Vector4f(Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>()));
+  program.set("picture", Eigen::Vector2f(float(k.width), float(k.height)));
+  program.set("near_mm", static_cast<float>(view.near_mm));
+  organ.tables->bind_shell(program);
+}
+
+void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
+  stretches_.resize(organ.tables->faces());
+  stretches_.begin();
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendEquation(GL_MAX);
+  place_.use();
+  set_view(place_, organ, view);
+  place_.set("face_table", Eigen::Vector2f(float(Table::kColumns), float(stretches_.rows())));
+  for (int l = 0; l < organ.layer_count; ++l) {
+    const SampleTable& samples = *organ.layers[l].samples;
+    if (samples.patches == 0) continue;
+    placed_[l].reserve(samples.patches);
+    glBindVertexArray(nothing_.name());
+    place_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
+    place_.set("first_patch", samples.first_patch);
+    glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, placed_[l].buffer.name());
+    glBeginTransformFeedback(GL_POINTS);
+    glDrawArrays(GL_POINTS, 0, samples.patches);
+    glEndTransformFeedback();
+  }
+  glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
+  glBlendEquation(GL_FUNC_ADD);
+  glDisable(GL_BLEND);
+  glBindVertexArray(nothing_.name());
+  stretches_.reduce(reduce_);
+  glEnable(GL_DEPTH_TEST);
+}
+
+void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest) {
+  constexpr float kFarthest = 1;
+  glDepthFunc(GL_LESS);
+  glViewport(-kGuard_px, -kGuard_px, targets_.width + 2 * kGuard_px,
+             targets_.height + 2 * kGuard_px);
+  splat_.use();
+  splat_.set("picture", Eigen::Vector2f(float(targets_.width), float(targets_.height)));
+  splat_.set("near_mm", static_cast<float>(view.near_mm));
+  splat_.set("skip_nearest", int(skip_nearest));
+  splat_.set("texel_mm", static_cast<float>(organ.texel_mm));
+  splat_.set("inverse_reach", 1 / scale_.reach_mm);
+  for (int l = 0; l < organ.layer_count; ++l) {
+    const SampleTable& samples = *organ.layers[l].samples;
+    glBindFramebuffer(GL_FRAMEBUFFER, targets_.layers[l].name());
+    glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+    if (samples.patches == 0) continue;
+    splat_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
+    glBindVertexArray(placed_[l].array.name());
+    glDrawArraysInstanced(GL_POINTS, 0, SampleSource::kSlots, samples.patches);
+  }
+  glBindVertexArray(nothing_.name());
+  glViewport(0, 0, targets_.width, targets_.height);
+}
+
+namespace {
+
+void set_active(const Program& program, const PlacedOrgan& organ) {
+  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
+  std::array<std::uint32_t, 3> cameras{};
+  Eigen::Vector3f shares;
+  for (int i = 0; i < 3; ++i) {
+    cameras[i] = std::min(organ.weights.cameras[i], kUnseen);
+    shares[i] = static_cast<float>(organ.weights.weights[i]);
+  }
+  program.set("active_cameras", cameras);
+  program.set("active_shares", shares);
+}
+
+}  // namespace
+
+void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
+  constexpr float kFarthest = 1;
+  glBindFramebuffer(GL_FRAMEBUFFER, targets_.base.name());
+  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+  base_.use();
+  set_view(base_, organ, view);
+  set_active(base_, organ);
+  organ.tables->bind_nodes(base_);
+  base_.set_texture("stretches", GL_TEXTURE_2D, stretches_.table());
+  base_.set_texture("largest_stretch", GL_TEXTURE_2D, stretches_.largest());
+  base_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
+  base_.set("layers", organ.layer_count);
+  base_.set("cut", int(organ.source.cut));
+  base_.set("inverse_reach", 1 / scale_.reach_mm);
+  const int steps = organ.tables->steps();
+  glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());
+}
+
+void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
+                                 const DrawOptions& options, double reference_mm) {
+  glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
+  resolve_.use();
+  std::array<int, 3> first_patch{}, first_smooth{}, by_share = {0, 1, 2};
+  Eigen::Vector3f shares = Eigen::Vector3f::Zero();
+  constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
+  for (int l = 0; l < Targets::kLayers; ++l) {
+    const Layer& layer = organ.layers[l < organ.layer_count ? l : 0];
+    if (!layer.samples) continue;
+    resolve_.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
+    first_patch[l] = layer.samples->first_patch, first_smooth[l] = layer.samples->first_smooth;
+    shares[l] = layer.share;
+  }
+  // Of equal shares the first layer comes last, and stands: DominantSamples.
+  std::sort(by_share.begin(), by_share.begin() + organ.layer_count,
+            [&](int a, int b) { return shares[a] != shares[b] ? shares[a] < shares[b] : a > b; });
+  set_active(resolve_, organ);
+  organ.tables->bind_nodes(resolve_);
+  skin_light_.set(resolve_, organ.organ->warper, organ.source.lighting, view, organ.light,
+                  reference_mm);
+  resolve_.set_texture("keys", GL_TEXTURE_2D_ARRAY, targets_.keys.texture());
+  resolve_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
+  resolve_.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
+  resolve_.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
+  resolve_.set_texture("largest_stretch", GL_TEXTURE_2D, stretches_.largest());
+  resolve_.set("first_patch", first_patch);
+  resolve_.set("first_smooth", first_smooth);
+  resolve_.set("shares", shares);
+  resolve_.set("by_share", by_share);
+  resolve_.set("layers", organ.layer_count);
+  const Lighting* lighting = organ.source.lighting;
+  resolve_.set("smooth_colors",
+               int(organ.light == DrawnLight::scope && lighting && lighting->scope.has_value()));
+  resolve_.set("base_drawn", int(options.base_layer && organ.tables->steps() > 0));
+  resolve_.set("reach", scale_.reach_mm);
+  resolve_.set("texel_mm", static_cast<float>(organ.texel_mm));
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+bool OrganPasses::shows(const std::vector<JointDrawing::Organ>& all) const {
+  if (all.size() != organs_.size()) return false;
+  for (std::size_t o = 0; o < all.size(); ++o) {
+    const auto same = [&](const OrganTables& one) { return one.id() == all[o].warper.id(); };
+    const auto found = std::find_if(tables_.begin(), tables_.end(), same);
+    if (organs_[o].source.id != all[o].warper.id() || found == tables_.end() ||
+        !found->is_posed(all[o].positions_mm))
+      return false;
+  }
+  return true;
+}
+
+std::size_t OrganPasses::table_bytes() const {
+  std::size_t sum = 0;
+  for (const OrganTables& one : tables_) sum += one.bytes();
+  return sum;
+}
+
+}  // namespace organbake
