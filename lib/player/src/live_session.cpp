@@ -67,14 +67,32 @@ void LiveSession::zoom(double steps) {
 
 void LiveSession::face_front() { pose_ = front_; }
 
+// Of a picture that was not kept, the processor draws the pixel with those round it, across which
+// it fills holes.
+std::optional<LiveSession::Seen> LiveSession::seen_at(const Eigen::Vector2i& pixel) const {
+  const std::size_t index = std::size_t(pixel.y()) * view_.camera.intrinsics.width + pixel.x();
+  if (index < frame_.depth_mm.size()) return Seen{frame_.cover[index], frame_.depth_mm[index]};
+  if (frame_.serial == 0) return std::nullopt;
+  constexpr int kAround = 3, kSide = 2 * kAround + 1;
+  View close = view_;
+  Intrinsics& lens = close.camera.intrinsics;
+  lens.width = lens.height = kSide;
+  lens.cx -= pixel.x() - kAround, lens.cy -= pixel.y() - kAround;
+  DrawOptions options;
+  options.keep_depth = true;
+  options.solids = solids_;
+  Frame frame;
+  player_->draw_by_processor(close, options, frame);
+  constexpr std::size_t kMiddle = kAround * kSide + kAround;
+  return Seen{frame.cover[kMiddle], frame.depth_mm[kMiddle]};
+}
+
 std::optional<double> LiveSession::scope_distance_mm() const {
   const Intrinsics& picture = view_.camera.intrinsics;
-  const std::size_t middle =
-      std::size_t(picture.height / 2) * picture.width + std::size_t(picture.width / 2);
-  if (middle >= frame_.depth_mm.size() || frame_.cover[middle] == Cover::solid ||
-      !std::isfinite(frame_.depth_mm[middle]))
+  if (!ahead_) ahead_ = seen_at({picture.width / 2, picture.height / 2});
+  if (!ahead_ || ahead_->cover == Cover::solid || !std::isfinite(ahead_->depth_mm))
     return std::nullopt;
-  return frame_.depth_mm[middle];
+  return ahead_->depth_mm;
 }
 
 void LiveSession::set_scope_distance_mm(double distance_mm) {
@@ -111,11 +129,11 @@ bool LiveSession::find_touched(const Eigen::Vector2d& at_px) {
   if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= picture.width || pixel.y() >= picture.height) {
     return false;
   }
-  const std::size_t index = std::size_t(pixel.y()) * picture.width + pixel.x();
-  if (index >= frame_.depth_mm.size() || !std::isfinite(frame_.depth_mm[index])) return false;
+  const std::optional<Seen> seen = seen_at(pixel);
+  if (!seen || !std::isfinite(seen->depth_mm)) return false;
   const RigidTransform world_from_camera = view_.camera.camera_from_world.inverse();
   const Eigen::Vector3d ray = unproject(picture, at_px);
-  touched_mm_ = world_from_camera * Eigen::Vector3d(double(frame_.depth_mm[index]) * ray);
+  touched_mm_ = world_from_camera * Eigen::Vector3d(double(seen->depth_mm) * ray);
   sight_ = (world_from_camera.rotation * ray).normalized();
   touched_px_ = pointer_px_ = at_px;
   touch_view_ = view_;
@@ -250,12 +268,14 @@ void LiveSession::draw(int width, int height, DrawOptions& options, double time_
     Intrinsics& lens = view_.camera.intrinsics;
     lens.fx = lens.fy = 0.5 * std::min(width, height) / std::tan(half_rad);
   }
-  options.keep_depth = true;
-  options.solids = tools_.solids(tips_, view_, time_s);
+  options.keep_depth = !player_->shows_pictures();
+  solids_ = tools_.solids(tips_, view_, time_s);
   const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
-  options.solids.insert(options.solids.end(), placed.begin(), placed.end());
+  solids_.insert(solids_.end(), placed.begin(), placed.end());
+  options.solids = solids_;
   if (holding_) record_.last_touch().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
   played.draw = player_->draw(view_, options, frame_);
+  ahead_.reset();
 }
 
 void LiveSession::begin_anew() {

@@ -195,6 +195,10 @@ std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
 DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
   if (drawing_)
     if (const auto report = draw_otherwise(view, options, frame)) return *report;
+  return draw_by_processor(view, options, frame);
+}
+
+DrawReport Player::draw_by_processor(const View& view, const DrawOptions& options, Frame& frame) {
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   return organ.shown().draw(organ.drawn_positions(), view, options, frame);
@@ -241,6 +245,8 @@ void Player::draw_by(std::shared_ptr<OrganDrawing> drawing) {
   drawing_ = std::move(drawing);
   drawing_note_.clear();
 }
+
+bool Player::shows_pictures() const { return drawing_ && drawing_->shows_pictures(); }
 
 std::optional<DrawReport> Player::draw_otherwise(const View& view, const DrawOptions& options,
                                                  Frame& frame) {

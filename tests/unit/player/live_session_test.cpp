@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "organ_to_play.h"
+#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {
@@ -258,6 +260,62 @@ TEST(LiveSession, TheScopeComesAsNearAsAskedAndTheLensSeesAsWide) {
   std::vector<std::uint8_t> played;
   play(s.player, script, {}, [&](int, const Frame& frame) { played = frame.color.pixels; });
   EXPECT_EQ(played, s.session.frame().color.pixels);
+}
+
+// As a page's canvas: people see its pictures, frames hold none.
+class ElsewhereDrawing : public OrganDrawing {
+ public:
+  bool shows_pictures() const override { return true; }
+  std::string refusal(const std::vector<JointDrawing::Organ>&, const View&,
+                      const DrawOptions&) const override {
+    return {};
+  }
+  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                  const DrawOptions& options, Frame& frame) override {
+    EXPECT_FALSE(options.keep_depth);
+    Frame shown;
+    const DrawReport report = drawing_.draw(organs, view, options, shown);
+    frame = {};
+    frame.serial = shown.serial;
+    return report;
+  }
+
+ private:
+  JointDrawing drawing_;
+};
+
+TEST(LiveSession, MeetsTheTissueOfPicturesThatAppearElsewhere) {
+  Seen framed, elsewhere;
+  elsewhere.player.draw_by(std::make_shared<ElsewhereDrawing>());
+  for (Seen* s : {&framed, &elsewhere}) {
+    s->session.turn({14, -9});
+    s->advance(false);
+  }
+  EXPECT_TRUE(elsewhere.session.frame().color.pixels.empty());
+  EXPECT_FALSE(elsewhere.session.touch({2, 2}, Ball{}));  // the background
+  constexpr double kClose_mm = 0.02;  // where samples lie on their pixels otherwise
+  ASSERT_TRUE(framed.session.scope_distance_mm() && elsewhere.session.scope_distance_mm());
+  EXPECT_NEAR(*elsewhere.session.scope_distance_mm(), *framed.session.scope_distance_mm(),
+              kClose_mm);
+  for (const Eigen::Vector2d& off : {Eigen::Vector2d(0, 0), {17.5, -12}, {-20, 15}}) {
+    for (Seen* s : {&framed, &elsewhere}) {
+      ASSERT_TRUE(s->session.touch(kMiddle + off, Ball{}));
+      s->session.push(4);
+      s->advance();
+    }
+    EXPECT_NEAR(elsewhere.session.depth_mm(), framed.session.depth_mm(), kClose_mm);
+    const auto tip = [](const Seen& s) {
+      return s.session.record("touch").instruments.back().path.back().position_mm.value();
+    };
+    EXPECT_LT((tip(elsewhere) - tip(framed)).norm(), kClose_mm);
+    // A tool before the lens hides the skin ahead.
+    EXPECT_EQ(elsewhere.session.scope_distance_mm().has_value(),
+              framed.session.scope_distance_mm().has_value());
+    for (Seen* s : {&framed, &elsewhere}) {
+      s->session.let_go();
+      s->advance();
+    }
+  }
 }
 
 }  // namespace

@@ -52,7 +52,8 @@ class LiveSession {
   double cut_width_mm() const { return cut_width_mm_; }
   void set_cut_width_mm(double width_mm) { cut_width_mm_ = width_mm; }
 
-  // One time step, and what it looks like: frame(), with its depth. Without `step` time stands
+  // One time step, and what it looks like: frame(), with its depth, unless the player shows its
+  // pictures elsewhere. Without `step` time stands
   // still and only the picture is made. While the organ is on its way to another step of the record
   // (seek()), it gets there by as many steps at once as take about 10 ms.
   PlayedFrame advance(bool step, int width, int height, DrawOptions options);
@@ -93,6 +94,12 @@ class LiveSession {
   double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
 
  private:
+  // What the last picture shows at a pixel, and how far away; nothing before there is one.
+  struct Seen {
+    Cover cover;
+    float depth_mm;
+  };
+  std::optional<Seen> seen_at(const Eigen::Vector2i& pixel) const;
   bool find_touched(const Eigen::Vector2d& at_px);
   void take_tool(const InstrumentKind& kind);
   Eigen::Vector3d dragged_mm() const;
@@ -115,6 +122,8 @@ class LiveSession {
   std::optional<double> view_angle_deg_;
   View view_;  // of the last picture
   Frame frame_;
+  std::vector<Solid> solids_;          // in it
+  mutable std::optional<Seen> ahead_;  // in its middle, once that was asked for
   HeldTools tools_, placed_tools_;
   std::vector<Instrument> tips_;  // one for each touch so far; the last may be active
   std::vector<Instrument> placed_;

@@ -67,6 +67,9 @@ class Player {
   // refuses, the processor draws; where it fails, it is let go for good. Neither loses anything.
   // PaperDrawing (paper_warp.h) is such a way: the paper's own chain.
   void draw_by(std::shared_ptr<OrganDrawing> drawing);
+  // Whether draw() leaves frames empty, since its pictures appear elsewhere (OrganDrawing).
+  bool shows_pictures() const;
+  DrawReport draw_by_processor(const View& view, const DrawOptions& options, Frame& frame);
   // Why the processor drew the last picture although draw_by() named another way; else empty.
   const std::string& drawing_note() const { return drawing_note_; }
   // The organs as they were baked, at rest and whole, whatever has been done to them since: to be

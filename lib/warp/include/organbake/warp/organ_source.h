@@ -84,7 +84,7 @@ struct ScopeShading {
 
 // A constant of this module, for the text of a shader.
 struct ShaderConstant {
-  std::string name;
+  const char* name;
   double value;
 };
 std::vector<ShaderConstant> shader_constants();
@@ -110,6 +110,8 @@ class GraphicsError : public UsageError {
 class OrganDrawing {
  public:
   virtual ~OrganDrawing() = default;
+  // Whether pictures appear where people look at them, and frames tell no more than their serial.
+  virtual bool shows_pictures() const { return false; }
   // Why these organs cannot be drawn so with these options; empty when they can.
   virtual std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                               const DrawOptions& options) const = 0;
