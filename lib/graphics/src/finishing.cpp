@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finishing.h"
 
-#include <epoxy/gl.h>
-
 #include <algorithm>
 
+#include "opengl.h"
 #include "organbake/warp/solids.h"
 
 namespace organbake {
@@ -97,10 +96,17 @@ void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
     add(solid.corner ? Eigen::Vector3d(pose * *solid.corner) : Eigen::Vector3d::Zero(), 0);
     add(solid.color.cast<double>(), 0);
   }
+  const auto rows = static_cast<GLsizei>(solids.size());
   glBindTexture(GL_TEXTURE_2D, solid_table_.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSolidTexels, static_cast<GLsizei>(solids.size()), 0,
-               GL_RGBA, GL_FLOAT, solid_numbers_.data());
-  set_nearest(GL_TEXTURE_2D);
+  if (rows != solid_rows_) {
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSolidTexels, rows, 0, GL_RGBA, GL_FLOAT,
+                 solid_numbers_.data());
+    set_nearest(GL_TEXTURE_2D);
+    solid_rows_ = rows;
+  } else {
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSolidTexels, rows, GL_RGBA, GL_FLOAT,
+                    solid_numbers_.data());
+  }
 }
 
 void Finishing::pass_solids(const Program& program, const View& view,

@@ -48,6 +48,7 @@ class Finishing {
 
   Program open_, slits_, holes_, across_, fade_, shadows_, solids_, edges_, outline_;
   TextureName solid_table_;
+  int solid_rows_ = 0;
   std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;
   int next_ = 0;  // of targets.finished

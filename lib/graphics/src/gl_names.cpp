@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gl_names.h"
 
-#include <epoxy/gl.h>
+#include "opengl.h"
 
 namespace organbake {
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/graphics/graphics_drawing.h"
 
-#include <epoxy/gl.h>
-
 #include <atomic>
 #include <cstdint>
 
 #include "first_picture.h"
+#include "opengl.h"
 #include "organ_passes.h"
 #include "organbake/core/stopwatch.h"
 #include "read_back.h"
@@ -16,7 +15,7 @@ namespace {
 
 ShaderDialect dialect_of_context() {
   current_graphics_device();
-  return epoxy_is_desktop_gl() ? ShaderDialect::desktop : ShaderDialect::embedded;
+  return is_desktop_gl() ? ShaderDialect::desktop : ShaderDialect::embedded;
 }
 
 // As a new context is, for who draws in it next.
@@ -29,9 +28,18 @@ void leave_context() {
   glDepthFunc(GL_LESS);
 }
 
+// Rows of pictures run from the top, those of the context's own framebuffer from the bottom.
+void show(const Targets::Picture& picture, const Intrinsics& size) {
+  const GLint width = size.width, height = size.height;
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, picture.framebuffer.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  glBlitFramebuffer(0, 0, width, height, 0, height, width, 0, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
 void throw_errors() {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;
+  if (error == kContextLost) throw GraphicsError("the graphics hardware's context was lost");
   throw GraphicsError(error == GL_OUT_OF_MEMORY
                           ? "the graphics hardware has not enough memory for this picture"
                           : "the graphics driver failed (error " + std::to_string(error) + ")");
@@ -46,8 +54,8 @@ GraphicsDevice current_graphics_device() {
   };
   const std::string name = text(GL_RENDERER);
   if (name.empty()) throw GraphicsError("no context of OpenGL is current");
-  const int version = epoxy_gl_version();
-  if (version < (epoxy_is_desktop_gl() ? 33 : 30))
+  const int version = gl_version();
+  if (version < (is_desktop_gl() ? 33 : 30))
     throw GraphicsError("drawing with graphics hardware needs OpenGL 3.3 or OpenGL ES 3.0, and '" +
                         name + "' has " + std::to_string(version / 10) + "." +
                         std::to_string(version % 10));
@@ -64,7 +72,10 @@ struct GraphicsDrawing::Impl {
   DrawOptions last_options;
   DrawReport last_report;
   std::uint64_t last_serial = 0;  // of the frame that holds it
-  bool agreed = true;             // with the processor, or that was not asked
+  bool agreed;                    // with the processor, or that was not asked
+  Pictures pictures;
+
+  Impl(FirstPicture first, Pictures to) : agreed(first == FirstPicture::trusted), pictures(to) {}
 
   // Whether the frame still holds the last picture, and that is this one.
   bool holds(const std::vector<JointDrawing::Organ>& all, const View& view,
@@ -93,8 +104,8 @@ DrawReport GraphicsDrawing::Impl::report() const {
   return report;
 }
 
-GraphicsDrawing::GraphicsDrawing(FirstPicture first) : impl_(std::make_unique<Impl>()) {
-  impl_->agreed = first == FirstPicture::trusted;
+GraphicsDrawing::GraphicsDrawing(FirstPicture first, Pictures pictures)
+    : impl_(std::make_unique<Impl>(first, pictures)) {
   throw_errors();
 }
 GraphicsDrawing::~GraphicsDrawing() = default;
@@ -108,13 +119,7 @@ std::string GraphicsDrawing::refusal(const std::vector<JointDrawing::Organ>&, co
   return {};
 }
 
-unsigned GraphicsDrawing::draw_to_texture(const std::vector<JointDrawing::Organ>& organs,
-                                          const View& view, const DrawOptions& options) {
-  const unsigned texture = impl_->passes.draw(organs, view, options).color.texture();
-  leave_context();
-  throw_errors();
-  return texture;
-}
+bool GraphicsDrawing::shows_pictures() const { return impl_->pictures == Pictures::shown; }
 
 DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                                  const DrawOptions& options, Frame& frame) {
@@ -127,13 +132,17 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   Stopwatch watch;
   const Targets::Picture& picture = impl_->passes.draw(organs, view, options);
   DrawReport report = impl_->report();
-  impl_->read_back.read(impl_->passes, picture, options, frame, report);
+  const bool shown = shows_pictures();
+  if (!shown || !impl_->agreed)
+    impl_->read_back.read(impl_->passes, picture, options, frame, report);
+  if (shown) show(picture, view.camera.intrinsics);
   leave_context();
   throw_errors();
   if (options.measure) report.times.resolve = report.critical_path.resolve = watch.lap();
-  impl_->remember(view, options, report, frame);
   if (!impl_->agreed) check_agreement(organs, view, options, frame);
   impl_->agreed = true;
+  if (shown) frame = {};
+  impl_->remember(view, options, report, frame);
   return report;
 }
 

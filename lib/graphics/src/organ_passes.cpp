@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organ_passes.h"
 
-#include <epoxy/gl.h>
-
 #include <algorithm>
 #include <cstdint>
 
+#include "opengl.h"
 #include "organbake/warp/camera_shares.h"
 
 namespace organbake {
@@ -124,7 +123,7 @@ void OrganPasses::begin(const DrawOptions& options) {
   glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST), glDisable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE), glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  if (dialect_ == ShaderDialect::desktop) glEnable(GL_PROGRAM_POINT_SIZE);
+  if (dialect_ == ShaderDialect::desktop) glEnable(kProgramPointSize);
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
   const auto& [red, green, blue] = options.background;
   const std::array<float, 4> background = {red / 255.0f, green / 255.0f, blue / 255.0f, 0};

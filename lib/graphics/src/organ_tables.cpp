@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organ_tables.h"
 
-#include <epoxy/gl.h>
-
 #include <algorithm>
-#include <bit>
 #include <cmath>
+
+#include "opengl.h"
+#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {
 
-std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
+std::uint32_t bits_of(float value) { return __builtin_bit_cast(std::uint32_t, value); }
 
 std::uint32_t two_words(std::int32_t low, std::int32_t high) {
   return (static_cast<std::uint32_t>(low) & 0xFFFFu) | static_cast<std::uint32_t>(high) << 16;

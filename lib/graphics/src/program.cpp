@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program.h"
 
-#include <epoxy/gl.h>
-
 #include <algorithm>
 
+#include "opengl.h"
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {
@@ -39,21 +38,24 @@ unsigned compile(GLenum kind, const std::string& text, const std::string& name) 
 
 Program::Program(ShaderDialect dialect, const ProgramFiles& files) {
   const unsigned program = program_.name();
-  for (const auto& [kind, parts] : {std::pair{GL_VERTEX_SHADER, &files.vertex},
-                                    std::pair{GL_FRAGMENT_SHADER, &files.fragment}}) {
-    const unsigned shader = compile(kind, shader_text(dialect, *parts), files.name);
+  for (const auto& [kind, parts] :
+       {std::pair{GL_VERTEX_SHADER, files.vertex}, std::pair{GL_FRAGMENT_SHADER, files.fragment}}) {
+    const unsigned shader = compile(kind, shader_text(dialect, parts), files.name);
     glAttachShader(program, shader);
     glDeleteShader(shader);
   }
-  if (!files.captured.empty())
-    glTransformFeedbackVaryings(program, static_cast<GLsizei>(files.captured.size()),
-                                files.captured.data(), GL_INTERLEAVED_ATTRIBS);
+  const std::vector<std::string> captured = words_in(files.captured);
+  std::vector<const char*> outputs;
+  for (const std::string& output : captured) outputs.push_back(output.c_str());
+  if (!outputs.empty())
+    glTransformFeedbackVaryings(program, static_cast<GLsizei>(outputs.size()), outputs.data(),
+                                GL_INTERLEAVED_ATTRIBS);
   glLinkProgram(program);
   GLint linked = GL_FALSE;
   glGetProgramiv(program, GL_LINK_STATUS, &linked);
   if (linked != GL_TRUE) {
     throw GraphicsError(
-        "the graphics driver does not link the shaders '" + files.name + "': " +
+        "the graphics driver does not link the shaders '" + std::string(files.name) + "': " +
         words_of(
             program, [](unsigned p, GLint* n) { glGetProgramiv(p, GL_INFO_LOG_LENGTH, n); },
             [](unsigned p, GLsizei n, char* to) { glGetProgramInfoLog(p, n, nullptr, to); }));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "read_back.h"
 
-#include <epoxy/gl.h>
-
 #include <limits>
+
+#include "opengl.h"
 
 namespace organbake {
 

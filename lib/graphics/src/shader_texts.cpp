@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <stdexcept>
 
 #include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"
@@ -31,7 +32,8 @@ std::string number(double value) {
 std::string constants() {
   std::string text;
   for (const ShaderConstant& constant : shader_constants()) {
-    const bool whole = constant.name == "kGrainSide" || constant.name == "kNormalReach";
+    const std::string_view name = constant.name;
+    const bool whole = name == "kGrainSide" || name == "kNormalReach";
     text +=
         line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
   }
@@ -47,43 +49,58 @@ std::string constants() {
   return text;
 }
 
+#ifdef __EMSCRIPTEN__
+// A page holds the texts, and puts them in the names' places.
+std::string text_of(const std::string& name) { return "@" + name + "\n"; }
+#else
+std::string text_of(const std::string& name) {
+  for (const ShaderFile& file : shader_files())
+    if (file.name == name) return file.text;
+  throw std::out_of_range("there is no shader " + name);
+}
+#endif
+
 }  // namespace
 
-std::string shader_text(ShaderDialect dialect, const std::vector<std::string>& files) {
+std::vector<std::string> words_in(std::string_view text) {
+  std::vector<std::string> words;
+  while (!text.empty()) {
+    words.emplace_back(text.substr(0, text.find(' ')));
+    text.remove_prefix(std::min(text.size(), words.back().size() + 1));
+  }
+  return words;
+}
+
+std::string shader_text(ShaderDialect dialect, std::string_view files) {
   static const std::string of_all = constants();
   std::string text = (dialect == ShaderDialect::desktop ? kDesktop : kEmbedded) + of_all;
-  for (const std::string& file : files) text += shader_files().at(file);
+  for (const std::string& name : words_in(files)) text += text_of(name);
   return text;
 }
 
-const std::vector<ProgramFiles>& program_files() {
-  static const std::vector<ProgramFiles> files = {
-      {"place",
-       {"tables.glsl", "shell.glsl", "place.vert"},
-       {"place.frag"},
-       {"matrix0", "matrix1", "matrix2", "matrix3", "matrix4", "matrix5", "matrix6",
-        "texel_per_pixel", "splat"}},
-      {"reduce", {"screen.vert"}, {"reduce.frag"}},
-      {"splat", {"tables.glsl", "splat.vert"}, {"splat.frag"}},
-      {"base", {"tables.glsl", "shell.glsl", "weight.glsl", "base.vert"}, {"base.frag"}},
-      {"resolve",
-       {"screen.vert"},
-       {"tables.glsl", "weight.glsl", "skin.glsl", "light.glsl", "resolve.frag"}},
-      {"open", {"screen.vert"}, {"finish.glsl", "open.frag"}},
-      {"slits", {"screen.vert"}, {"finish.glsl", "slits.frag"}},
-      {"holes", {"screen.vert"}, {"finish.glsl", "holes.frag"}},
-      {"across", {"screen.vert"}, {"finish.glsl", "across.frag"}},
-      {"fade", {"screen.vert"}, {"finish.glsl", "fade.frag"}},
-      {"shadows", {"screen.vert"}, {"finish.glsl", "shadows.frag"}},
-      {"solids", {"screen.vert"}, {"finish.glsl", "solids.frag"}},
-      {"edges", {"screen.vert"}, {"finish.glsl", "edges.frag"}},
-      {"outline", {"screen.vert"}, {"finish.glsl", "outline.frag"}},
-  };
-  return files;
+std::span<const ProgramFiles> program_files() {
+  static constexpr std::array<ProgramFiles, 14> kFiles = {{
+      {"place", "tables.glsl shell.glsl place.vert", "place.frag",
+       "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
+      {"reduce", "screen.vert", "reduce.frag"},
+      {"splat", "tables.glsl splat.vert", "splat.frag"},
+      {"base", "tables.glsl shell.glsl weight.glsl base.vert", "base.frag"},
+      {"resolve", "screen.vert", "tables.glsl weight.glsl skin.glsl light.glsl resolve.frag"},
+      {"open", "screen.vert", "finish.glsl open.frag"},
+      {"slits", "screen.vert", "finish.glsl slits.frag"},
+      {"holes", "screen.vert", "finish.glsl holes.frag"},
+      {"across", "screen.vert", "finish.glsl across.frag"},
+      {"fade", "screen.vert", "finish.glsl fade.frag"},
+      {"shadows", "screen.vert", "finish.glsl shadows.frag"},
+      {"solids", "screen.vert", "finish.glsl solids.frag"},
+      {"edges", "screen.vert", "finish.glsl edges.frag"},
+      {"outline", "screen.vert", "finish.glsl outline.frag"},
+  }};
+  return kFiles;
 }
 
-const ProgramFiles& files_of(const std::string& program) {
-  const auto& all = program_files();
+const ProgramFiles& files_of(std::string_view program) {
+  const auto all = program_files();
   return *std::find_if(all.begin(), all.end(),
                        [&](const auto& one) { return one.name == program; });
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "table.h"
 
-#include <epoxy/gl.h>
-
 #include <string>
 
+#include "opengl.h"
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {

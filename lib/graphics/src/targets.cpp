@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "targets.h"
 
-#include <epoxy/gl.h>
-
+#include "opengl.h"
 #include "organbake/warp/organ_source.h"
 #include "program.h"
 #include "table.h"

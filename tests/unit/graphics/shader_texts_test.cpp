@@ -24,8 +24,10 @@ TEST(ShaderTexts, AreValidInBothDialects) {
   for (const ShaderDialect dialect : {ShaderDialect::desktop, ShaderDialect::embedded}) {
     const std::string which = dialect == ShaderDialect::desktop ? "_desktop" : "_embedded";
     for (const ProgramFiles& program : program_files()) {
-      EXPECT_TRUE(validated(shader_text(dialect, program.vertex), "vert", program.name + which));
-      EXPECT_TRUE(validated(shader_text(dialect, program.fragment), "frag", program.name + which));
+      EXPECT_TRUE(validated(shader_text(dialect, program.vertex), "vert",
+                            std::string(program.name) + which));
+      EXPECT_TRUE(validated(shader_text(dialect, program.fragment), "frag",
+                            std::string(program.name) + which));
     }
   }
 }

@@ -36,9 +36,14 @@ class GraphicsDrawing : public OrganDrawing {
   // Whether the first picture is held against the processor's.
   enum class FirstPicture { trusted, checked };
   static constexpr double kLeastAgreement_db = 40;
+  // Where pictures go: read back into frames, or shown in the context's own framebuffer, such as
+  // a page's canvas of the picture's size. Nothing waits for those; only a first one that is
+  // checked is read back, too.
+  enum class Pictures { read, shown };
 
   // Compiles the shaders for the current context. Throws GraphicsError with the driver's words.
-  explicit GraphicsDrawing(FirstPicture first = FirstPicture::trusted);
+  explicit GraphicsDrawing(FirstPicture first = FirstPicture::trusted,
+                           Pictures pictures = Pictures::read);
   ~GraphicsDrawing() override;
 
   // Frames that keep what is shown or bound, the paper's own warp, and tools by the light at the
@@ -52,10 +57,7 @@ class GraphicsDrawing : public OrganDrawing {
   // included.
   DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options, Frame& frame) override;
-  // The same without reading the picture back: a texture of four bytes a pixel, rows from the top,
-  // that shows it until the next call. Alpha is the Cover.
-  unsigned draw_to_texture(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                           const DrawOptions& options);
+  bool shows_pictures() const override;
 
   // Of the organs' tables, without the pictures.
   std::size_t table_bytes() const;

@@ -15,6 +15,7 @@ class OffscreenDrawing : public OrganDrawing {
   OffscreenDrawing() = default;
 
   GraphicsDevice device() const { return device_; }
+  std::size_t table_bytes() const { return drawing_.table_bytes(); }
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override {
     return drawing_.refusal(organs, view, options);
