@@ -8,6 +8,7 @@
 
 #include "organbake/bundle/map_code.h"
 #include "organbake/core/error.h"
+#include "organbake/graphics/graphics_drawing.h"
 #include "organbake/player/eye_inside.h"
 #include "organbake/player/instrument_motion.h"
 #include "organbake/player/play.h"
@@ -78,9 +79,15 @@ void LiveOrgan::advance(bool step, int width, int height) {
   size.check();
   last_ = session_->advance(step, width, height, drawing_);
   if (last_.step.recovered) ++recovered_;
-  if (!last_.draw.unchanged)
-    inside_ = why_empty(*player_, session_->view(), last_.draw).has_value();
+  if (!last_.draw.unchanged) inside_ = eye_inside();
   show(session_->frame());
+}
+
+// Of a picture in a canvas nobody counts what it shows: whether the skin ahead is missing decides
+// whether to look closer.
+bool LiveOrgan::eye_inside() const {
+  if (player_->shows_pictures() && session_->scope_distance_mm()) return false;
+  return why_empty(*player_, session_->view(), last_.draw).has_value();
 }
 
 void LiveOrgan::show(const Frame& frame) {
@@ -151,6 +158,15 @@ void LiveOrgan::set_light(int light) {
   drawing_.light = static_cast<DrawnLight>(light);
 }
 
+std::string LiveOrgan::draw_by_graphics(bool software_too) {
+  const GraphicsDevice device = current_graphics_device();
+  if (device.software && !software_too)
+    throw GraphicsError("'" + device.name + "' is software, not graphics hardware");
+  player_->draw_by(std::make_shared<GraphicsDrawing>(GraphicsDrawing::FirstPicture::checked,
+                                                     GraphicsDrawing::Pictures::shown));
+  return device.name;
+}
+
 void LiveOrgan::set_background(int red, int green, int blue) {
   const auto byte = [](int level) { return static_cast<std::uint8_t>(std::clamp(level, 0, 255)); };
   drawing_.background = {byte(red), byte(green), byte(blue)};
@@ -200,6 +216,8 @@ double LiveOrgan::figure(Figure which) const {
       return session_->view_angle_deg();
     case Figure::inside:
       return inside_ ? 1 : 0;
+    case Figure::graphics:
+      return player_->shows_pictures() ? 1 : 0;
   }
   return 0;
 }

@@ -54,6 +54,13 @@ class LiveOrgan {
   // UsageError for finite elements where there are no tetrahedra.
   void choose_solver(TissueSolver solver);
   void set_light(int light);  // a DrawnLight; throws UsageError
+  // From now on by WebGL into the canvas whose context the page has made current; returns what
+  // draws. Throws GraphicsError, also for software that stands in for graphics hardware, unless
+  // that will do. The first picture is held against the processor's.
+  std::string draw_by_graphics(bool software_too);
+  void draw_by_processor() { player_->draw_by(nullptr); }
+  // Why the processor drew the last picture in the graphics hardware's place; else empty.
+  const std::string& drawing_note() const { return player_->drawing_note(); }
   void set_background(int red, int green, int blue);
   LiveSession& session() { return *session_; }
 
@@ -79,7 +86,8 @@ class LiveOrgan {
     seeking,   // 1: pictures are on their way to what was undone or redone
     scope_mm,  // from the lens to the skin straight ahead; 0 where there is none
     view_angle_deg,
-    inside  // 1: nothing is seen, since the eye is inside the organ or touches it
+    inside,   // 1: nothing is seen, since the eye is inside the organ or touches it
+    graphics  // 1: the last picture is in the canvas of draw_by_graphics()
   };
   double figure(Figure which) const;
 
@@ -92,6 +100,7 @@ class LiveOrgan {
   }
   void set_solver(TissueSolver solver);
   void show(const Frame& frame);
+  bool eye_inside() const;
 
   std::vector<std::vector<std::byte>> supplied_;  // by camera; empty when it is not there, or bound
   bool all_bound_ = false;

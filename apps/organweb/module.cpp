@@ -293,6 +293,21 @@ ORGAN_EXPORT(organ_set_cut_width) void organ_set_cut_width(double mm) {
 ORGAN_EXPORT(organ_set_light) int organ_set_light(int light) {
   return with_organ([&](LiveOrgan& organ) { return organ.set_light(light), 0; });
 }
+// By WebGL into the canvas whose context the page has made current, software 1: also without
+// graphics hardware; its name is the message. −1, and as before, where that cannot be.
+ORGAN_EXPORT(organ_draw_by_graphics) int organ_draw_by_graphics(int software) {
+  return with_organ([&](LiveOrgan& organ) {
+    module().message = organ.draw_by_graphics(software != 0);
+    return 0;
+  });
+}
+ORGAN_EXPORT(organ_draw_by_processor) void organ_draw_by_processor() {
+  with_organ([](LiveOrgan& organ) { return organ.draw_by_processor(), 0; });
+}
+// The message is then why the processor drew in the graphics hardware's place, or empty.
+ORGAN_EXPORT(organ_drawing_note) void organ_drawing_note() {
+  with_organ([](LiveOrgan& organ) { return module().message = organ.drawing_note(), 0; });
+}
 ORGAN_EXPORT(organ_set_background) void organ_set_background(int red, int green, int blue) {
   with_organ([&](LiveOrgan& organ) { return organ.set_background(red, green, blue), 0; });
 }

@@ -22,7 +22,7 @@ expect_out organ.html
 expect 0 organbake export organ --format web -o again.html --threads 1
 expect_same organ.html again.html
 [ "$(stat -c %s organ.html)" -lt 1000000 ] || fail "a small organ's page is $(stat -c %s organ.html) bytes"
-[ "$(stat -c %s "$module")" -le 1150000 ] || fail "the module is $(stat -c %s "$module") bytes"
+[ "$(stat -c %s "$module")" -le 1210000 ] || fail "the module is $(stat -c %s "$module") bytes"
 grep -qE 'src=|@import|url\(' organ.html && fail "the page asks for more"
 expect 0 organbake export organ --format web -o organ.html  # over its own
 mkdir folder
@@ -96,3 +96,7 @@ code=0
 node "$SOURCE/tests/web/page_in_browser.mjs" "$WORK/cuttable.html" >page.log 2>&1 || code=$?
 cat page.log
 [ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page in Chromium"
+code=0
+node "$SOURCE/tests/web/graphics_in_browser.mjs" "$WORK/cuttable.html" >graphics.log 2>&1 || code=$?
+cat graphics.log
+[ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page by graphics hardware in Chromium"

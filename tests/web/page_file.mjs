@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page of `organbake export --format web` holds: its module and its pack.
+// What a page of `organbake export --format web` holds: its module, its shaders and its pack.
 import { readFileSync } from "node:fs";
 import { gunzipSync } from "node:zlib";
 
@@ -10,5 +10,6 @@ export function parts_of_page(file) {
     if (!found) throw new Error(`${file} holds no ${id}`);
     return new Uint8Array(Buffer.from(found[1], "base64"));
   };
-  return { module: new Uint8Array(gunzipSync(held("module"))), pack: held("pack") };
+  const unpacked = (id) => new Uint8Array(gunzipSync(held(id)));
+  return { module: unpacked("module"), shaders: unpacked("shaders"), pack: held("pack") };
 }

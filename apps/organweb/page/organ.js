@@ -3,7 +3,7 @@
 // and for pages of your own. Pixels are those of the last picture, (0, 0) its upper left corner.
 //
 //   const organ = await Organ.open(moduleBytes, packBytes);
-//   if (organ.draw(true, 640, 480)) context.putImageData(organ.picture(), 0, 0);
+//   if (organ.draw(true, 640, 480)) organ.paint(context);
 
 export const Solver = { springs: 0, fem: 1 };
 export const Light = { baked: 0, world: 1, scope: 2 };
@@ -11,7 +11,8 @@ const kTools = ["poke", "grab", "cut", "snip", "pierce"];
 const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, light: 5, lights: 6,
                  cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10,
                  can_cut: 11, pieces: 12, cut_width_mm: 13, solver: 14, can_undo: 15,
-                 can_redo: 16, seeking: 17, scope_mm: 18, view_angle_deg: 19, inside: 20 };
+                 can_redo: 16, seeking: 17, scope_mm: 18, view_angle_deg: 19, inside: 20,
+                 graphics: 21 };
 
 // The lists of a mesh in the module's order, and their kinds of number.
 const kMeshLists = [
@@ -56,20 +57,22 @@ export class Organ {
   #failure = null;
   #next = 0;  // cameras before it are bound
   #room = null;  // a view of the module's memory where states go
+  #canvas = null;  // that graphics hardware draws into
 
-  // module: the bytes of organ.wasm, or a compiled WebAssembly.Module; pack: a Uint8Array. Throws an
-  // Error whose message is a sentence for the reader.
-  static async open(module, pack) {
+  // module: the bytes of organ.wasm, or a compiled WebAssembly.Module; pack: a Uint8Array; webgl: a
+  // WebGl (webgl.js) for drawBy(). Throws an Error whose message is a sentence for the reader.
+  static async open(module, pack, webgl = null) {
     const organ = new Organ();
-    await organ.#start(module);
+    await organ.#start(module, webgl?.calls);
     await organ.#read(pack);
     return organ;
   }
 
-  async #start(module) {
+  async #start(module, calls) {
     const memory = () => new DataView(this.#exports.memory.buffer);
     const imports = {
-      env: { emscripten_notify_memory_growth() {} },
+      // What belongs to WebGL, and what a page need not answer.
+      env: new Proxy({}, { get: (none, name) => calls?.[name] ?? (() => 0) }),
       wasi_snapshot_preview1: {
         clock_time_get(clock, precision, at) {
           memory().setBigUint64(at, BigInt(Math.round(1e6 * performance.now())), true);
@@ -129,10 +132,28 @@ export class Organ {
     part.stream = null;
   }
 
+  // Draws with graphics hardware from now on, into a canvas of its own that has no context yet; with
+  // software WebGL as well when that will do. Returns its name. The first picture is held against the
+  // processor's. Throws an Error where it cannot be; `drawingNote` tells why a later picture is the
+  // processor's all the same. When the canvas has lost its context, give the organ back to the
+  // processor: drawBy(null). Nothing of its state is lost either way.
+  drawBy(webgl, canvas = null, { software = false } = {}) {
+    this.#exports.organ_draw_by_processor();
+    this.#canvas = null;
+    if (!webgl) return "";
+    webgl.open(canvas, this.#exports);
+    this.#call("organ_draw_by_graphics", software ? 1 : 0);
+    this.#canvas = canvas;
+    return this.#message();
+  }
+  get drawingNote() { return this.#exports.organ_drawing_note(), this.#message(); }
+
   // One time step of a 60th of a second, unless `step` is false, and a picture. False while the maps
   // that it needs are on their way: ask again, without a step.
   draw(step, width, height) {
     if (this.#failure) throw this.#failure;
+    if (this.#canvas && (this.#canvas.width !== width || this.#canvas.height !== height))
+      Object.assign(this.#canvas, { width, height });
     const wanted = this.#call("organ_advance", step ? 1 : 0, width, height);
     if (wanted > 0) {
       this.#supply(wanted - 1).catch((error) => { this.#failure = error; });
@@ -147,7 +168,13 @@ export class Organ {
     for (; !this.draw(step, width, height); step = false)
       await Promise.all(this.#supplies.values());
   }
-  // The last picture, until the next one is drawn; R G B A of its pixels, top row first.
+  // Puts the last picture into a canvas's 2D context, at once: graphics hardware keeps it no longer.
+  paint(context) {
+    if (this.graphics) context.drawImage(this.#canvas, 0, 0);
+    else context.putImageData(this.picture(), 0, 0);
+  }
+  // The last picture, until the next one is drawn, R G B A of its pixels, top row first; of those by
+  // the processor.
   picture() { return new ImageData(this.pixels(), this.#width, this.#height); }
   pixels() {
     const at = this.#exports.organ_pixels(), bytes = 4 * this.#width * this.#height;
@@ -270,5 +297,6 @@ export class Organ {
   get scopeMm() { return this.#figure(Figure.scope_mm); }  // 0 where there is no skin ahead
   get viewAngle() { return this.#figure(Figure.view_angle_deg); }
   get inside() { return this.#figure(Figure.inside) === 1; }  // nothing is seen for being too near
+  get graphics() { return this.#figure(Figure.graphics) === 1; }  // who drew the last picture
   get memoryBytes() { return this.#exports.memory.buffer.byteLength; }
 }

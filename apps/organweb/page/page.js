@@ -8,8 +8,10 @@ const kSlowBudget = 30;                     // ms of pictures that are coarse al
 const kMostPixels = 1.4e6, kCoarsePixels = 3.5e5, kFewestPixels = 9e4;
 const kFine = 200;                          // ms of rest until the picture is as fine as the screen
 const kCalm = 2500;                         // ms of rest until the organ is left alone
-// organ.html#pixels=200000 keeps to so many, whatever the machine can do.
-const kAsked = Number(new URLSearchParams(location.hash.slice(1)).get("pixels")) || 0;
+// organ.html#pixels=200000 keeps to so many, whatever the machine can do; #draw=gpu or cpu to one way
+// of drawing.
+const parameters = new URLSearchParams(location.hash.slice(1));
+const kAsked = Number(parameters.get("pixels")) || 0;
 
 function bytesOf(id) {
   const holder = element(id), text = holder.textContent;
@@ -23,7 +25,7 @@ function bytesOf(id) {
 let organ = null;
 let mode = "poke", pixels = kAsked || 7e5, busy = 0;  // busy: ms of a picture, averaged
 let complete = false, pieces = 1;  // all cameras are there; what blades have made of the organ
-let due = 0, calmSince = 0, running = false, shown = false;
+let due = 0, calmSince = 0, running = false, shown = false, ticked = 0;
 const pointers = new Map();
 let held = null;  // the pointer, or "keys", that holds the tool
 let grid = [1, 1];  // of the picture in which it was put onto the tissue
@@ -96,8 +98,10 @@ function redo() { letGo(); organ.redo(); say("Done again."); }
 
 // Draws, after a time step when it is asked for; whether there was anything new to show.
 function show(step) {
-  if (!organ.draw(step, canvas.width, canvas.height) || organ.unchanged && shown) return false;
-  context.putImageData(organ.picture(), 0, 0);
+  if (!organ.draw(step, canvas.width, canvas.height)) return false;
+  if (by_graphics && !organ.graphics) leave_graphics(organ.drawingNote);
+  if (organ.unchanged && shown) return false;
+  organ.paint(context);
   return shown = true;
 }
 
@@ -109,11 +113,14 @@ function tick(now) {
   try {
     const fine = now - calmSince > kFine;  // a held tool or not
     const anew = fit(kAsked || (fine ? kMostPixels : pixels));
-    const start = performance.now();
+    const start = performance.now(), since = now - ticked;
+    ticked = now;
     if (show(true) && !(fine && anew)) {
       calmSince = now;
       // A step in which a cut grows takes as long for any number of pixels.
-      if (!fine && organ.stepMs < kBudget) adapt(performance.now() - start);
+      // Graphics hardware works behind the page's back: only late pictures tell that it is busy.
+      const late = by_graphics && since > 1.3 * kStep && since < 10 * kStep;
+      if (!fine && organ.stepMs < kBudget) adapt(late ? since : performance.now() - start);
     }
     if (organ.seeking) calmSince = now;
     figures();
@@ -332,6 +339,7 @@ element("scope").addEventListener("input", () => {
   if (organ) bring_scope(kFarthest ** (Number(element("scope").value) / 100)), wake();
 });
 element("solver").addEventListener("change", () => { if (organ) play_by(Number(element("solver").value)), wake(); });
+element("painter").addEventListener("change", () => { if (organ) draw_by(element("painter").value), wake(); });
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) running = false;
   else wake();
@@ -347,11 +355,12 @@ async function unpacked(bytes) {
 try {
   if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function")
     throw new Error("this browser is too old for it; any of the last two years shows it");
-  const opened = await Organ.open(await unpacked(bytesOf("module")), bytesOf("pack"));
+  webgl = new WebGl(new TextDecoder().decode(await unpacked(bytesOf("shaders"))));
+  const opened = await Organ.open(await unpacked(bytesOf("module")), bytesOf("pack"), webgl);
   fit(pixels);
   opened.background = ground;
   await opened.drawn(false, canvas.width, canvas.height);
-  context.putImageData(opened.picture(), 0, 0);
+  opened.paint(context);
   stage.classList.remove("loading");
   performance.mark("organ shown");
   organ = opened;
@@ -363,6 +372,8 @@ try {
   element("solver").value = String(organ.solver);
   element("loading").hidden = true;
   window.organ = organ;  // for whoever writes a script in the browser's console
+  const choice = parameters.get("draw");
+  draw_by(["cpu", "gpu"].includes(choice) ? choice : "auto");
   wake();
   // The other cameras, one at a time, whenever nothing is touched.
   const rest = async () => {

@@ -2,6 +2,7 @@
 #include "organbake/exchange/web_page.h"
 
 #include <libdeflate.h>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
@@ -60,6 +61,19 @@ std::string filled(std::string_view page,
   return result += page;
 }
 
+// A script without the lines that only its readers need: whoever wants them has organ.js itself.
+std::string without_comments(const std::string& script) {
+  std::string result;
+  for (std::size_t begin = 0; begin < script.size();) {
+    const std::size_t end = std::min(script.find('\n', begin), script.size() - 1) + 1;
+    const std::size_t text = std::min(script.find_first_not_of(' ', begin), end - 1);
+    if (script.compare(text, 2, "//") != 0 && script[text] != '\n')
+      result += script.substr(text, end - text);
+    begin = end;
+  }
+  return result;
+}
+
 // Of 12: higher ones save 3 % in six times the time.
 constexpr int kLevel = 6;
 
@@ -95,19 +109,24 @@ WebPlayer read_web_player(const fs::path& folder) {
                        "its compiler (once, 1.3 GB), 'scripts/build web' builds it (five minutes "
                        "of a processor)");
   }
-  return {read_text_file(folder / "page.html"), read_text_file(folder / "page.css"),
-          read_text_file(folder / "organ.js"), read_text_file(folder / "page.js"),
-          read_file(module)};
+  const auto text = [&](const char* name) { return read_text_file(folder / name); };
+  return {text("page.html"),
+          text("page.css"),
+          text("organ.js") + text("webgl.js"),
+          text("painter.js") + text("page.js"),
+          read_file(module),
+          read_file(folder / "organ.glsl")};
 }
 
 std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunContext& context) {
-  const std::array<std::pair<std::string, std::string>, 7> texts = {
+  const std::array<std::pair<std::string, std::string>, 8> texts = {
       {{"title", escape_html(bundle.manifest.name)},
        {"provenance", provenance(bundle)},
        {"style", player.style},
-       {"loader", player.loader},
-       {"script", player.script},
+       {"loader", without_comments(player.loader)},
+       {"script", without_comments(player.script)},
        {"module", to_base64(gzipped(player.module))},
+       {"shaders", to_base64(gzipped(player.shaders))},
        {"pack", to_base64(web_pack(bundle, context))}}};
   return filled(player.page, texts);
 }

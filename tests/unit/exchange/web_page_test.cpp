@@ -66,12 +66,15 @@ TEST(WebPage, HoldsEverythingAndNothingOfATemplate) {
   WebPlayer player{
       "<title>{{title}}</title>{{style}}{{loader}}{{script}}{{module}}|{{pack}}|{{provenance}}",
       "S{{x}}",
-      "L",
+      "L;  // l\n  // licence\n\n  M(\"//\");\n",
       "J",
+      {},
       {}};
   player.module.assign(1000, std::byte{7});
   const std::string page = web_page(bundle, player);
-  EXPECT_THAT(page, testing::StartsWith("<title>a &lt;b&gt; &amp; {{pack}}</title>S{{x}}LJH4sI"));
+  EXPECT_THAT(page,
+              testing::StartsWith(
+                  "<title>a &lt;b&gt; &amp; {{pack}}</title>S{{x}}L;  // l\nM(\"//\");\nJH4sI"));
   EXPECT_GT(page.size(), 100'000u);
 }
 

@@ -13,8 +13,9 @@ namespace organbake {
 
 // What a page is made of beside the organ, as it lies in share/organbake/web.
 struct WebPlayer {
-  std::string page, style, loader, script;  // page.html, page.css, organ.js, page.js
-  std::vector<std::byte> module;            // organ.wasm
+  // page.html, page.css, organ.js and webgl.js, painter.js and page.js
+  std::string page, style, loader, script;
+  std::vector<std::byte> module, shaders;  // organ.wasm, organ.glsl
 };
 
 // Throws NoInputError for what is missing; of the module it says how it is built.
