@@ -26,7 +26,9 @@ export class Browser {
     const browser = new Browser();
     browser.#process = spawn(find_chromium(), [
       "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-extensions",
-      "--disable-background-networking", "--disable-dev-shm-usage", "--remote-debugging-pipe",
+      "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader", "--disable-background-networking", "--disable-dev-shm-usage",
+      "--remote-debugging-pipe",
       `--user-data-dir=${browser.#folder}`, `--window-size=${width},${height}`, ...more, "about:blank",
     ], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
     process.on("exit", () => browser.#process.kill());  // whatever became of the test

@@ -141,7 +141,7 @@ export class Organ {
     this.#exports.organ_draw_by_processor();
     this.#canvas = null;
     if (!webgl) return "";
-    webgl.open(canvas, this.#exports);
+    webgl.open(canvas, this.#exports, software);
     this.#call("organ_draw_by_graphics", software ? 1 : 0);
     this.#canvas = canvas;
     return this.#message();

@@ -34,7 +34,7 @@ function leave_graphics(why) {
   tell_painter();
 }
 function tell_painter() {
-  const text = by_graphics ? `The graphics hardware draws the pictures: ${painter}.`
+  const text = by_graphics ? `WebGL 2 draws the pictures: ${painter}.`
                            : `The processor draws the pictures: ${reason}.`;
   element("painted").textContent = element("painter").title = text;
   say(text);

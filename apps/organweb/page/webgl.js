@@ -100,13 +100,14 @@ export class WebGl {
     return this.#gl.getError();
   }
 
-  // Takes a canvas that has no context yet. Throws an Error whose message is a sentence.
-  open(canvas, module) {
+  // Takes a canvas that has no other context. Throws an Error whose message is a sentence.
+  open(canvas, module, software) {
     this.#module = module;
     this.#objects = [null];
     this.#unsure = true;
-    this.#gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false });
-    if (!this.#gl) throw new Error("this browser offers no WebGL 2");
+    this.#gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false,
+                                             failIfMajorPerformanceCaveat: !software });
+    if (!this.#gl) throw new Error(`this browser offers no WebGL 2${software ? "" : " by graphics hardware"}`);
   }
 
   #name() {
