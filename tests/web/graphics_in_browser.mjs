@@ -4,7 +4,9 @@
 // usage: node graphics_in_browser.mjs PAGE [FOLDER for screenshots]; exit code 77 without WebGL 2
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
+import { WebGl } from "../../apps/organweb/page/webgl.js";
 import { Browser, find_chromium } from "./browser.mjs";
+import { parts_of_page } from "./page_file.mjs";
 
 const left_out = (why) => {
   console.log(`SKIPPED: ${why}; no page was drawn by WebGL`);
@@ -17,6 +19,14 @@ let failures = 0;
 const expect = (holds, what) => {
   if (!holds) console.log(`FAILED: ${what}`), ++failures;
 };
+// Every call of the module's has somebody to answer it.
+const { calls } = new WebGl("");
+const wanted = WebAssembly.Module.imports(new WebAssembly.Module(parts_of_page(page).module));
+for (const { name } of wanted)
+  if (name.startsWith("gl")) expect(name in calls, `webgl.js knows ${name}`);
+for (const name in calls)
+  expect(wanted.some((one) => one.name === name), `the module calls ${name}`);
+
 const browser = await Browser.start(900, 700);
 const sleep = (ms) => new Promise((wake) => setTimeout(wake, ms));
 const keep = async (name) => {

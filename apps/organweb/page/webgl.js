@@ -53,7 +53,7 @@ export class WebGl {
         what === kLogLength ? log(name).length + 1 : Number(this.#gl[`get${kind}Parameter`](named(name), what))]);
       calls[`glGet${kind}InfoLog`] = (name, room, length, at) => this.#write(log(name), at, room);
     }
-    for (const [ending, size] of [["1f", 1], ["2f", 2], ["3f", 3], ["4f", 4], ["2i", 2], ["3i", 3], ["3ui", 3]]) {
+    for (const [ending, size] of [["2f", 2], ["3f", 3], ["4f", 4], ["2i", 2], ["3i", 3], ["3ui", 3]]) {
       const Kind = kKinds[ending.slice(1)];
       calls[`glUniform${ending}v`] = (place, count, at) =>
         this.#gl[`uniform${ending}v`](named(place), this.#view(Kind, at, size * count));

@@ -127,9 +127,6 @@ void Program::set(std::string_view name, const std::array<int, 3>& value) const 
 void Program::set(std::string_view name, const std::array<std::uint32_t, 3>& value) const {
   glUniform3uiv(at(name), 1, value.data());
 }
-void Program::set(std::string_view name, std::span<const float> values) const {
-  glUniform1fv(at(name), static_cast<GLsizei>(values.size()), values.data());
-}
 void Program::set(std::string_view name, std::span<const Eigen::Vector2f> values) const {
   if (!values.empty())
     glUniform2fv(at(name), static_cast<GLsizei>(values.size()), values.front().data());

@@ -32,7 +32,6 @@ class Program {
   void set(std::string_view name, const Eigen::Vector2i& value) const;
   void set(std::string_view name, const std::array<int, 3>& value) const;
   void set(std::string_view name, const std::array<std::uint32_t, 3>& value) const;
-  void set(std::string_view name, std::span<const float> values) const;
   void set(std::string_view name, std::span<const Eigen::Vector2f> values) const;
   void set(std::string_view name, std::span<const Eigen::Vector3f> values) const;
   void set(std::string_view name, std::span<const Eigen::Vector4f> values) const;
