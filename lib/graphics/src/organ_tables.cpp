@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "opengl.h"
 #include "organbake/warp/organ_source.h"
@@ -60,11 +61,12 @@ SampleTable::SampleTable(const SampleSource& source)
   table.fill(words);
 }
 
-OrganTables::OrganTables(const OrganSource& source)
+OrganTables::OrganTables(const OrganSource& source, std::size_t kept_bytes)
     : id_(source.id),
       origin_(source.at_rest.center()),
       faces_(static_cast<int>(source.shells.size())),
-      steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0) {
+      steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0),
+      kept_bytes_(kept_bytes) {
   fill_nodes(source);
 }
 
@@ -99,6 +101,7 @@ void OrganTables::fill_nodes(const OrganSource& source) {
 
 void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions,
                        bool lit) {
+  ++picture_;
   const bool moved = posed_ != positions;
   if (moved) {
     posed_ = positions;
@@ -130,9 +133,26 @@ void OrganTables::fill_shells(const OrganSource& source) {
 
 const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
   auto found = cameras_.find(camera);
-  if (found == cameras_.end())
-    found = cameras_.emplace(camera, SampleTable(warper.samples(camera))).first;
-  return found->second;
+  if (found == cameras_.end()) {
+    SampleTable made(warper.samples(camera));
+    make_room(made.table.bytes());
+    found = cameras_.emplace(camera, Camera{std::move(made), 0}).first;
+  }
+  found->second.used_in = picture_;
+  return found->second.samples;
+}
+
+// Those that no view asked for the longest go first.
+void OrganTables::make_room(std::size_t bytes) {
+  for (const auto& [camera, one] : cameras_) bytes += one.samples.table.bytes();
+  while (bytes > kept_bytes_) {
+    const auto oldest = std::min_element(
+        cameras_.begin(), cameras_.end(),
+        [](const auto& a, const auto& b) { return a.second.used_in < b.second.used_in; });
+    if (oldest == cameras_.end() || oldest->second.used_in == picture_) return;
+    bytes -= oldest->second.samples.table.bytes();
+    cameras_.erase(oldest);
+  }
 }
 
 void OrganTables::bind_shell(const Program& program) const {
@@ -149,7 +169,7 @@ void OrganTables::bind_nodes(const Program& program) const {
 
 std::size_t OrganTables::bytes() const {
   std::size_t sum = nodes_.bytes() + shells_.bytes() + turns_.bytes();
-  for (const auto& [camera, samples] : cameras_) sum += samples.table.bytes();
+  for (const auto& [camera, one] : cameras_) sum += one.samples.table.bytes();
   return sum;
 }
 

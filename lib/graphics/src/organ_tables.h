@@ -25,15 +25,19 @@ struct SampleTable {
 // What graphics hardware holds of an organ.
 class OrganTables {
  public:
-  explicit OrganTables(const OrganSource& source);
+  // Of samples: those of a view are there in any case, and others that fit stay for the next views.
+  static constexpr std::size_t kKept_bytes = 48'000'000;
+  explicit OrganTables(const OrganSource& source, std::size_t kept_bytes = kKept_bytes);
 
   std::uint64_t id() const { return id_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   int faces() const { return faces_; }
   int steps() const { return steps_; }
   bool is_posed(const std::vector<Eigen::Vector3d>& positions) const { return posed_ == positions; }
-  // Uploads the pose unless it is the last one; how normals turn only where they are lit.
+  // Begins a picture, whose samples() are asked for next. Uploads the pose unless it is the last
+  // one; how normals turn only where they are lit.
   void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
+  // Until the next picture.
   const SampleTable& samples(Warper& warper, std::size_t camera);
   // For the programs that read the shell, the base layer's nodes, and the turns.
   void bind_shell(const Program& program) const;
@@ -41,6 +45,7 @@ class OrganTables {
   std::size_t bytes() const;
 
  private:
+  void make_room(std::size_t bytes);
   void fill_nodes(const OrganSource& source);
   void fill_shells(const OrganSource& source);
 
@@ -48,7 +53,13 @@ class OrganTables {
   Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
   int faces_, steps_, knots_ = 3, first_knot_ = 0;
   Table nodes_{Table::Texel::words}, shells_{Table::Texel::floats}, turns_{Table::Texel::floats};
-  std::map<std::size_t, SampleTable> cameras_;
+  struct Camera {
+    SampleTable samples;
+    std::uint64_t used_in;  // the last picture that asked for it
+  };
+  std::map<std::size_t, Camera> cameras_;
+  std::size_t kept_bytes_;
+  std::uint64_t picture_ = 0;
   std::vector<Eigen::Vector3d> posed_;
   bool turned_ = false;  // turns_ is of the pose
   std::vector<float> numbers_;

@@ -12,10 +12,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "organ_tables.h"
 #include "organbake/core/error.h"
 #include "organbake/graphics/offscreen_context.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/png.h"
+#include "organbake/warp/organ_source.h"
 #include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 
@@ -274,6 +276,31 @@ TEST_F(GraphicsDrawingTest, OpenGlEsDrawsTheSame) {
         .draw(organs, view, options, frames[static_cast<int>(kind)]);
   }
   EXPECT_GT(compare_images(frames[0].color, frames[1].color).psnr_db, 50);
+}
+
+TEST_F(GraphicsDrawingTest, KeepsTheSamplesOfTheLastViewsAlone) {
+  const Bundle& bundle = tested_organ();
+  const Positions& positions = bundle.proxy.vertices;
+  Warper warper(bundle);
+  const OffscreenContext context;
+  const OrganSource source = warper.pose(positions, false);
+  constexpr std::size_t kFew_bytes = 3'000'000;
+  OrganTables all(source), few(source, kFew_bytes);
+  const std::size_t without = few.bytes();
+  for (std::size_t camera = 0; camera + 1 < bundle.cameras.cameras.size(); ++camera) {
+    for (OrganTables* tables : {&all, &few}) {
+      tables->pose(source, positions, false);
+      const int patches = tables->samples(warper, camera).patches;
+      EXPECT_EQ(tables->samples(warper, camera + 1).patches > 0, patches > 0);
+    }
+  }
+  EXPECT_GT(all.bytes(), 2 * few.bytes());
+  EXPECT_LT(few.bytes(), without + kFew_bytes + 200'000) << "with the pose";
+  // What a picture asks for stays until its end, though it be more.
+  few.pose(source, positions, false);
+  for (std::size_t camera = 0; camera < bundle.cameras.cameras.size(); ++camera)
+    few.samples(warper, camera);
+  EXPECT_EQ(few.bytes(), all.bytes());
 }
 
 TEST_F(GraphicsDrawingTest, LeavesAPictureThatStaysAlone) {
