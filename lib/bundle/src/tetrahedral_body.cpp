@@ -76,6 +76,19 @@ std::vector<std::vector<NodeShare>> patches_from(const JsonField& field, std::si
   return patches;
 }
 
+constexpr double kMostGive_mm_per_n = 1e9;
+
+std::vector<double> gives_from(const JsonField& field, std::size_t vertex_count) {
+  if (field.size() != vertex_count) {
+    field.fail("holds " + std::to_string(field.size()) + " numbers for the proxy's " +
+               std::to_string(vertex_count) + " vertices");
+  }
+  std::vector<double> gives;
+  for (std::size_t v = 0; v < vertex_count; ++v)
+    gives.push_back(field.at(v).number(0, kMostGive_mm_per_n));
+  return gives;
+}
+
 Json patch_to_json(const std::vector<NodeShare>& patch) {
   Json nodes = Json::array(), weights = Json::array();
   for (const auto& [node, weight] : patch) nodes.push_back(node), weights.push_back(weight);
@@ -129,6 +142,7 @@ Json tetrahedral_body_to_json(const TetrahedralBody& body) {
                {"vertices", vertices},
                {"anchors", body.anchors}};
   for (const auto& patch : body.patches) json["patches"].push_back(patch_to_json(patch));
+  if (!body.give_mm_per_n.empty()) json["give_mm_per_n"] = body.give_mm_per_n;
   return json;
 }
 
@@ -157,6 +171,8 @@ TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t v
   }
   if (const auto patches = field.find("patches"))
     body.patches = patches_from(*patches, vertex_count, nodes);
+  if (const auto gives = field.find("give_mm_per_n"))
+    body.give_mm_per_n = gives_from(*gives, vertex_count);
   const JsonField anchors = field["anchors"];
   std::int64_t last = -1;
   for (std::size_t i = 0; i < anchors.size(); ++i) {

@@ -37,6 +37,34 @@ SmoothSkin skin_of_itself(std::size_t vertices) {
   return skin;
 }
 
+// Whose motion each vertex of the uncut skin follows, and by which shares: the proxy's vertices'.
+std::vector<std::vector<NodeShare>> carriers_of(const Bundle& bundle) {
+  std::vector<std::vector<NodeShare>> carriers;
+  if (!bundle.skin) {
+    for (std::uint32_t v = 0; v < bundle.proxy.vertices.size(); ++v) carriers.push_back({{v, 1}});
+    return carriers;
+  }
+  const SmoothSkin& skin = *bundle.skin;
+  for (std::size_t n = 0; n < skin.node_count(); ++n) {
+    std::vector<NodeShare>& own = carriers.emplace_back();
+    for (std::uint32_t k = skin.first[n]; k < skin.first[n + 1]; ++k)
+      own.push_back({skin.carrier[k], skin.weight[k]});
+  }
+  return carriers;
+}
+
+void add_shares(const std::vector<NodeShare>& shares, double by, std::vector<NodeShare>& sum) {
+  for (const auto& [node, weight] : shares) {
+    const auto known = std::find_if(sum.begin(), sum.end(),
+                                    [n = node](const NodeShare& share) { return share.node == n; });
+    if (known == sum.end()) {
+      sum.push_back({node, by * weight});
+    } else {
+      known->weight += by * weight;
+    }
+  }
+}
+
 std::vector<LipGape::Wall> ways_down(const CutWalls& walls) {
   std::map<std::uint32_t, double> deepest_mm;  // by lip
   for (const CutWalls::Vertex& v : walls.vertices) {
@@ -57,6 +85,7 @@ CutOrgan::CutOrgan(const Bundle& bundle)
     : base_(bundle.base),
       lighting_(bundle.lighting),
       skin_(bundle.shell().at_rest()),
+      carriers_(carriers_of(bundle)),
       body_(tetrahedra_of(bundle)),
       fine_skin_(skin_, body_.grid(), body_.first_free_rank()),
       inside_(skin_, body_.grid(),
@@ -114,6 +143,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
     now_.skin->creased[v] = skin.vertices()[v].on_border;
   remake_face_parts(skin);
   remake_body(places_of(skin, walls));
+  remake_give(skin, walls);
   remake_base(skin, walls);
   gape_ = LipGape(skin, ways_down(walls), now_.mechanics.cut_gape_mm);
 }
@@ -176,6 +206,29 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
     body.tetrahedra.push_back({copy.nodes, fill * std::clamp(copy.share, kLeastShare, 1.0)});
   }
   for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
+}
+
+// The skin gives way to tools as it did when it was whole, and so do walls, the less the deeper.
+void CutOrgan::remake_give(const CutSkin& skin, const CutWalls& walls) {
+  std::vector<std::vector<NodeShare>>& all = now_.mechanics.body->give_shares;
+  all.clear();
+  if (now_.mechanics.body->give_mm_per_n.empty()) return;
+  all.resize(now_.proxy.vertices.size());
+  for (const SkinPart& part : skin.parts()) {
+    const FineSkin::Part& fine = fine_skin_.parts()[part.face];
+    for (int k = 0; k < 3; ++k) {
+      std::vector<NodeShare>& own = all[part.corners[k]];
+      if (!own.empty()) continue;
+      const Eigen::Vector2d at = within(fine.at, part.at[k]);
+      const std::array<double, 3> weights = {1 - at.x() - at.y(), at.x(), at.y()};
+      for (int corner = 0; corner < 3; ++corner)
+        if (weights[corner] != 0)
+          add_shares(carriers_[skin_.faces[fine.face][corner]], weights[corner], own);
+    }
+  }
+  const std::vector<LipGape::Wall> down = ways_down(walls);
+  for (std::size_t w = 0; w < down.size(); ++w)
+    add_shares(all[down[w].lip], 1 - down[w].down, all[skin.vertices().size() + w]);
 }
 
 Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,

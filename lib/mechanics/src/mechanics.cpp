@@ -15,6 +15,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/mechanics/spring_fit.h"
+#include "skin_give.h"
 #include "spring_builder.h"
 #include "tissue_layer.h"
 
@@ -205,7 +206,10 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.instrument_radius_mm = options.instrument_radius_mm;
   model.cut_gape_mm = options.cut_gape_mm;
   model.grasp_slip_n = options.grasp_slip_n;
-  if (options.fem) model.body = body_of(proxy, model, options, context);
+  if (options.fem) {
+    model.body = body_of(proxy, model, options, context);
+    model.body->give_mm_per_n = skin_gives(proxy, model);
+  }
   if (options.fit_to_fem) fit_springs(proxy, model, context);
   model.elimination_order = elimination_order(model);
   return model;

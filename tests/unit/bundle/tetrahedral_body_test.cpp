@@ -51,6 +51,19 @@ TEST(TetrahedralBody, PatchesRoundTripExactlyAndAreChecked) {
   refused([](auto& p) { p[3].clear(); });
 }
 
+TEST(TetrahedralBody, GiveRoundTripsExactlyAndIsChecked) {
+  MechanicsModel model = with_body();
+  model.body->give_mm_per_n = {0, 0.1, 7, 1e-5};
+  const std::string text = mechanics_to_json(model);
+  EXPECT_EQ(mechanics_from_json(text, "m", 4).body->give_mm_per_n, model.body->give_mm_per_n);
+  for (const double wrong : {-1e-3, std::numeric_limits<double>::quiet_NaN()}) {
+    model.body->give_mm_per_n[2] = wrong;
+    EXPECT_THROW(mechanics_from_json(mechanics_to_json(model), "m", 4), BadDataError);
+  }
+  model.body->give_mm_per_n = {1, 1, 1};
+  EXPECT_THROW(mechanics_from_json(mechanics_to_json(model), "m", 4), BadDataError);
+}
+
 TEST(TetrahedralBody, BundlesWithoutOneAreRead) {
   const MechanicsModel model =
       mechanics_from_json(mechanics_to_json(small_bundle().mechanics), "m", 4);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "organbake/deform/deformer.h"
@@ -60,6 +61,35 @@ TEST(FemDeformer, AHangingWeightStretchesTheBar) {
   deformer.set_load({});
   for (int step = 0; step < 600; ++step) deformer.step({});
   EXPECT_TRUE(deformer.positions() == bar.mesh.vertices) << "back at rest, bit for bit";
+}
+
+// A vertex that is carried gives way by c per force beyond what its tissue does: held at the same
+// depth, 1/F grows by c, and what a tip leaves comes back to rest to the last bit.
+TEST(FemDeformer, SkinGivesWayBeyondItsTissue) {
+  const TriangleMesh mesh = test::lumpy_organ(3, 40, 1);
+  const auto top = static_cast<std::uint32_t>(
+      std::max_element(mesh.vertices.begin(), mesh.vertices.end(),
+                       [](const Vector3d& a, const Vector3d& b) { return a.z() < b.z(); }) -
+      mesh.vertices.begin());
+  constexpr double kGive_mm_per_n = 3, kPull_mm = 2;
+  const auto force_n = [&](double give_mm_per_n) {
+    MechanicsModel mechanics = test::fem_ball(mesh);
+    mechanics.body->give_mm_per_n.assign(mesh.vertices.size(), give_mm_per_n);
+    Deformer deformer(mesh, mechanics, {}, with_fem());
+    Instrument tip = tool_at(mesh.vertices[top], Grasper{});
+    tip.radius_mm = 0.05;  // it holds the vertex alone
+    StepReport report;
+    for (int step = 0; step <= 200; ++step) {
+      tip.position_mm = mesh.vertices[top] + Vector3d(0, 0, std::min(kPull_mm, 0.05 * step));
+      report = deformer.step({tip});
+    }
+    EXPECT_NEAR((deformer.positions()[top] - tip.position_mm).norm(), 0, 0.05);
+    for (int step = 0; step < 900; ++step) deformer.step({});
+    EXPECT_TRUE(deformer.positions() == mesh.vertices);
+    return report.tip_force_n[0].norm();
+  };
+  const double without = force_n(0), with = force_n(kGive_mm_per_n);
+  EXPECT_NEAR(kPull_mm / with, kPull_mm / without + kGive_mm_per_n, 0.1 * kGive_mm_per_n);
 }
 
 TEST(FemDeformer, RestStaysRestBitForBit) {

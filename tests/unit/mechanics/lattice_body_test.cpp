@@ -232,6 +232,31 @@ TriangleMesh hilly_sheet(int side = 20) {
   return sheet;
 }
 
+// What tetrahedra lack of a tip's dent: the less the finer they are, and nothing for a tip as wide
+// as they are coarse. It scales as a compliance does.
+TEST(SkinGive, IsWhatTetrahedraLackOfATipsDent) {
+  const TriangleMesh proxy = lumpy_mesh(50, 2);
+  const auto mean_give = [&](double cell_share, double radius_mm, double young_modulus_kpa) {
+    MechanicsOptions options;
+    options.fem = true;
+    options.fem_cell_mm = cell_share * mean_edge_length(proxy);
+    options.instrument_radius_mm = radius_mm;
+    options.young_modulus_kpa = young_modulus_kpa;
+    const MechanicsModel model = make_mechanics(proxy, options);
+    double sum = 0;
+    for (const double give : model.body->give_mm_per_n) sum += give;
+    for (const std::uint32_t anchor : model.anchors)
+      EXPECT_EQ(model.body->give_mm_per_n[anchor], 0);
+    return sum / double(proxy.vertices.size() - model.anchors.size());
+  };
+  const double give = mean_give(0.75, 3, 10);
+  EXPECT_GT(give, 0);
+  EXPECT_LT(give, (1 - 0.45 * 0.45) / (2 * 0.010 * 3)) << "less than the whole dent";
+  EXPECT_LT(mean_give(0.5, 3, 10), 0.97 * give);
+  EXPECT_LT(mean_give(0.75, 6, 10), 0.6 * give);
+  EXPECT_NEAR(mean_give(0.75, 3, 20), give / 2, 1e-6 * give);
+}
+
 TEST(TissueLayer, IsClosedAndAsThickAsAsked) {
   const TriangleMesh sheet = hilly_sheet();
   ASSERT_TRUE(is_sheet(sheet));

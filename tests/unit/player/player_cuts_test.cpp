@@ -152,6 +152,43 @@ TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
   }
 }
 
+// Skin that a grasper holds has given way beyond its tissue, and stays in its jaws as a cut begins.
+TEST(PlayerCuts, HeldSkinStaysWhereItIsWhenACutBegins) {
+  Bundle organ = organ_to_cut();
+  organ.mechanics.body->give_mm_per_n.assign(organ.proxy.vertices.size(), 3);
+  organ.mechanics.grasp_slip_n = 0;
+  const Vector3d middle = bounds(organ.proxy).center();
+  const auto site = *std::min_element(organ.proxy.vertices.begin(), organ.proxy.vertices.end(),
+                                      [&](const Vector3d& a, const Vector3d& b) {
+                                        return (a - middle - Vector3d(0, 0, -60)).norm() <
+                                               (b - middle - Vector3d(0, 0, -60)).norm();
+                                      });
+  Player player(organ, with_fem());
+  Instrument grasper;
+  grasper.active = true;
+  grasper.kind = Grasper{};
+  const auto from_jaws_mm = [&] {
+    double nearest = 1e9;
+    for (const Vector3d& v : player.proxy_positions())
+      nearest = std::min(nearest, (v - grasper.position_mm).norm());
+    return nearest;
+  };
+  double held_mm = 0;
+  StepReport report;
+  for (int step = 0; step < 120; ++step) {
+    grasper.position_mm = site + Vector3d(0, 0, -std::min(8.0, 0.2 * step));
+    std::vector<Instrument> tools = {grasper};
+    if (step >= 80) tools.push_back(blade_at((step - 80) / 40.0));
+    report = player.step(tools);
+    if (!player.is_cut()) held_mm = from_jaws_mm();
+    if (step > 0) {
+      ASSERT_LT(from_jaws_mm(), held_mm + 0.3) << step;
+    }
+  }
+  EXPECT_TRUE(player.is_cut());
+  EXPECT_GT(report.tip_force_n[0].norm(), 0.3);  // what gives way gave way by millimetres
+}
+
 // A cut that nothing pulls on is a thin wet line: elsewhere the picture is that of the whole organ.
 TEST(PlayerCuts, ACutAtRestChangesNoMoreThanItsLine) {
   Player player(organ_to_cut(), with_fem());

@@ -43,6 +43,7 @@ struct FemBody::Solid {
   }
 
   void add(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s);
+  void add_give(const TetrahedralBody& body, double time_step_s);
   std::vector<double> node_masses_kg() const;
   std::vector<Coefficient> matrix(double time_step_s,
                                   const std::vector<std::uint32_t>& free_of_node) const;
@@ -52,7 +53,9 @@ struct FemBody::Solid {
   std::vector<std::uint32_t> anchors;
   std::vector<Eigen::Vector3d> vertices_mm;
   std::vector<std::vector<Carrier>> carried;  // the vertices, by nodes
-  std::vector<Face> faces;                    // of vertices
+  std::vector<SkinGive::Place> gives;
+  std::vector<std::vector<Carrier>> give_shares;  // of the vertices, by gives
+  std::vector<Face> faces;                        // of vertices
   std::vector<std::uint32_t> organ_of_node, organ_of_vertex;
   std::uint32_t organs = 0;
 };
@@ -89,11 +92,28 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
       carriers.push_back({first_node + node, weight});
     });
   }
+  add_give(body, time_step_s);
   for (const Face& f : proxy.faces)
     faces.push_back({first_vertex + f[0], first_vertex + f[1], first_vertex + f[2]});
   organ_of_node.resize(nodes_mm.size(), organs);
   organ_of_vertex.resize(vertices_mm.size(), organs);
   ++organs;
+}
+
+// With the tissue's damping (Kelvin and Voigt's), by an implicit step.
+void FemBody::Solid::add_give(const TetrahedralBody& body, double time_step_s) {
+  const auto first = static_cast<std::uint32_t>(gives.size());
+  const double damping_steps = body.damping_s / time_step_s;
+  for (const double mm_per_n : body.give_mm_per_n)
+    gives.push_back({mm_per_n / kMilliNewtonPerNewton / (1 + damping_steps),
+                     damping_steps / (1 + damping_steps)});
+  for (std::uint32_t v = 0; v < body.vertices.size(); ++v) {
+    std::vector<Carrier>& shares = give_shares.emplace_back();
+    if (body.give_mm_per_n.empty()) continue;
+    if (body.give_shares.empty()) shares.push_back({first + v, 1});
+    for (std::size_t k = 0; !body.give_shares.empty() && k < body.give_shares[v].size(); ++k)
+      shares.push_back({first + body.give_shares[v][k].node, body.give_shares[v][k].weight});
+  }
 }
 
 std::vector<double> FemBody::Solid::node_masses_kg() const {
@@ -160,6 +180,7 @@ void FemBody::place_slots(const Solid& solid, const std::vector<std::uint32_t>& 
     organ_of_slot_[first_carried + v] = solid.organ_of_vertex[v];
   }
   embedding_ = Embedding(first_carried, carried);
+  give_ = SkinGive(first_carried, solid.gives, solid.give_shares);
   for (const Face& f : solid.faces)
     faces_.push_back({slot_of_vertex_[f[0]], slot_of_vertex_[f[1]], slot_of_vertex_[f[2]]});
 }

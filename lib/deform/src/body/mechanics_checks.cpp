@@ -93,6 +93,28 @@ void check_patch(const TetrahedralBody& body, std::size_t vertex) {
   }
 }
 
+void check_give(const TetrahedralBody& body) {
+  const std::size_t places = body.give_mm_per_n.size();
+  for (std::size_t p = 0; p < places; ++p) {
+    const double give = body.give_mm_per_n[p];
+    require(give >= 0 && std::isfinite(give), [&] {
+      return "vertex " + std::to_string(p) + " gives way by " + to_text(give) +
+             " mm per N; it must be >= 0";
+    });
+  }
+  const bool own = body.give_shares.empty();
+  require(places == 0 || (own ? places : body.give_shares.size()) == body.vertices.size(), [&] {
+    return "the skin gives way at " + std::to_string(own ? places : body.give_shares.size()) +
+           " of the proxy's " + std::to_string(body.vertices.size()) + " vertices";
+  });
+  for (const auto& shares : body.give_shares)
+    for (const NodeShare& share : shares)
+      require(share.node < places && std::isfinite(share.weight), [&] {
+        return "the skin follows what vertex " + std::to_string(share.node) + " of " +
+               std::to_string(places) + " gives way by a share of " + to_text(share.weight);
+      });
+}
+
 // Each vertex that is no anchor once, or nothing.
 void check_order(const MechanicsModel& mechanics) {
   if (mechanics.elimination_order.empty()) return;
@@ -133,6 +155,7 @@ void check_tetrahedra(const TriangleMesh& proxy, const MechanicsModel& mechanics
            " vertices of a proxy of " + std::to_string(proxy.vertices.size());
   });
   for (std::size_t v = 0; v < body.patches.size(); ++v) check_patch(body, v);
+  check_give(body);
   for (const std::uint32_t anchor : body.anchors) {
     require(anchor < body.nodes_mm.size(), [&] {
       return "anchored node " + std::to_string(anchor) + " is none of " +

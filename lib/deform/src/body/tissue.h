@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "body/embedding.h"
+#include "body/skin_give.h"
 #include "contact/padded_vector.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "solver/sparse_factor.h"
@@ -35,6 +36,7 @@ class Tissue {
   const std::vector<Face>& faces() const { return faces_; }  // of slots
   const SparseFactor& factor() const { return factor_; }
   const Embedding& embedding() const { return embedding_; }
+  const SkinGive& give() const { return give_; }
   // How much of a point gives way: 1 when free, 0 for an anchor, between where anchors help to
   // carry.
   double free_share(std::uint32_t slot) const {
@@ -72,6 +74,7 @@ class Tissue {
 
   SparseFactor factor_;
   Embedding embedding_;
+  SkinGive give_;
   std::vector<std::uint32_t> slot_of_vertex_, slot_of_node_, organ_of_slot_, part_of_slot_;
   std::uint32_t part_count_ = 0;
   std::vector<double> bulk_energy_;

@@ -53,7 +53,9 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
       pressure_(volume.bodies().size(), 0.0),
       softness_(volume.bodies().size(), 0.0),
       most_pressure_(volume.bodies().size(), 0.0),
-      volume_gap_(volume.bodies().size(), 0.0) {}
+      volume_gap_(volume.bodies().size(), 0.0),
+      given_(tissue.give().none()),
+      relaxed_(given_) {}
 
 void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
 
@@ -96,6 +98,7 @@ void ConstraintSolver::solve(const PaddedVectors& x_start, const PaddedVectors& 
   if (!pressure_.empty()) measure_volume_gap(x_free, x);
   iterate(contacts);
   apply(x_free, x);
+  give_way(x);
 }
 
 void ConstraintSolver::complete_carriers(std::vector<Contact>& contacts) {
@@ -111,12 +114,14 @@ void ConstraintSolver::gather(const PaddedVectors& x_start, const PaddedVectors&
                               const std::vector<Contact>& contacts) {
   slots_.clear();
   parts_.clear();
+  give_.clear();
   unknowns_.clear();
   for (const Contact& c : contacts) {
     Unknown u{};
     u.free_point = constrained_point(c, x_free, tissue_.rest());
     u.aim = aim_of(c, x_start);
     add_parts(c, u);
+    add_give(u);
     u.kept = 1 / (1 + (c.as<Carried>() ? kGrasperGive : kContactGive));
     unknowns_.push_back(u);
   }
@@ -150,6 +155,37 @@ void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
   }
 }
 
+// What moves its point beyond the slots that carry it, and what of that is there without any force.
+void ConstraintSolver::add_give(Unknown& u) {
+  u.first_give = static_cast<std::uint32_t>(give_.size());
+  for (std::uint32_t k = u.first; k < u.end; ++k) {
+    for (const auto& [place, share] : tissue_.give().places_of(parts_[k].slot)) {
+      const double weight = parts_[k].weight * share;
+      if (weight == 0 || tissue_.give().mm_per_mn(place) == 0) continue;
+      u.free_point += weight * relaxed_[place];
+      const auto known =
+          std::find_if(give_.begin() + u.first_give, give_.end(),
+                       [wanted = place](const Carrier& c) { return c.slot == wanted; });
+      if (known == give_.end()) {
+        give_.push_back({place, weight});
+      } else {
+        known->weight += weight;
+      }
+    }
+  }
+  u.end_give = static_cast<std::uint32_t>(give_.size());
+}
+
+// By how much a force on the one point moves the other by the skin's giving way.
+double ConstraintSolver::give_between(const Unknown& u, const Unknown& v) const {
+  double sum = 0;
+  for (std::uint32_t k = u.first_give; k < u.end_give; ++k)
+    for (std::uint32_t l = v.first_give; l < v.end_give; ++l)
+      if (give_[k].slot == give_[l].slot)
+        sum += tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight * give_[l].weight;
+  return sum;
+}
+
 // Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
 PaddedVector ConstraintSolver::aim_of(const Contact& c, const PaddedVectors& x_start) const {
   if (c.as<Carried>()) return c.target;
@@ -180,7 +216,8 @@ void ConstraintSolver::couple() {
     for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
       if (parts_[k].weight != 0) add_coupling(i, parts_[k].weight, columns_.column(parts_[k].slot));
     }
-    for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
+    for (std::size_t j = i; j < n; ++j)
+      coupling_[j * n + i] = coupling_[i * n + j] += give_between(u, unknowns_[j]);
     unknowns_[i].own = coupling_[i * n + i];
     unknowns_[i].per_own = unknowns_[i].own > 0 ? 1 / unknowns_[i].own : 0;
   }
@@ -304,6 +341,15 @@ void ConstraintSolver::apply(const PaddedVectors& x_free, PaddedVectors& x) cons
   for (std::size_t s = 0; s < slots_.size(); ++s) add(columns_.column(slots_[s]), force[s]);
   for (std::size_t i = 0; i < unknowns_.size(); ++i)
     if (unknowns_[i].column) add(unknowns_[i].column, force_[i]);
+}
+
+void ConstraintSolver::give_way(PaddedVectors& x) {
+  given_ = relaxed_;
+  for (std::size_t i = 0; i < unknowns_.size(); ++i)
+    for (std::uint32_t k = unknowns_[i].first_give; k < unknowns_[i].end_give; ++k)
+      given_[give_[k].slot] +=
+          tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight * force_[i];
+  tissue_.give().move_points(given_, x);
 }
 
 double ConstraintSolver::energy() const {

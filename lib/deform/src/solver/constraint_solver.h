@@ -20,6 +20,8 @@ class ConstraintSolver {
  public:
   ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume, double friction);
 
+  // A step begins: the skin that instruments held before has begun to come back.
+  void relax_give() { tissue_.give().relax(relaxed_ = given_); }
   // Takes ∇V at the shape a step starts from.
   void begin_step(const PaddedVectors& x_start);
   // Replaces three right sides by A⁻¹ times them. The step's first one solves the A⁻¹∇V that its
@@ -33,6 +35,11 @@ class ConstraintSolver {
   // What soft pressures hold (µJ): ½ compliance p².
   double energy() const;
   void reset();
+  // How far the skin has given way (SkinGive): not at all, or as before another cut.
+  void forget_give() { given_ = tissue_.give().none(); }
+  void take_give(const ConstraintSolver& before, PaddedVectors& x) {
+    tissue_.give().move_points(given_ = before.given_, x);
+  }
 
  private:
   struct Side {  // the vertices of one face
@@ -44,11 +51,12 @@ class ConstraintSolver {
     std::uint32_t local;  // into slots_, when it moves
     double weight;
   };
-  struct Unknown {             // one contact in the dense system
-    std::uint32_t first, end;  // of its parts
-    const double* column;      // of a grip, or none
-    PaddedVector free_point;   // mm, without any force
-    PaddedVector aim;          // where it would come to lie if all forces were allowed, mm
+  struct Unknown {                       // one contact in the dense system
+    std::uint32_t first, end;            // of its parts
+    std::uint32_t first_give, end_give;  // of its shares in the skin's places
+    const double* column;                // of a grip, or none
+    PaddedVector free_point;             // mm, without any force
+    PaddedVector aim;  // where it would come to lie if all forces were allowed, mm
     Side sides[2];
     int side_count;  // of those whose body has a pressure
     double own;      // w_ii, mm/mN: how far a force moves its own point
@@ -61,6 +69,8 @@ class ConstraintSolver {
               const std::vector<Contact>& contacts);
   PaddedVector aim_of(const Contact& contact, const PaddedVectors& x_start) const;
   void add_parts(const Contact& contact, Unknown& u);
+  void add_give(Unknown& u);
+  double give_between(const Unknown& u, const Unknown& v) const;
   void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
   void couple();
   void add_coupling(std::size_t contact, double force, const double* column);
@@ -68,6 +78,7 @@ class ConstraintSolver {
   void iterate(std::vector<Contact>& contacts);
   double sweep_contacts(const std::vector<Contact>& contacts);
   double sweep_pressures();
+  void give_way(PaddedVectors& x);
   void apply(const PaddedVectors& x_free, PaddedVectors& x) const;
 
   const Tissue& tissue_;
@@ -76,6 +87,7 @@ class ConstraintSolver {
   ComplianceColumns columns_;
   std::vector<Unknown> unknowns_;
   std::vector<Part> parts_;            // of all contacts
+  std::vector<Carrier> give_;          // of all contacts, by places
   PaddedVectors force_;                // one per contact, mN
   std::vector<std::uint32_t> slots_;   // of all levers, increasing
   std::vector<double> coupling_;       // w_ij, mm/mN, row-major
@@ -85,6 +97,7 @@ class ConstraintSolver {
   std::vector<double> softness_;  // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
   std::vector<double> most_pressure_;  // that the linearised volume can be asked about
   std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
+  PaddedVectors given_, relaxed_;      // by place, mm: now, and if nothing pressed in this step
   std::vector<double> volumes_;
 };
 

@@ -84,6 +84,7 @@ void ShapeSolver::to_rest() {
   velocity_.assign(tissue_->size(), PaddedVector::Zero());
   contacts_.clear(), punctures_.clear();
   constraints_.reset();
+  constraints_.forget_give();
   if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;
 }
@@ -141,6 +142,7 @@ Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
   for (Contact& c : contacts_) c.touched_at = 0;
   tip_too_fast_ = touched_on_the_way_ = false;
   x_start_ = x_;
+  constraints_.relax_give();
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
@@ -333,6 +335,7 @@ void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
   tissue_->embedding().carry_positions(tissue_->rest(), x_);
   contacts_.clear(), punctures_.clear();
   constraints_.reset();
+  constraints_.forget_give();
   if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;
 }
@@ -353,6 +356,7 @@ void ShapeSolver::continue_from(ShapeSolver& before, const std::vector<NodeSourc
     }
   }
   tissue_->embedding().carry_positions(tissue_->rest(), x_);
+  constraints_.take_give(before.constraints_, x_);
   x_start_ = x_free_ = x_before_ = x_coasted_ = x_;
   const auto held =
       held_contacts(before.contacts_, before.skin_, before.tissue_->rest(), before.x_);

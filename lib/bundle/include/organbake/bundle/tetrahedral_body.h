@@ -37,6 +37,13 @@ struct TetrahedralBody {
   // by which it moves and hands on forces; Σ weights · nodes is the vertex. Empty, as in older
   // bundles and in cut organs: each moves with the tetrahedron in which it lies.
   std::vector<std::vector<NodeShare>> patches;
+  // One per vertex of the proxy as it was baked, or empty, as in older bundles: by how much farther
+  // what presses on it moves it than its patch, mm per N. A tool's tip is narrower than a patch,
+  // and tetrahedra are too coarse to dent as sharply.
+  std::vector<double> give_mm_per_n;
+  // Of an organ that is cut: whose give each of its vertices follows, by its share (`node` is a
+  // vertex as it was baked). Empty: each its own.
+  std::vector<std::vector<NodeShare>> give_shares;
   std::vector<std::uint32_t> anchors;  // nodes that don't move, increasing
   double poisson_ratio = 0.45;         // 0…0.49; linear tetrahedra lock beyond
   double damping_s = 0;  // ≥ 0: a strain rate of 1/s acts as a strain of this does (Kelvin–Voigt)

@@ -71,6 +71,7 @@ class CutOrgan {
   void remake_face_parts(const CutSkin& skin);
   std::vector<TissuePlace> places_of(const CutSkin& skin, const CutWalls& walls) const;
   void remake_body(const std::vector<TissuePlace>& places);
+  void remake_give(const CutSkin& skin, const CutWalls& walls);
   void remake_base(const CutSkin& skin, const CutWalls& walls);
   void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
   Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
@@ -79,6 +80,7 @@ class CutOrgan {
   BaseLayer base_;  // of the uncut organ
   std::optional<Lighting> lighting_;
   TriangleMesh skin_;
+  std::vector<std::vector<NodeShare>> carriers_;  // of the uncut skin's vertices: the proxy's
   Eigen::Vector3f mean_albedo_ = Eigen::Vector3f::Constant(0.3f);
   CutBody body_;
   FineSkin fine_skin_;
