@@ -65,7 +65,8 @@ struct Deformer::Impl {
     to_rest();
   }
 
-  void continue_from(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
+  void continue_from(Impl& before, const std::vector<std::vector<NodeSource>>& sources,
+                     bool rest_stays);
   void place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm);
   std::vector<Eigen::Vector3d> contact_force_n() const;
   const StepReport& step(const std::vector<Instrument>& asked);
@@ -95,7 +96,8 @@ void Deformer::Impl::to_rest() {
 }
 
 void Deformer::Impl::continue_from(Impl& before,
-                                   const std::vector<std::vector<NodeSource>>& sources) {
+                                   const std::vector<std::vector<NodeSource>>& sources,
+                                   bool rest_stays) {
   std::vector<NodeSource> all;
   std::vector<std::uint32_t> first(sources.size() + 1, 0);
   for (const std::uint32_t slot : before.solver.tissue().slot_of_node())
@@ -111,6 +113,8 @@ void Deformer::Impl::continue_from(Impl& before,
   solver.continue_from(before.solver, all, held);
   report = before.report;
   asleep = false;
+  if (rest_stays && before.asleep && !solver.held() && solver.farthest_from_rest() < kSnap_mm)
+    to_rest();
   publish();
 }
 
@@ -297,9 +301,9 @@ std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
   }
   return positions;
 }
-void Deformer::continue_from(Deformer& before,
-                             const std::vector<std::vector<NodeSource>>& sources) {
-  impl_->continue_from(*before.impl_, sources);
+void Deformer::continue_from(Deformer& before, const std::vector<std::vector<NodeSource>>& sources,
+                             bool rest_stays) {
+  impl_->continue_from(*before.impl_, sources, rest_stays);
 }
 void Deformer::place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm) {
   impl_->place(organ, points_mm);

@@ -192,7 +192,7 @@ void Player::end_pending_cut() {
       sources.back().push_back({{n, n, n, n}});
   }
   if (!pending_cut_->deformer) return;
-  pending_cut_->deformer->continue_from(deformer_, sources);
+  pending_cut_->deformer->continue_from(deformer_, sources, cut_times_.has_value());
   std::swap(deformer_, *pending_cut_->deformer);
   take_positions();
 }

@@ -89,8 +89,10 @@ class Deformer {
   std::vector<Eigen::Vector3d> node_positions(std::size_t organ) const;
   // Goes on where another stands, of the same organs before blades have cut some of them: as they
   // lie and move there, with what instruments hold. sources: by organ, where each node of its
-  // tetrahedra lay in those of `before`. Loads are dropped.
-  void continue_from(Deformer& before, const std::vector<std::vector<NodeSource>>& sources);
+  // tetrahedra lay in those of `before`. Loads are dropped. rest_stays: what lay at rest sleeps on,
+  // however it hangs together now; else a step is taken first, in which new walls may touch.
+  void continue_from(Deformer& before, const std::vector<std::vector<NodeSource>>& sources,
+                     bool rest_stays = false);
   // Lays an organ where another solver has brought it: its proxy's vertices, of springs, or its
   // tetrahedra's nodes, mm. It lies still there, its anchors at rest, and instruments begin anew
   // with what they touch. Throws UsageError for another count.
