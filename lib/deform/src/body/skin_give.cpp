@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "body/skin_give.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace organbake::deform {
 
 SkinGive::SkinGive(std::uint32_t first_slot, std::vector<Place> places,
                    const std::vector<std::vector<Carrier>>& shares)
-    : first_slot_(first_slot), places_(std::move(places)) {
+    : first_slot_(first_slot), places_(std::move(places)), followers_(places_.size()) {
+  std::uint32_t slot = first_slot;
   for (const std::vector<Carrier>& point : shares) {
     shares_.insert(shares_.end(), point.begin(), point.end());
     first_.push_back(static_cast<std::uint32_t>(shares_.size()));
+    for (const auto& [place, weight] : point) followers_[place].push_back({slot, weight});
+    ++slot;
   }
 }
 
@@ -22,15 +24,18 @@ std::span<const Carrier> SkinGive::places_of(std::uint32_t slot) const {
 }
 
 void SkinGive::relax(PaddedVectors& given) const {
-  for (std::size_t p = 0; p < places_.size(); ++p) given[p] *= places_[p].kept;
+  constexpr double kNothing_mm = 1e-9;
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    given[p] *= places_[p].kept;
+    if (given[p].squaredNorm() < kNothing_mm * kNothing_mm) given[p].setZero();
+  }
 }
 
 void SkinGive::move_points(const PaddedVectors& given, PaddedVectors& x) const {
-  const auto given_way = [](const PaddedVector& place) { return !place.isZero(0); };
-  if (std::none_of(given.begin(), given.end(), given_way)) return;
-  for (std::uint32_t point = 0; point + 1 < first_.size(); ++point)
-    for (const auto& [place, weight] : places_of(first_slot_ + point))
-      x[first_slot_ + point] += weight * given[place];
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    if (given[p].isZero(0)) continue;
+    for (const auto& [slot, weight] : followers_[p]) x[slot] += weight * given[p];
+  }
 }
 
 }  // namespace organbake::deform

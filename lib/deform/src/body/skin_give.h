@@ -40,6 +40,8 @@ class SkinGive {
   std::vector<Place> places_;
   std::vector<std::uint32_t> first_ = {0};  // of each point's shares, and the end
   std::vector<Carrier> shares_;
+  // By place, the points that follow it: a tool moves few places of a skin.
+  std::vector<std::vector<Carrier>> followers_;
 };
 
 }  // namespace organbake::deform

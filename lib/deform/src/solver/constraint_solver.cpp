@@ -55,7 +55,8 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
       most_pressure_(volume.bodies().size(), 0.0),
       volume_gap_(volume.bodies().size(), 0.0),
       given_(tissue.give().none()),
-      relaxed_(given_) {}
+      relaxed_(given_),
+      give_by_place_(given_.size(), 0.0) {}
 
 void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
 
@@ -176,16 +177,6 @@ void ConstraintSolver::add_give(Unknown& u) {
   u.end_give = static_cast<std::uint32_t>(give_.size());
 }
 
-// By how much a force on the one point moves the other by the skin's giving way.
-double ConstraintSolver::give_between(const Unknown& u, const Unknown& v) const {
-  double sum = 0;
-  for (std::uint32_t k = u.first_give; k < u.end_give; ++k)
-    for (std::uint32_t l = v.first_give; l < v.end_give; ++l)
-      if (give_[k].slot == give_[l].slot)
-        sum += tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight * give_[l].weight;
-  return sum;
-}
-
 // Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
 PaddedVector ConstraintSolver::aim_of(const Contact& c, const PaddedVectors& x_start) const {
   if (c.as<Carried>()) return c.target;
@@ -216,8 +207,8 @@ void ConstraintSolver::couple() {
     for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
       if (parts_[k].weight != 0) add_coupling(i, parts_[k].weight, columns_.column(parts_[k].slot));
     }
-    for (std::size_t j = i; j < n; ++j)
-      coupling_[j * n + i] = coupling_[i * n + j] += give_between(u, unknowns_[j]);
+    couple_give(i);
+    for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
     unknowns_[i].own = coupling_[i * n + i];
     unknowns_[i].per_own = unknowns_[i].own > 0 ? 1 / unknowns_[i].own : 0;
   }
@@ -233,6 +224,19 @@ void ConstraintSolver::add_coupling(std::size_t i, double force, const double* c
     }
     coupling_[i * n + j] += force * sum;
   }
+}
+
+// What a force on a contact moves its own point and later ones by the skin's giving way.
+void ConstraintSolver::couple_give(std::size_t i) {
+  const std::size_t n = unknowns_.size();
+  const Unknown& u = unknowns_[i];
+  if (u.first_give == u.end_give) return;
+  for (std::uint32_t k = u.first_give; k < u.end_give; ++k)
+    give_by_place_[give_[k].slot] = tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight;
+  for (std::size_t j = i; j < n; ++j)
+    for (std::uint32_t l = unknowns_[j].first_give; l < unknowns_[j].end_give; ++l)
+      coupling_[i * n + j] += give_by_place_[give_[l].slot] * give_[l].weight;
+  for (std::uint32_t k = u.first_give; k < u.end_give; ++k) give_by_place_[give_[k].slot] = 0;
 }
 
 void ConstraintSolver::measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x) {

@@ -70,9 +70,9 @@ class ConstraintSolver {
   PaddedVector aim_of(const Contact& contact, const PaddedVectors& x_start) const;
   void add_parts(const Contact& contact, Unknown& u);
   void add_give(Unknown& u);
-  double give_between(const Unknown& u, const Unknown& v) const;
   void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
   void couple();
+  void couple_give(std::size_t contact);
   void add_coupling(std::size_t contact, double force, const double* column);
   void measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x);
   void iterate(std::vector<Contact>& contacts);
@@ -98,6 +98,7 @@ class ConstraintSolver {
   std::vector<double> most_pressure_;  // that the linearised volume can be asked about
   std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
   PaddedVectors given_, relaxed_;      // by place, mm: now, and if nothing pressed in this step
+  std::vector<double> give_by_place_;  // of one contact, mm/mN
   std::vector<double> volumes_;
 };
 
