@@ -43,7 +43,7 @@ const shown = async (hash) => {
 };
 const settle = async () => {
   await sleep(250);  // what was asked for is being drawn
-  await browser.until("organ.unchanged", 60).catch(() => expect(false, "the organ comes to rest"));
+  await browser.until("organ.unchanged", 180).catch(() => expect(false, "the organ comes to rest"));
   await sleep(100);
 };
 const choose = async (what, value) => {
@@ -99,7 +99,7 @@ await browser.send("Page.addScriptToEvaluateOnNewDocument", { source: `
     };
   }` });
 
-await shown("#draw=gpu&pixels=120000");
+await shown("#draw=gpu&pixels=80000");
 if ((await told()).includes("offers no WebGL 2.")) {
   await browser.close();
   left_out("this Chromium has no software WebGL 2");
