@@ -218,17 +218,16 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   }
   const SparseShading lit(depth, count, tile.texel_mm);
   const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
-  SkinPixels skin;
-  for (int k = 0; k < lit.knot_count(); ++k) {
-    const int i = lit.knot(k), layer = leading.layer[i];
+  const auto add_skin = [&](int i, SkinPixels& skin) {
+    const int layer = leading.layer[i];
     if (sum.weight[i] > 2 * of_samples[i]) {
       const BaseTile::BoundPoint& bound = tile.base->bound[tile.base->at(x0 + i, y)];
       if (!tile.relit->unchanged(bound.face)) skin.add(i, bound.face, bound.b1, bound.b2);
-      continue;
+      return;
     }
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-    if (tile.relit->unchanged(set.face(slot))) continue;
+    if (tile.relit->unchanged(set.face(slot))) return;
     std::array<float, 3> bound = set.bound(slot);
     if (tile.relit->from_scope()) {
       // The relief is finer than a texel: by what the pixel's own centre looks at.
@@ -237,8 +236,17 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
       for (int k = 0; k < 2; ++k) bound[k] += u * patch.along_u[k] + v * patch.along_v[k];
     }
     skin.add(i, set.face(slot), bound[0], bound[1]);
-  }
-  tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white, depth});
+  };
+  SkinPixels skin;
+  for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
+  const SpanColors colors{x0, y, count, {sum.red, sum.green, sum.blue}, white, depth};
+  ScopeSpan from_scope;
+  tile.relit->light(skin, lit, colors, from_scope);
+  if (!from_scope.film_shows) return;
+  skin.count = 0;
+  for (int i = 0; i < count; ++i)
+    if (from_scope.lit.shows[i] > 0 && depth[i] < kInfinity) add_skin(i, skin);
+  tile.relit->add_film(skin, colors, from_scope);
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

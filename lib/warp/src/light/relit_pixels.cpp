@@ -2,6 +2,7 @@
 // RelitSkin by the pixel; what it does by the node, in Eigen's words, is in relit_skin.cpp.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "light/relit_skin.h"
@@ -12,11 +13,12 @@ namespace organbake {
 using Eigen::Vector3f;
 
 // Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
-// the face, as a sample's on its edge may show it; there the triangle goes on. By its nodes, and
-// the weights of the second and the third.
+// the face, as a sample's on its edge may show it. By its nodes, and the weights of the second and
+// the third at the nearest place within. Light ends there: normals that went on would lean on
+// beyond the edge, where the next face's do not. Places at rest go on, by the weights' rest.
 struct RelitSkin::Triangles {
   alignas(32) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
-  alignas(32) float along[kSpan], down[kSpan];
+  alignas(32) float along[kSpan], down[kSpan], more_along[kSpan], more_down[kSpan];
 };
 
 void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
@@ -40,8 +42,13 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
     const float along = near(u - static_cast<float>(i)), down = near(v - static_cast<float>(j));
     // The quad's other triangle, from its far corner; on the face's long edge there is none.
     const bool other = (along + down > 1) & (i + j + 2 <= steps);
-    out.along[k] = other ? 1 - down : along;
-    out.down[k] = other ? 1 - along : down;
+    const auto within = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
+    const float a = within(along), d = within(down), beyond = a + d - 1;
+    const float over = !other & (beyond > 0) ? 0.5f * beyond : 0;
+    out.along[k] = other ? 1 - down : a - over;
+    out.down[k] = other ? 1 - along : d - over;
+    out.more_along[k] = other ? 0 : along - (a - over);
+    out.more_down[k] = other ? 0 : down - (d - over);
     const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
     out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
     out.below[k] = first + index(i + 1, j);
@@ -63,8 +70,20 @@ void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& else
   std::copy(elsewhere.mixed.begin(), elsewhere.mixed.end(), mixed.rows[count]);
 }
 
-void RelitSkin::light(const SkinPixels& skin, const SparseShading& span,
-                      const SpanColors& colors) const {
+void RelitSkin::mix_rest(const Triangles& t, int count, ShadedPosts& mixed) const {
+  mix_nodes(rest_nodes_, RestNode(), t, count, mixed);
+  for (int k = 0; k < count; ++k) {
+    const float along = t.more_along[k], down = t.more_down[k];
+    const float* const corner = rest_nodes_[t.corner[k]].mixed.data();
+    const float* const below = rest_nodes_[t.below[k]].mixed.data();
+    const float* const beside = rest_nodes_[t.beside[k]].mixed.data();
+    for (int c = 3; c < 6; ++c)
+      mixed.rows[k][c] += along * (below[c] - corner[c]) + down * (beside[c] - corner[c]);
+  }
+}
+
+void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
+                      ScopeSpan& from_scope) const {
   if (skin.count == 0) return;
   Triangles triangles;
   find_triangles(skin, triangles);
@@ -78,9 +97,8 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& span,
     for (int i = 0; i < colors.count; ++i) plane[i] *= gains.of[c][i];
   }
   if (from_scope_) {
-    ScopeSkin scope_skin;
-    spread(mixed, 3, scope_skin.normals.planes());
-    return light_scope(skin, triangles, spread, scope_skin, colors);
+    spread(mixed, 3, from_scope.skin.normals.planes());
+    return light_scope(skin, triangles, spread, colors, from_scope);
   }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
@@ -111,27 +129,48 @@ float nearest_of(const float* depth_mm, int count) {
 
 // Where skin lies at rest is asked for only where gloss or grain may show: both are bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
-                            const ShadingInterpolation& spread, ScopeSkin& scope_skin,
-                            const SpanColors& colors) const {
-  std::fill_n(scope_skin.depth_mm, kSpan, 1.0f);
+                            const ShadingInterpolation& spread, const SpanColors& colors,
+                            ScopeSpan& from_scope) const {
+  float* const depth_mm = from_scope.skin.depth_mm;
+  std::fill_n(depth_mm, kSpan, 1.0f);
   for (int i = 0; i < colors.count; ++i) {
     const float depth = colors.depth_mm[i];
-    scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
+    depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
   }
   const float nearest = nearest_of(colors.depth_mm, colors.count);
-  const bool grain = shine_.grain_shows(nearest);
-  ShadedPosts mixed;
-  ScopeSkinAtRest at_rest;
-  const auto place_at_rest = [&] {
-    mix_nodes(rest_nodes_, RestNode(), triangles, skin.count, mixed);
-    spread(mixed, 0, at_rest.normals.planes());
-    spread(mixed, 3, at_rest.places_mm.planes());
-  };
-  if (grain) place_at_rest(), shine_.add_grain(scope_skin, at_rest, nearest, colors);
-  ScopeLit lit;
-  if (!shine_.light(scope_skin, colors, lit)) return;
-  if (!grain) place_at_rest();
-  shine_.add_gloss(lit, scope_skin, at_rest, colors);
+  if (shine_.grain_shows(nearest)) {
+    ShadedPosts mixed;
+    mix_rest(triangles, skin.count, mixed);
+    spread(mixed, 3, from_scope.at_rest.places_mm.planes());
+    shine_.add_grain(from_scope.skin, from_scope.at_rest, nearest, colors);
+  }
+  from_scope.film_shows = shine_.light(from_scope.skin, colors, from_scope.lit);
+}
+
+// By the pixel: drops are narrower than the distance of knots, and knots move over the skin.
+void RelitSkin::add_film(const SkinPixels& skin, const SpanColors& colors,
+                         ScopeSpan& from_scope) const {
+  Triangles triangles;
+  find_triangles(skin, triangles);
+  ShadedPosts now, at_rest;
+  mix_nodes(nodes_, Node(), triangles, skin.count, now);
+  mix_rest(triangles, skin.count, at_rest);
+  SkinDirections& normal = from_scope.lit.normal;
+  from_scope.at_rest = {};
+  for (int k = 0; k < skin.count; ++k) {
+    const int i = skin.at[k];
+    const Eigen::Map<const Vector3f> given(now.rows[k] + 3);
+    // On the side that is seen, as light() has turned the mixed one.
+    const float turned =
+        given[0] * normal.of[0][i] + given[1] * normal.of[1][i] + given[2] * normal.of[2][i];
+    const float scale = (turned < 0 ? -1.f : 1.f) / std::sqrt(given.squaredNorm() + 1e-20f);
+    for (int c = 0; c < 3; ++c) {
+      normal.of[c][i] = scale * given[c];
+      from_scope.at_rest.normals.of[c][i] = at_rest.rows[k][c];
+      from_scope.at_rest.places_mm.of[c][i] = at_rest.rows[k][3 + c];
+    }
+  }
+  shine_.add_gloss(from_scope.lit, from_scope.skin, from_scope.at_rest, colors);
 }
 
 // By the pixel: a highlight may be narrower than the distance of knots.

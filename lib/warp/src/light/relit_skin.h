@@ -54,8 +54,11 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights a span, its knots in `skin`; those that are not among them keep their light.
-  void light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors) const;
+  // Lights a span, its knots in `skin`; those that are not among them keep their light. From the
+  // scope without the film: add_film() adds it, with `skin` each pixel that shows some.
+  void light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
+             ScopeSpan& from_scope) const;
+  void add_film(const SkinPixels& skin, const SpanColors& colors, ScopeSpan& from_scope) const;
 
  private:
   // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
@@ -82,10 +85,11 @@ class RelitSkin {
   template <class AnyNode>
   static void mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
                         const Triangles& triangles, int count, ShadedPosts& mixed);
+  void mix_rest(const Triangles& triangles, int count, ShadedPosts& mixed) const;
   void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
   void light_scope(const SkinPixels& skin, const Triangles& triangles,
-                   const ShadingInterpolation& spread, ScopeSkin& scope_skin,
-                   const SpanColors& colors) const;
+                   const ShadingInterpolation& spread, const SpanColors& colors,
+                   ScopeSpan& from_scope) const;
   void light_by(bool scope);
   void place_rest_nodes();
 

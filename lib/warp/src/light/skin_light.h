@@ -74,6 +74,14 @@ struct ScopeLit {
   SkinDirections normal, half_way;  // unit
 };
 
+// A span lit from the scope but for its film, which is narrower than the distance of knots.
+struct ScopeSpan {
+  bool film_shows = false;  // anywhere; nothing of the rest is told otherwise
+  ScopeSkin skin;
+  ScopeSkinAtRest at_rest;
+  ScopeLit lit;
+};
+
 // A lobe of mirrored light: how bright in its middle, and how wide.
 struct ShineLobe {
   float strength = 0, alpha2 = 1;
