@@ -96,7 +96,7 @@ float mirrored(vec2 lobe, float squared_cosine) {
 float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, Mirror at,
                      vec2 lobe) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  float soft = kSoftEnds * pixel, end = inversesqrt(kEdge * kEdge + soft * soft), sum = 0.0;
+  float soft2 = kSoftEnds * kSoftEnds * pixel * pixel, sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
   uvec3 cube = uvec3(ivec3(low)) * kAxes;
   for (int k = 0; k < 8; ++k) {
@@ -108,8 +108,13 @@ float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, M
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
     float own = at_most_1(positive(wet + chance(h, 3)));
     vec3 chances = vec3(chance(h, 0), chance(h, 1), chance(h, 2));
-    float flat_way = dot(d - dot(d, at.m) * at.m, chances), from2 = dot(d, d) + kFlat * flat_way * flat_way;
-    float size = end * kDrop * own, size2 = size * size;
+    float outward = dot(d, at.m), on_m = dot(chances, at.m), flat_way = dot(d, chances) - outward * on_m;
+    float flat2 = flat_way * flat_way, from2 = dot(d, d) + kFlat * flat2;
+    float steep2 = 4.0 * (dot(d, d) - outward * outward +
+                          kFlat * flat2 * (2.0 + kFlat * (dot(chances, chances) - on_m * on_m)));
+    float ends_at = kDrop * own;
+    float end = inversesqrt(kEdge * kEdge + soft2 * ends_at * steep2 / (from2 + 1e-6));
+    float size = end * ends_at, size2 = size * size;
     float inside = at_most_1(positive(0.5 + size - end * from2));
     vec3 slopes = hills - kDome * height * d + kLean * height * chances;
     sum += size2 / (size2 + 1.0 / 36.0) * inside * inside * (3.0 - 2.0 * inside) *

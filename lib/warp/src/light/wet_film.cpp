@@ -176,8 +176,8 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps&
                                                            const Mirror& mirror,
                                                            const LitLobe& lobe) {
   const float dome = -WetFilm::kDome * height, lean = WetFilm::kLean * height;
-  const float soft = WetFilm::kSoftEnds * pixel;
-  const float end = 1 / std::sqrt(WetFilm::kEdge * WetFilm::kEdge + soft * soft);
+  constexpr float kEdge2 = WetFilm::kEdge * WetFilm::kEdge, kFlat = WetFilm::kFlat;
+  const float soft2 = WetFilm::kSoftEnds * WetFilm::kSoftEnds * pixel * pixel;
   float light = 0;
   visit_cells(
       bumps.per_mm * p[0], bumps.per_mm * p[1],
@@ -186,11 +186,18 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps&
         const float cx = cell.chance(0), cy = cell.chance(1), cz = cell.chance(2);
         // Drops are flatter one way along the skin, which is a chance as their lean is.
         const float out = cell.x * mirror.mx + cell.y * mirror.my + cell.z * mirror.mz;
-        const float flat = cell.x * cx + cell.y * cy + cell.z * cz -
-                           out * (cx * mirror.mx + cy * mirror.my + cz * mirror.mz);
-        const float from2 = cell.distance2() + WetFilm::kFlat * flat * flat;
+        const float on_m = cx * mirror.mx + cy * mirror.my + cz * mirror.mz;
+        const float flat = cell.x * cx + cell.y * cy + cell.z * cz - out * on_m,
+                    flat2 = flat * flat;
+        const float from2 = cell.distance2() + kFlat * flat2;
+        // How steeply that rises along the skin at the drop's end on this side of it.
+        const float along2 = cx * cx + cy * cy + cz * cz - on_m * on_m;
+        const float steep2 =
+            4 * (cell.distance2() - out * out + kFlat * flat2 * (2 + kFlat * along2));
+        const float ends_at = WetFilm::kDrop * own;
+        const float end = 1 / std::sqrt(kEdge2 + soft2 * ends_at * steep2 / (from2 + 1e-6f));
         // Where the end is softer than the drop is large, it would gain light.
-        const float size = end * WetFilm::kDrop * own, size2 = size * size;
+        const float size = end * ends_at, size2 = size * size;
         const float in = at_most_1(positive(0.5f + size - end * from2));
         const float kept = size2 / (size2 + 1 / 36.f);
         const Slopes slopes = {hills.slopes.x + dome * cell.x + lean * cx,
