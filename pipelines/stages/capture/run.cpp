@@ -16,6 +16,7 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/ply.h"
+#include "organbake/image/srgb.h"
 #include "organbake/pipelines/machine_memory.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
@@ -124,12 +125,27 @@ std::optional<ExemplarPhoto> read_exemplar(const StageCall& call, double mm_per_
   return photo;
 }
 
+// An organ takes one tissue; a whole frame shows several.
+void warn_of_several_tissues(const StageCall& call, const ExemplarPhoto& photo) {
+  const std::vector<ShownTissue> tissues = tissues_shown(photo);
+  if (tissues.size() < 2) return;
+  std::string shares;
+  for (const ShownTissue& tissue : tissues) {
+    shares += (shares.empty() ? "" : ", ") + to_text(100 * tissue.share, 0) + " % of about sRGB";
+    for (const float c : tissue.color) shares += " " + std::to_string(srgb8_from_linear(c));
+  }
+  call.context.warn(call.input("exemplar")->filename().string() +
+                    " shows tissues of different hues, which will be mixed: " + shares +
+                    ". Mask all but one (--exemplar-mask, exemplar_mask in a recipe)");
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<CaptureStageOptions>();
   options.capture.check();
   options.detail.check();
   options.material.check();
   const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
+  if (exemplar) warn_of_several_tissues(call, *exemplar);
   const TriangleMesh surface = read_mesh(*call.input("surface"), options.frame, call.context);
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.frame, call.context);
   const CameraSet set = read_cameras(*call.input("cameras"));

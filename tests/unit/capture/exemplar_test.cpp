@@ -101,6 +101,29 @@ TEST(Exemplar, LightAndHighlightsAreTakenOut) {
   EXPECT_NEAR(spread(tissue) / spread(expected), 1, 0.15);
 }
 
+// A photograph whose left quarter is yellow, in light that changes threefold over it.
+TEST(Exemplar, TissuesOfAnotherHueAreToldWithTheirShares) {
+  Photograph lit;
+  lit.light = 1;
+  ExemplarPhoto photo = lit.made();
+  ASSERT_EQ(tissues_shown(photo).size(), 1u) << "grain and light are no tissues";
+  const int quarter = lit.width / 4;
+  for (int y = 0; y < lit.height; ++y)
+    for (int x = 0; x < quarter; ++x) {
+      const float red = linear_from_srgb8()[photo.image.at(x, y)[0]];
+      photo.image.at(x, y)[1] = srgb8_from_linear(red / 1.4f);
+    }
+  const std::vector<ShownTissue> tissues = tissues_shown(photo);
+  ASSERT_EQ(tissues.size(), 2u);
+  EXPECT_NEAR(tissues[0].share, 0.75, 0.03);
+  EXPECT_NEAR(tissues[1].share, 0.25, 0.03);
+  EXPECT_NEAR(tissues[1].color[0] / tissues[1].color[1], 1.4, 0.1);
+  photo.mask.assign(std::size_t(lit.width) * lit.height, 0);
+  for (int y = 0; y < lit.height; ++y)
+    for (int x = quarter; x < lit.width; ++x) photo.mask[std::size_t(y) * lit.width + x] = 1;
+  EXPECT_EQ(tissues_shown(photo).size(), 1u) << "a mask chooses one";
+}
+
 TEST(Exemplar, TheTextureDoesNotRepeat) {
   const ExemplarTexture texture{Exemplar(Photograph().made())};
   const double cell = texture.exemplar().reach_mm();

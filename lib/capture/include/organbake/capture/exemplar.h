@@ -17,6 +17,15 @@ struct ExemplarPhoto {
   double mm_per_pixel = 0;         // on the tissue, 0.001…10
 };
 
+// A tissue that a photograph shows: of its mask's pixels that are neither dark nor white.
+struct ShownTissue {
+  double share = 0;
+  Eigen::Vector3f color = Eigen::Vector3f::Zero();  // the mean, linear
+};
+// The largest first; more than one where red over green differs as between a liver and fat, over a
+// twentieth of the pixels or more. Tissues of like hue are not told apart.
+std::vector<ShownTissue> tissues_shown(const ExemplarPhoto& photo);
+
 // The photograph's tissue without its light and its highlights, as what histogram-preserving
 // blending needs (Heitz and Neyret 2018): along each axis of its colours' principal components the
 // values are ranked and replaced by those of a normal distribution, whose blends keep their
