@@ -130,21 +130,22 @@ float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float
   float pixels_per_mm = scope.z / depth, pixel = bumps.x / pixels_per_mm;
   vec3 hills = vec3(0.0);
   float lost = 0.0, hill = 0.0;
-  for (int k = 0; k < 4; ++k) {
+  for (int k = 3; k >= 0; --k) {
     float phase = dot(hill_phase[k].xyz, rest_mm) + hill_phase[k].w;
     float shown = resolved(hill_slope[k].w * pixels_per_mm);
-    hill += wave_at(phase + 0.25);
+    if (k > 0) hill += wave_at(phase + 0.25 + kAskew * hill);
     hills += shown * wave_at(phase) * hill_slope[k].xyz;
     lost += (1.0 - shown * shown) * hill_variance[k];
   }
   float height = bumps.y * (0.9 + 0.4 * hill), across = height * kDome * pixel;
-  float wet = kWetBumps * at_most_1(positive(0.5 + kPatches * hill));
-  vec2 near = lit_lobe(share, lost + across * across / 12.0);
+  float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills)));
+  vec2 near = lit_lobe(share, lost + kAcross * across * across);
   vec2 far = lit_lobe(share, lost + kDropsVariance * height * height);
   float whole = mirrored(far, cosine2(at, hills));
   float drops = light_of_drops(bumps.x * rest_mm, hills, wet, height, pixel, at, near);
   float seen = at_most_1(positive(2.0 - 2.0 * pixel));
-  float mean = kDropShare * at_most_1(0.25 + 0.45 * wet) * whole;
+  float t = at_most_1(positive((1.0 + wet) / 3.0));
+  float mean = kDropShare * t * t * (3.0 - 2.0 * t) * whole;
   float broken = seen * drops + (1.0 - seen) * mean;
   return min(whole + bumps.z * (broken - whole), kBlown);
 }

@@ -98,22 +98,24 @@ struct Hills {
   float wet;   // −kHills…kHills
 };
 
-// Written out wave by wave: a loop in the loop over pixels would keep that from being vectorised.
+// Written out wave by wave, the longest first: a loop in the loop over pixels would keep that from
+// being vectorised. The shortest is too steep for patches: they would end within a drop.
 template <std::size_t... k>
 inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const float* p,
                                                      float pixels_per_mm,
                                                      std::index_sequence<k...>) {
   Hills sum = {{0, 0, 0}, 0, 0};
-  const auto add = [&](const Wave& w) {
+  const auto add = [&](const Wave& w, bool of_patches) {
     const float turns = w.x * p[0] + w.y * p[1] + w.z * p[2] + w.phase;
     const float share = resolved(w.length_mm * pixels_per_mm), height = share * wave_at(turns);
-    sum.wet += wave_at(turns + 0.25f);
+    const float patch = wave_at(turns + 0.25f + WetFilm::kAskew * sum.wet);
+    sum.wet += of_patches ? patch : 0;
     sum.slopes.x += height * w.slope_x;
     sum.slopes.y += height * w.slope_y;
     sum.slopes.z += height * w.slope_z;
     sum.lost += (1 - share * share) * w.variance;
   };
-  (add(hills[k]), ...);
+  (add(hills[sizeof...(k) - 1 - k], k + 1 < sizeof...(k)), ...);
   return sum;
 }
 
@@ -208,6 +210,19 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps&
   return light;
 }
 
+// A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
+// from 1 on.
+inline float wetness(float hills) {
+  const float patch =
+      at_most_1(positive(0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills)));
+  return WetFilm::kDriest + WetFilm::kWetBumps * patch;
+}
+// The mean of all bumps, within a hundredth.
+inline float wet_bumps(float wetness) {
+  const float t = at_most_1(positive((1 + wetness) * (1 / 3.f)));
+  return t * t * (3 - 2 * t);
+}
+
 struct FilmPlanes {
   const float *share, *shows, *white, *depth;
   SkinVectors normal, half_way, rest_normal, rest_mm;
@@ -238,14 +253,13 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
     // Some are higher than others.
     const float height = bumps.slope * (0.9f + 0.4f * hill.wet);
     const float across = height * WetFilm::kDome * pixel;
-    const float patch = at_most_1(positive(0.5f + WetFilm::kPatches * hill.wet));
-    const float wet = WetFilm::kWetBumps * patch;
-    const LitLobe near(film, shares[i], hill.lost + across * across * (1 / 12.f));
+    const float wet = wetness(hill.wet);
+    const LitLobe near(film, shares[i], hill.lost + WetFilm::kAcross * across * across);
     const LitLobe far(film, shares[i], hill.lost + WetFilm::kDropsVariance * height * height);
     const float whole = far.at(mirror.cosine2(hill.slopes));
     const float drops = light_of_drops(bumps, place, hill, wet, height, pixel, mirror, near);
     const float seen = at_most_1(positive(2 - 2 * pixel));
-    const float mean = WetFilm::kDropShare * at_most_1(0.25f + 0.45f * wet) * whole;
+    const float mean = WetFilm::kDropShare * wet_bumps(wet) * whole;
     const float broken = seen * drops + (1 - seen) * mean;
     const float bright = whole + bumps.drops * (broken - whole);
     const float blown = bright < WetFilm::kBlown ? bright : WetFilm::kBlown;
@@ -290,10 +304,22 @@ void WetFilm::describe(ScopeShading& shading) const {
 }
 
 std::vector<ShaderConstant> WetFilm::constants() {
-  return {{"kDome", kDome},           {"kLean", kLean},         {"kDropsVariance", kDropsVariance},
-          {"kPatches", kPatches},     {"kWetBumps", kWetBumps}, {"kDrop", kDrop},
-          {"kFlat", kFlat},           {"kEdge", kEdge},         {"kSoftEnds", kSoftEnds},
-          {"kDropShare", kDropShare}, {"kBlown", kBlown},       {"kJitter", kJitter}};
+  return {{"kDome", kDome},
+          {"kLean", kLean},
+          {"kDropsVariance", kDropsVariance},
+          {"kUpperHills", kUpperHills},
+          {"kPatches", kPatches},
+          {"kDriest", kDriest},
+          {"kWetBumps", kWetBumps},
+          {"kAskew", kAskew},
+          {"kAcross", kAcross},
+          {"kDrop", kDrop},
+          {"kFlat", kFlat},
+          {"kEdge", kEdge},
+          {"kSoftEnds", kSoftEnds},
+          {"kDropShare", kDropShare},
+          {"kBlown", kBlown},
+          {"kJitter", kJitter}};
 }
 
 }  // namespace organbake

@@ -44,14 +44,20 @@ class WetFilm {
   static constexpr float kFilmWidth = 6;
   // Of slopes by the place on a dome (in bumps), by its lean, and what remains as variance of both.
   static constexpr float kDome = 1.5f, kLean = 0.9f, kDropsVariance = 0.42f;
-  // How sharply the film's patches end, and how many bumps of a patch are wet.
-  static constexpr float kPatches = 0.6f, kWetBumps = 2.1f;
+  // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
+  // next to no bump is wet, in their middle all are.
+  static constexpr float kUpperHills = 0, kPatches = 0.55f, kDriest = -0.9f, kWetBumps = 2.4f;
+  // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
+  // rows.
+  static constexpr float kAskew = 0.3f;
+  // Of the slopes that a pixel covers on a dome, in squares, what widens its lobe.
+  static constexpr float kAcross = 1 / 24.f;
   // In squares of bumps: where a large drop ends, and within what; how flat it is one way.
-  static constexpr float kDrop = 0.52f, kEdge = 0.15f, kFlat = 5;
-  static constexpr float kSoftEnds = 1.5f;   // and within how many pixels at least
-  static constexpr float kDropShare = 0.5f;  // of the skin that drops cover if all bumps are wet
-  static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
-  static constexpr double kBreaks = 0.15;    // slope of the relief on which the film is all drops
+  static constexpr float kDrop = 0.5f, kEdge = 0.15f, kFlat = 5;
+  static constexpr float kSoftEnds = 1.5f;    // and within how many pixels at least
+  static constexpr float kDropShare = 0.72f;  // of the skin that drops cover if all bumps are wet
+  static constexpr float kBlown = 0.97f;      // of full exposure: no mirrored light is brighter
+  static constexpr double kBreaks = 0.15;     // slope of the relief on which the film is all drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
