@@ -68,7 +68,6 @@ TissueLook kidney() {
   TissueLook look = liver();
   look.albedo = {0.235f, 0.072f, 0.055f};                     // (b)
   look.small = {{0.16f, 0.03f, 0.03f}, 3.5, 0.35, 0.6, 0.5};  // stellate veins
-  look.finish.relief_slope = 0.11;
   return look;
 }
 
@@ -82,7 +81,7 @@ TissueLook stomach() {
           .large = {{0.36f, 0.09f, 0.1f}, 16, 1.1, 0.5, 0.6},
           .small = {{0.5f, 0.2f, 0.17f}, 6, 0.4, 0.5, 0.45},
           .gloss = kWet,
-          .finish = {0.11, 2.2, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
+          .finish = {0.16, 2.2, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
 }
 
 // Paler and pinker than the stomach, its vessels in dense arcades.
