@@ -54,7 +54,7 @@ struct ManualFlags {
 // $XDG_CONFIG_HOME/organbake/config, else ~/.config/organbake/config; empty without a home.
 std::filesystem::path configuration_file();
 
-// "organplay 0.5.0" in a line, or as JSON.
+// "organplay 0.6.0" in a line, or as JSON.
 std::string version_text(const std::string& program, bool json);
 
 }  // namespace organbake

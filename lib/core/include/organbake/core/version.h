@@ -3,7 +3,7 @@
 
 namespace organbake {
 
-// Of the project as this was built from it: "0.5.0", and the day of that release, "2026-11-26".
+// Of the project as this was built from it: "0.6.0", and the day of that release, "2026-11-28".
 extern const char* const kVersion;
 extern const char* const kReleaseDate;
 
