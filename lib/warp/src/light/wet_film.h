@@ -54,7 +54,7 @@ class WetFilm {
   static constexpr float kAcross = 1 / 24.f;
   // In squares of bumps: where a large drop ends, and within what; how flat it is one way.
   static constexpr float kDrop = 0.5f, kEdge = 0.15f, kFlat = 5;
-  static constexpr float kSoftEnds = 1.5f;    // and within how many pixels at least
+  static constexpr float kSoftEnds = 1.75f;   // and within how many pixels at least
   static constexpr float kDropShare = 0.72f;  // of the skin that drops cover if all bumps are wet
   static constexpr float kBlown = 0.97f;      // of full exposure: no mirrored light is brighter
   static constexpr double kBreaks = 0.15;     // slope of the relief on which the film is all drops
