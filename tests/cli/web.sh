@@ -22,7 +22,7 @@ expect_out organ.html
 expect 0 organbake export organ --format web -o again.html --threads 1
 expect_same organ.html again.html
 [ "$(stat -c %s organ.html)" -lt 1000000 ] || fail "a small organ's page is $(stat -c %s organ.html) bytes"
-[ "$(stat -c %s "$module")" -le 1210000 ] || fail "the module is $(stat -c %s "$module") bytes"
+[ "$(stat -c %s "$module")" -le 1220000 ] || fail "the module is $(stat -c %s "$module") bytes"
 grep -qE 'src=|@import|url\(' organ.html && fail "the page asks for more"
 expect 0 organbake export organ --format web -o organ.html  # over its own
 mkdir folder
@@ -76,7 +76,8 @@ cat >cut.json <<END
 END
 rm -rf frames
 expect 0 node "$SOURCE/tests/web/frames.mjs" cuttable.html cut.json frames
-expect 0 "$BIN/organplay" cuttable --script cut.json --reference frames --threshold-db 55
+# 50 dB: where an outline runs along a row of pixels, the last bit decides on which side that row lies.
+expect 0 "$BIN/organplay" cuttable --script cut.json --reference frames --threshold-db 50
 expect 0 node "$SOURCE/tests/web/cut.mjs" cuttable.html
 expect_out "cut, snipped, pierced"
 expect_out "undone, done again"
