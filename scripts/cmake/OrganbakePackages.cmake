@@ -76,7 +76,8 @@ pictures are warped from the baked ones on the processor. It writes
 frames, videos and reports; its window is in the package organplay-window.")
 organbake_package(organplay-window science "window of organplay"
   "The interactive window of organplay: an organ to turn, poke and grab with the
-mouse, with readings of forces and times; and what draws with graphics hardware.")
+mouse, with readings of forces and times; and what draws with graphics
+hardware.")
 organbake_package(organbench science "measure organbake and organplay"
   "organbench measures how much error organbake and organplay leave in how much
 time, beside other programs on the same input, and compares two such runs.")
