@@ -143,9 +143,10 @@ void CutOrgan::remake(const CutSheet& sheet) {
     now_.skin->creased[v] = skin.vertices()[v].on_border;
   remake_face_parts(skin);
   remake_body(places_of(skin, walls));
-  remake_give(skin, walls);
+  const std::vector<LipGape::Wall> down = ways_down(walls);
+  remake_give(skin, down);
   remake_base(skin, walls);
-  gape_ = LipGape(skin, ways_down(walls), now_.mechanics.cut_gape_mm);
+  gape_ = LipGape(skin, down, now_.mechanics.cut_gape_mm);
 }
 
 // A face that was neither halved nor cut is itself, and is not told.
@@ -209,7 +210,7 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
 }
 
 // The skin gives way to tools as it did when it was whole, and so do walls, the less the deeper.
-void CutOrgan::remake_give(const CutSkin& skin, const CutWalls& walls) {
+void CutOrgan::remake_give(const CutSkin& skin, std::span<const LipGape::Wall> down) {
   std::vector<std::vector<NodeShare>>& all = now_.mechanics.body->give_shares;
   all.clear();
   if (now_.mechanics.body->give_mm_per_n.empty()) return;
@@ -226,7 +227,6 @@ void CutOrgan::remake_give(const CutSkin& skin, const CutWalls& walls) {
           add_shares(carriers_[skin_.faces[fine.face][corner]], weights[corner], own);
     }
   }
-  const std::vector<LipGape::Wall> down = ways_down(walls);
   for (std::size_t w = 0; w < down.size(); ++w)
     add_shares(all[down[w].lip], 1 - down[w].down, all[skin.vertices().size() + w]);
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -71,7 +72,7 @@ class CutOrgan {
   void remake_face_parts(const CutSkin& skin);
   std::vector<TissuePlace> places_of(const CutSkin& skin, const CutWalls& walls) const;
   void remake_body(const std::vector<TissuePlace>& places);
-  void remake_give(const CutSkin& skin, const CutWalls& walls);
+  void remake_give(const CutSkin& skin, std::span<const LipGape::Wall> down);
   void remake_base(const CutSkin& skin, const CutWalls& walls);
   void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
   Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
