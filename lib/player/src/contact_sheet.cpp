@@ -23,15 +23,11 @@ Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
 
 // Three views from aside: all round, or as far to the sides and up as the virtual cameras reach
 // where they see one side only, as those of a laparoscopy do.
-std::array<OrbitPose, 3> side_poses(const CameraSet& cameras) {
+std::array<OrbitPose, 3> side_poses(const ViewManifold& manifold) {
   constexpr double kAround = 1.3, kLeast = 0.5;
-  const Eigen::Vector3d& center = cameras.manifold.center_world_mm;
-  const Eigen::Vector3d front = (cameras.cameras.front().center_world_mm() - center).normalized();
   double reach = kLeast;  // rad from camera 0
-  for (const PosedCamera& camera : cameras.cameras) {
-    const Eigen::Vector3d direction = (camera.center_world_mm() - center).normalized();
-    reach = std::max(reach, std::acos(std::clamp(front.dot(direction), -1.0, 1.0)));
-  }
+  for (const Eigen::Vector3d& d : manifold.directions)
+    reach = std::max(reach, std::acos(std::clamp(manifold.directions.front().dot(d), -1.0, 1.0)));
   if (reach < kAround) return {OrbitPose{-reach, 0.1}, OrbitPose{reach, 0.1}, OrbitPose{0, reach}};
   return {OrbitPose{-kAround, 0.1}, OrbitPose{kAround, 0.1}, OrbitPose{std::numbers::pi, 0.1}};
 }
@@ -95,7 +91,7 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
     add({kAside, 0.25}, {tip});
   }
   player.reset();
-  for (const OrbitPose& pose : side_poses(bundle.cameras)) add(pose, {});
+  for (const OrbitPose& pose : side_poses(bundle.cameras.manifold)) add(pose, {});
   const auto tip = hold_poke(player, front, 0.3, radius);
   add({0, 0.35}, {tip});
   player.reset();
