@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chromium without a window, spoken to through a pipe: no port is opened, no library is needed.
 import { spawn, spawnSync } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -12,6 +12,8 @@ export function find_chromium() {
   }
   return null;
 }
+
+export const sleep = (ms) => new Promise((wake) => setTimeout(wake, ms));
 
 export class Browser {
   #process;
@@ -85,7 +87,7 @@ export class Browser {
   async until(expression, seconds = 60) {
     for (const end = Date.now() + 1000 * seconds; Date.now() < end;) {
       if (await this.value(expression)) return;
-      await new Promise((wake) => setTimeout(wake, 50));
+      await sleep(50);
     }
     throw new Error(`never came: ${expression}`);
   }
@@ -97,6 +99,12 @@ export class Browser {
   touch(type, points) { return this.send("Input.dispatchTouchEvent", { type, touchPoints: points }); }
   async screenshot() {
     return Buffer.from((await this.send("Page.captureScreenshot", { format: "png" })).data, "base64");
+  }
+  // Into a folder, where one was named.
+  async keep(folder, name) {
+    if (!folder) return;
+    mkdirSync(folder, { recursive: true });
+    writeFileSync(join(folder, `${name}.png`), await this.screenshot());
   }
 
   async close() {

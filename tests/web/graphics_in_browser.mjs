@@ -2,10 +2,9 @@
 // A page whose pictures graphics hardware draws, in Chromium with software WebGL: they are the
 // processor's to 40 dB, at rest, poked and cut; what is wrong or lost leaves the organ to the processor.
 // usage: node graphics_in_browser.mjs PAGE [FOLDER for screenshots]; exit code 77 without WebGL 2
-import { mkdirSync, writeFileSync } from "node:fs";
-import { join, resolve } from "node:path";
+import { resolve } from "node:path";
 import { WebGl } from "../../apps/organweb/page/webgl.js";
-import { Browser, find_chromium } from "./browser.mjs";
+import { Browser, find_chromium, sleep } from "./browser.mjs";
 import { parts_of_page } from "./page_file.mjs";
 
 const left_out = (why) => {
@@ -28,12 +27,7 @@ for (const name in calls)
   expect(wanted.some((one) => one.name === name), `the module calls ${name}`);
 
 const browser = await Browser.start(900, 700);
-const sleep = (ms) => new Promise((wake) => setTimeout(wake, ms));
-const keep = async (name) => {
-  if (!kept) return;
-  mkdirSync(kept, { recursive: true });
-  writeFileSync(join(kept, `${name}.png`), await browser.screenshot());
-};
+const keep = (name) => browser.keep(kept, name);
 const told = () => browser.value('document.getElementById("painted").textContent');
 const shown = async (hash) => {
   await browser.send("Page.navigate", { url: "about:blank" });  // another hash alone loads nothing

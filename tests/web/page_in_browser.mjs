@@ -2,10 +2,10 @@
 // A page in Chromium, from file://: it shows the organ, real pointers, fingers and keys poke and turn
 // it, a damaged pack is a sentence, nothing is asked of any server and nothing complains.
 // usage: node page_in_browser.mjs PAGE [FOLDER for screenshots]; exit code 77 without a browser
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
-import { Browser, find_chromium } from "./browser.mjs";
+import { Browser, find_chromium, sleep } from "./browser.mjs";
 
 if (!find_chromium()) {
   console.log("SKIPPED: there is no Chromium here (Debian: chromium); the page was not opened");
@@ -19,12 +19,7 @@ const expect = (holds, what) => {
 };
 
 const browser = await Browser.start(900, 700);
-const sleep = (ms) => new Promise((wake) => setTimeout(wake, ms));
-const keep = async (name) => {
-  if (!kept) return;
-  mkdirSync(kept, { recursive: true });
-  writeFileSync(join(kept, `${name}.png`), await browser.screenshot());
-};
+const keep = (name) => browser.keep(kept, name);
 const kShown = 'document.getElementById("loading")?.hidden && document.getElementById("error")?.hidden';
 // Two pictures of 24 × 18 fields of the canvas differ: how many fields, and where their middle is.
 const remember = (name) => browser.value(`(() => {
