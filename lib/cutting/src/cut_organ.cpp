@@ -12,6 +12,7 @@
 #include "cut_walls.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/cutting/wet_rim.h"
 #include "tissue_look.h"
 
 namespace organbake {
@@ -245,8 +246,7 @@ Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t fac
 }
 
 // The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
-// they are bent, nothing opens between the two. Where the relief falls to them within a cell it is
-// as wide as the gap, and all that is seen of a cut from aside: so it is wet as its rim is.
+// they are bent, nothing opens between the two.
 void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t first) {
   each_node(base_.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::array<std::uint32_t, 3> of_corner = {base_.steps - i - j, i, j};
@@ -259,9 +259,30 @@ void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t f
     }
     if (corners == 3 || !on_border) return;
     now_.base.height_mm[first + node] = 0;
-    Eigen::Vector3f& color = now_.base.color[first + node];
-    color = color.cwiseProduct(Eigen::Map<const Eigen::Vector3f>(kBloodFilm.data()));
   });
+}
+
+void CutOrgan::wet_lips() {
+  const WetRim rim(skin_, face_parts_);
+  const std::uint32_t n = base_.steps;
+  for (const auto& [face, lips] : rim.lips()) {
+    const auto [a, b, c] = skin_.faces[face];
+    const auto wet = [&](const FacePart& part) {
+      each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+        const Eigen::Vector2d at = within(part.at, {double(i) / n, double(j) / n});
+        const Eigen::Vector3d place_mm = (1 - at.sum()) * skin_.vertices[a] +
+                                         at[0] * skin_.vertices[b] + at[1] * skin_.vertices[c];
+        Eigen::Vector3f& color =
+            now_.base.color[std::size_t(part.face) * base_.nodes_per_face() + node];
+        color.array() *= WetRim::kept(WetRim::share(lips, place_mm, 0)).cast<float>();
+      });
+    };
+    const auto parts = face_parts_.find(face);
+    if (parts == face_parts_.end())
+      wet({face, kCornersInFace});
+    else
+      std::for_each(parts->second.begin(), parts->second.end(), wet);
+  }
 }
 
 void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
@@ -289,6 +310,7 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
       flatten_lips(skin, now_.proxy.faces[part.face], std::size_t(part.face) * nodes);
     }
   }
+  wet_lips();
   const std::size_t first_wall = skin.parts().size();
   parallel_for(std::size_t{0}, walls.faces.size(), [&](std::size_t w) {
     Eigen::Vector3f light = Eigen::Vector3f::Ones();

@@ -25,6 +25,7 @@
 #include "sample_source.h"
 #include "samples/bundle_fit.h"
 #include "samples/face_split.h"
+#include "samples/lip_film.h"
 #include "samples/sample_store.h"
 
 namespace organbake {
@@ -277,8 +278,13 @@ Warper::Warper(Warper&&) noexcept = default;
 Warper& Warper::operator=(Warper&&) noexcept = default;
 
 Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
-  const auto split = [uncut = impl_->store, parts](std::size_t camera) {
-    return split_samples(uncut->made(camera), parts);
+  const TriangleMesh& skin = impl_->shell.at_rest();
+  const auto split = [uncut = impl_->store, skin, rim = WetRim(skin, parts),
+                      parts](std::size_t camera) {
+    SampleSet samples = uncut->made(camera);
+    wet_samples(skin, rim, samples);
+    split_samples(parts, samples);
+    return samples;
   };
   auto store = std::make_shared<SampleStore>(now.cameras.cameras.size(), split);
   return Warper(std::make_unique<Impl>(now, std::move(store), impl_.get(), parts));

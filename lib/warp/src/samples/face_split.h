@@ -6,8 +6,8 @@
 
 namespace organbake {
 
-// A camera's samples once faces of the shell are cut: each goes to the part of its face that it
+// Gives a camera's samples, once faces of the shell are cut, each to the part of its face that it
 // lies in. Chunks of whole faces keep their slots.
-SampleSet split_samples(const SampleSet& set, const CutOrgan::FaceParts& parts);
+void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set);
 
 }  // namespace organbake

@@ -24,11 +24,6 @@ struct CutWalls;
 // uncut organ stay, and are told by face_parts() to which of a cut face's parts they belong.
 class CutOrgan {
  public:
-  // Along the lips of a cut so much of the skin is wet with blood, through whose film these shares
-  // of its colour (linear red, green, blue) come back.
-  static constexpr double kWetRim_mm = 1.0;
-  static constexpr std::array<float, 3> kBloodFilm = {0.26f, 0.09f, 0.08f};
-
   // Throws UsageError for an organ that was baked without tetrahedra. Keeps nothing by reference.
   explicit CutOrgan(const Bundle& bundle);
 
@@ -74,6 +69,7 @@ class CutOrgan {
   void remake_body(const std::vector<TissuePlace>& places);
   void remake_give(const CutSkin& skin, std::span<const LipGape::Wall> down);
   void remake_base(const CutSkin& skin, const CutWalls& walls);
+  void wet_lips();
   void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
   Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
                                   double b2) const;
