@@ -9,9 +9,9 @@
 #include <map>
 
 #include "organbake/core/parallel.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
 #include "pose/pose_quality.h"
+#include "pose/verdict_rule.h"
 
 namespace organbake {
 namespace {
@@ -90,21 +90,18 @@ void check_sides(const RegisteredSurface& surface, const ColorScene& scene,
 
 void judge(PoseQuality& q) {
   constexpr double kLeastCorrelation = 0.8, kLeastVisible = 0.4, kLeastOutline = 0.75;
-  const auto percent = [](double share) { return to_text(100 * share, 0) + " %"; };
-  q.verdict = Verdict::failed;
-  if (!(q.correlation >= kLeastCorrelation)) {
-    q.reason = "no colours of the photograph draw the surface's silhouette: R = " +
-               to_text(q.correlation, 3);
-  } else if (!(q.visible_share >= kLeastVisible)) {
-    q.reason = "only " + percent(q.visible_share) + " of the silhouette has colours of its own, " +
-               percent(kLeastVisible) + " are needed";
-  } else if (!(q.outline_share >= kLeastOutline)) {
-    q.reason =
-        "the colours have the outline elsewhere: " + percent(q.outline_share) + " of it fits";
-  } else {
-    q.verdict = Verdict::doubtful;
-    q.reason = "only the silhouette was compared, by its colours, and other poses may share it";
-  }
+  const VerdictRule rules[] = {
+      {!(q.correlation >= kLeastCorrelation), Verdict::failed,
+       "no colours of the photograph draw the surface's silhouette: R = " +
+           to_text(q.correlation, 3)},
+      {!(q.visible_share >= kLeastVisible), Verdict::failed,
+       "only " + percent(q.visible_share) + " of the silhouette has colours of its own, " +
+           percent(kLeastVisible) + " are needed"},
+      {!(q.outline_share >= kLeastOutline), Verdict::failed,
+       "the colours have the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
+      {true, Verdict::doubtful,
+       "only the silhouette was compared, by its colours, and other poses may share it"}};
+  judge_by(rules, q);
 }
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;

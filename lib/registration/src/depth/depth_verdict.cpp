@@ -9,6 +9,7 @@
 
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
+#include "pose/verdict_rule.h"
 
 namespace organbake {
 namespace {
@@ -23,8 +24,6 @@ constexpr double kDepthMostPierced = 0.25, kDepthSurePierced = 0.1;
 constexpr double kDepthLargestNoise = 0.0125, kDepthLargestSurfaceSd_mm = 1.0;
 constexpr double kDepthLeastMargin = 0.06;
 constexpr double kDepthLeastVisible = 0.1, kDepthSureVisible = 0.25;
-
-std::string in_percent(double share) { return to_text(100 * share, 0) + " %"; }
 
 }  // namespace
 
@@ -63,28 +62,23 @@ DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
 
 void judge_with_depth(PoseQuality& q) {
   const DepthFit& d = *q.depth;
-  struct Rule {
-    bool broken;
-    Verdict verdict;
-    std::string reason;
-  };
-  const Rule rules[] = {
+  const VerdictRule rules[] = {
       {!(q.visible_share >= kDepthLeastVisible), Verdict::failed,
-       "only " + in_percent(q.visible_share) + " of the facing surface is in the picture, " +
-           in_percent(kDepthLeastVisible) + " are needed"},
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(kDepthLeastVisible) + " are needed"},
       {!(d.share >= kDepthLeastShare), Verdict::failed,
-       "the depth lies elsewhere than the surface: " + in_percent(d.share) + " of it fits"},
+       "the depth lies elsewhere than the surface: " + percent(d.share) + " of it fits"},
       {!(d.pierced_share <= kDepthMostPierced), Verdict::failed,
-       "the surface would stand before what is seen in " + in_percent(d.pierced_share) +
+       "the surface would stand before what is seen in " + percent(d.pierced_share) +
            " of where it lies"},
       {!(q.visible_share >= kDepthSureVisible), Verdict::doubtful,
-       "only " + in_percent(q.visible_share) + " of the facing surface is in the picture, " +
-           in_percent(kDepthSureVisible) + " are sure"},
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(kDepthSureVisible) + " are sure"},
       {!(d.share >= kDepthSureShare), Verdict::doubtful,
-       "only " + in_percent(d.share) + " of the surface in view lies where the depth is, " +
-           in_percent(kDepthSureShare) + " should"},
+       "only " + percent(d.share) + " of the surface in view lies where the depth is, " +
+           percent(kDepthSureShare) + " should"},
       {!(d.pierced_share <= kDepthSurePierced), Verdict::doubtful,
-       "the surface would stand before what is seen in " + in_percent(d.pierced_share) +
+       "the surface would stand before what is seen in " + percent(d.pierced_share) +
            " of where it lies"},
       {!(d.noise_share <= kDepthLargestNoise), Verdict::doubtful,
        "the depth lies " + to_text(d.noise_mm, 1) + " mm off the surface: is it this organ's?"},
@@ -93,14 +87,7 @@ void judge_with_depth(PoseQuality& q) {
       {!(q.surface_sd_mm <= kDepthLargestSurfaceSd_mm), Verdict::doubtful,
        "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
   };
-  q.verdict = Verdict::ok;
-  q.reason.clear();
-  for (const Rule& rule : rules) {
-    if (!rule.broken) continue;
-    q.verdict = rule.verdict;
-    q.reason = rule.reason;
-    return;
-  }
+  judge_by(rules, q);
 }
 
 }  // namespace organbake

@@ -13,6 +13,7 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
 #include "pose/outline_check.h"
+#include "pose/verdict_rule.h"
 
 namespace organbake {
 namespace {
@@ -64,19 +65,12 @@ double sure_outline(double organ_px) {
   return std::min(kMost, kSureOutline + kPerPixel * std::max(0.0, kLargeEnough - organ_px));
 }
 
-std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
-
 void judge(PoseQuality& q, double organ_px, bool open) {
   const double least_visible = open ? kLeastVisibleOpen : kLeastVisible;
   // A piece without outlines in the picture has none elsewhere; that nothing then confirms its pose
   // is another matter.
   const bool has_outline = !open || q.outline_asked_share >= kLeastAsked;
-  struct Rule {
-    bool broken;
-    Verdict verdict;
-    std::string reason;
-  };
-  const Rule rules[] = {
+  const VerdictRule rules[] = {
       {!(q.visible_share >= least_visible), Verdict::failed,
        "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
            percent(least_visible) + " are needed"},
@@ -105,14 +99,7 @@ void judge(PoseQuality& q, double organ_px, bool open) {
       {std::abs(std::log(q.focal_scale)) > kLargestFocalError, Verdict::doubtful,
        "the focal length seems wrong: " + to_text(q.focal_scale, 2) + " times the given one fits"},
   };
-  q.verdict = Verdict::ok;
-  q.reason.clear();
-  for (const Rule& rule : rules) {
-    if (!rule.broken) continue;
-    q.verdict = rule.verdict;
-    q.reason = rule.reason;
-    return;
-  }
+  judge_by(rules, q);
 }
 
 // The share of the surface that faces the camera, and nothing of it hides, which lies inside the
