@@ -9,6 +9,7 @@
 
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/framing.h"
+#include "skin_ahead.h"
 
 namespace organbake {
 namespace {
@@ -89,9 +90,10 @@ std::optional<LiveSession::Seen> LiveSession::seen_at(const Eigen::Vector2i& pix
 
 std::optional<double> LiveSession::scope_distance_mm() const {
   const Intrinsics& picture = view_.camera.intrinsics;
-  if (!ahead_) ahead_ = seen_at({picture.width / 2, picture.height / 2});
-  if (!ahead_ || ahead_->cover == Cover::solid || !std::isfinite(ahead_->depth_mm))
-    return std::nullopt;
+  const Eigen::Vector2i middle(picture.width / 2, picture.height / 2);
+  if (!ahead_) ahead_ = seen_at(middle);
+  if (ahead_ && ahead_->cover == Cover::solid) return skin_depth_mm(*player_, view_, middle);
+  if (!ahead_ || !std::isfinite(ahead_->depth_mm)) return std::nullopt;
   return ahead_->depth_mm;
 }
 
