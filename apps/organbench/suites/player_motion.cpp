@@ -96,8 +96,8 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const FrameSiz
                                            moving(warper, bundle, view, all, {}, frame)});
     const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
     bench.at_least(
-        scene + "all moves / " + to_text(100 * tenth.share, 2) + " % of the skin moves, CPU time",
-        "×", ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1);
+        scene + "all moves / " + percent(tenth.share, 2) + " of the skin moves, CPU time", "×",
+        ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1);
     const Timing still = bench.time([&] {
       for (int i = 0; i < kStill * kFrames; ++i)
         warper.draw(bundle.proxy.vertices, view, {}, frame);

@@ -61,6 +61,9 @@ std::string to_text(double value) { return shortest(value); }
 std::string to_text(double value, int digits_after_point) {
   return fixed(value, digits_after_point);
 }
+std::string percent(double share, int digits_after_point) {
+  return to_text(100 * share, digits_after_point) + " %";
+}
 std::size_t read_number(std::string_view text, double& value) { return number_at(text, value); }
 
 std::string padded(std::size_t number, std::size_t digits) {

@@ -124,10 +124,9 @@ namespace {
 void tell_left_out(const KeptComponents& kept, const RunContext& context) {
   if (kept.left_out_share <= 0) return;
   constexpr double kMuch = 0.1;
-  const std::string what =
-      std::to_string(kept.kept) + " of " + std::to_string(kept.found) +
-      " pieces of the surface were kept: " + to_text(100 * kept.left_out_share, 1) +
-      " % of the volume was left out";
+  const std::string what = std::to_string(kept.kept) + " of " + std::to_string(kept.found) +
+                           " pieces of the surface were kept: " + percent(kept.left_out_share, 1) +
+                           " of the volume was left out";
   if (kept.left_out_share < kMuch) return context.info(what);
   context.warn(what + "; --largest " + std::to_string(kept.kept + 1) + " keeps one more, 0 all");
 }

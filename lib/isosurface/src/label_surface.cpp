@@ -172,7 +172,7 @@ TriangleMesh matched_surface(const std::vector<float>& field, const LabelBox& bo
   if (mesh.empty() || match.miss() <= kSaid) return mesh;
   const std::string what = "label " + std::to_string(label) +
                            " is finer than its smoothing: the surface's volume would be " +
-                           to_text(100 * match.miss(), 1) + " % off the label's; ";
+                           percent(match.miss(), 1) + " off the label's; ";
   if (match.miss() > kRefused) throw BadDataError(what + "choose a smaller --smooth-mm, or 0");
   context.warn(what + "a smaller --smooth may help");
   return mesh;

@@ -144,11 +144,10 @@ TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
 
 void fit_springs(const TriangleMesh& proxy, MechanicsModel& model, const RunContext& context) {
   const SpringFitReport fit = fit_springs_to_fem(proxy, model, context);
-  const auto percent = [](double share) { return to_text(100 * share, 1) + " %"; };
   context.info("springs fitted to finite elements: shapes under dead loads are off by " +
-               percent(fit.fitted) + " (were " + percent(fit.fitted_before) +
-               "), under loads that were held out by " + percent(fit.held_out) + " (" +
-               percent(fit.held_out_before) + "), medians");
+               percent(fit.fitted, 1) + " (were " + percent(fit.fitted_before, 1) +
+               "), under loads that were held out by " + percent(fit.held_out, 1) + " (" +
+               percent(fit.held_out_before, 1) + "), medians");
 }
 
 }  // namespace

@@ -220,8 +220,8 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   const double explained = explained_share(motion.scene);
   constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
   if (explained < kFew)
-    motion.failure = "the given poses explain only " + to_text(100 * explained, 0) +
-                     " % of what was followed: are they of this clip and lens?";
+    motion.failure = "the given poses explain only " + percent(explained) +
+                     " of what was followed: are they of this clip and lens?";
   return motion;
 }
 

@@ -52,8 +52,6 @@ PairFigures compare(const ClipTracks& tracks, std::size_t a, std::size_t b) {
           double(views.agreeing) / double(first.size())};
 }
 
-std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
-
 }  // namespace
 
 struct SpanFinder::Impl {

@@ -253,8 +253,8 @@ class Repair {
     summary_.volume_change = after_mm3 / before_mm3 - 1;
     constexpr double kWorthSaying = 0.01;
     if (std::abs(summary_.volume_change) <= kWorthSaying) return;
-    const std::string change = "the volume changes by " + to_text(100 * summary_.volume_change, 1) +
-                               " %, from " + to_text(before_mm3 / 1000, 2) + " to " +
+    const std::string change = "the volume changes by " + percent(summary_.volume_change, 1) +
+                               ", from " + to_text(before_mm3 / 1000, 2) + " to " +
                                to_text(after_mm3 / 1000, 2) + " ml";
     if (std::abs(summary_.volume_change) > options_.volume_change)
       throw BadDataError("surface to repair: " + change + ", more than volume_change = " +

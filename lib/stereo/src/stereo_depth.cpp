@@ -126,14 +126,12 @@ constexpr double kRowsApart_px = 1.0, kUnsure = 0.03;
 constexpr double kRowsUneven = 0.001, kLeastUneven_px = 0.42, kMostUneven_px = 0.75;
 constexpr double kLeastSeen = 0.02;  // of the frame
 
-std::string as_percent(double share) { return to_text(100 * share, 1) + " %"; }
-
 // Whether the eyes support the depth: enough of the field of view has one, on the same rows, and
 // surely enough. What masks hide is not covered.
 DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) {
   const double seen = share_of(left.diffuse, Mask(left.diffuse.width, left.diffuse.height, 1));
   const std::string covered =
-      as_percent(result.covered_share) +
+      percent(result.covered_share, 1) +
       " of what is lit in the field of view is found again by the other eye";
   DepthQuality quality{DepthVerdict::ok, "", result.covered_share, 0};
   const auto judged = [&](DepthVerdict verdict, std::string reason) {
@@ -143,7 +141,7 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
   };
   if (seen < kLeastSeen)
     return judged(DepthVerdict::failed,
-                  "only " + as_percent(seen) +
+                  "only " + percent(seen, 1) +
                       " of the frame is lit tissue that is neither highlight nor instrument");
   if (result.covered_share < kLeastCovered) return judged(DepthVerdict::failed, "only " + covered);
   if (std::abs(result.rows_apart_px) > kRowsApart_px)
@@ -159,11 +157,11 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
                       "not those of these pictures, or the scene has moved between them");
   if (result.covered_share < kMostlyCovered) return judged(DepthVerdict::doubtful, covered);
   if (result.lit_share < kLeastLit)
-    return judged(DepthVerdict::doubtful, "only " + as_percent(result.lit_share) +
+    return judged(DepthVerdict::doubtful, "only " + percent(result.lit_share, 1) +
                                               " of the field of view is lit enough to match");
   if (result.relative_sd > kUnsure)
     return judged(DepthVerdict::doubtful,
-                  "the depth is uncertain by " + as_percent(result.relative_sd) + " (median)");
+                  "the depth is uncertain by " + percent(result.relative_sd, 1) + " (median)");
   return quality;
 }
 

@@ -255,11 +255,10 @@ class CameraCover {
 
   void tell() const {
     if (summary_.reached) return;
-    context_.warn("cameras see only " + to_text(100 * summary_.coverage, 2) +
-                  " % of the reachable surface as often as asked for, " +
-                  std::to_string(goal_.overlap) + " times, not the " +
-                  to_text(100 * goal_.share, 2) +
-                  " %; more --candidates or less --overlap may help");
+    context_.warn("cameras see only " + percent(summary_.coverage, 2) +
+                  " of the reachable surface as often as asked for, " +
+                  std::to_string(goal_.overlap) + " times, not the " + percent(goal_.share, 2) +
+                  "; more --candidates or less --overlap may help");
   }
 
   const TriangleMesh& surface_;

@@ -19,7 +19,7 @@ std::optional<double> figure(const Json& stage, const char* name) {
   return found->get<double>();
 }
 
-std::string percent(double share) { return page_number(100 * share) + " %"; }
+std::string on_page(double share) { return page_number(100 * share) + " %"; }
 
 // Of a mask that lies badly the stage itself says why, when it runs.
 void check_isosurface(const Json& stage, const std::vector<std::string>& said,
@@ -57,7 +57,7 @@ void check_decimate(const Json& stage, std::vector<std::string>& warnings) {
   constexpr double kVolumeChange = 0.02;
   if (const auto change = figure(stage, "volume_change");
       change && std::abs(*change) > kVolumeChange)
-    warnings.push_back("the proxy's volume is off by " + percent(*change) +
+    warnings.push_back("the proxy's volume is off by " + on_page(*change) +
                        "; it moves as another organ would");
   if (const auto crossing = figure(stage, "self_intersecting_faces"); crossing && *crossing > 0)
     warnings.push_back(page_number(*crossing) +
@@ -67,14 +67,14 @@ void check_decimate(const Json& stage, std::vector<std::string>& warnings) {
 void check_place(const Json& stage, std::vector<std::string>& warnings) {
   constexpr double kSeen = 0.99, kMissed = 0.01;
   if (const auto reached = figure(stage, "coverage_reached"))
-    warnings.push_back("cameras see only " + to_text(100 * *reached, 2) +
-                       " % of the reachable surface as often as asked for");
+    warnings.push_back("cameras see only " + percent(*reached, 2) +
+                       " of the reachable surface as often as asked for");
   if (const auto seen = figure(stage, "seen_by_1_share"); seen && *seen < kSeen)
-    warnings.push_back(percent(1 - *seen) +
+    warnings.push_back(on_page(1 - *seen) +
                        " of the area that a view can reach is seen by no camera; more cameras, or "
                        "--coverage, show it");
   if (const auto gap = figure(stage, "view_gap_mean"); gap && *gap > kMissed)
-    warnings.push_back("views miss " + percent(*gap) + " of their picture on average");
+    warnings.push_back("views miss " + on_page(*gap) + " of their picture on average");
 }
 
 void check_capture(const Json& stage, std::vector<std::string>& warnings) {
@@ -88,14 +88,14 @@ void check_capture(const Json& stage, std::vector<std::string>& warnings) {
   if (all == 0) warnings.push_back("no camera shows anything of the organ");
   if (fallback > kOdd * all)
     warnings.push_back(
-        percent(fallback / all) +
+        on_page(fallback / all) +
         " of the texels lie outside the proxy's shell; they follow its nearest face");
   if (unbound > kOdd * all)
-    warnings.push_back(percent(unbound / all) +
+    warnings.push_back(on_page(unbound / all) +
                        " of the texels lie where no face of the proxy can carry them, and were "
                        "left out; check that the proxy has the surface's shape");
   if (backs > kOdd * all)
-    warnings.push_back(percent(backs / all) +
+    warnings.push_back(on_page(backs / all) +
                        " of the texels saw the surface from behind; it is open or inside out");
 }
 

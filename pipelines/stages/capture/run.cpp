@@ -131,7 +131,7 @@ void warn_of_several_tissues(const StageCall& call, const ExemplarPhoto& photo) 
   if (tissues.size() < 2) return;
   std::string shares;
   for (const ShownTissue& tissue : tissues) {
-    shares += (shares.empty() ? "" : ", ") + to_text(100 * tissue.share, 0) + " % of about sRGB";
+    shares += (shares.empty() ? "" : ", ") + percent(tissue.share) + " of about sRGB";
     for (const float c : tissue.color) shares += " " + std::to_string(srgb8_from_linear(c));
   }
   call.context.warn(call.input("exemplar")->filename().string() +

@@ -82,11 +82,10 @@ void tell_scale(const FusedScale& scale, const RunContext& context, StageReport&
                  "have no unit; they are taken for millimetres)");
     return;
   }
-  const auto percent = [](double share) { return to_text(100 * share, 1) + " %"; };
   context.warn(
       "the depth maps are relative, and the scope's motion does not tell how large it is: by " +
-      found + " they lie " + percent(solved.apart) + " of the depth apart, and " +
-      percent(solved.apart_unmoved) +
+      found + " they lie " + percent(solved.apart, 1) + " of the depth apart, and " +
+      percent(solved.apart_unmoved, 1) +
       " if it had not moved; the surface has its median depth at an assumed 60 mm");
 }
 

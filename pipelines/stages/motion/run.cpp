@@ -105,8 +105,8 @@ void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunCo
   constexpr double kUnsure = 0.05;
   if (!clip.lens && spread.focal_px > kUnsure * motion.scene.lens.fx)
     context.warn("the clip tells its lens only to " +
-                 to_text(100 * spread.focal_px / motion.scene.lens.fx, 0) +
-                 " %: depth is as unsure; --intrinsics makes it sure");
+                 percent(spread.focal_px / motion.scene.lens.fx) +
+                 ": depth is as unsure; --intrinsics makes it sure");
 }
 
 void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyDepth>& keys,
@@ -176,7 +176,7 @@ SceneScale scale_of(const StageCall& call, const MotionStageOptions& options,
 void tell_scale(const SceneScale& scale, const RunContext& context, StageReport& report) {
   report.add("scale", scale.how);
   if (scale.known) {
-    const std::string spread = to_text(100 * scale.known->relative_sd, 1) + " %";
+    const std::string spread = percent(scale.known->relative_sd, 1);
     report.add("scale_sd_share", scale.known->relative_sd);
     report.add("scale_frames", scale.known->frames);
     context.info("lengths are by " + scale.how + " to " + spread + " (" +

@@ -88,9 +88,8 @@ void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& opt
   if (options.shading.model != ShadingModel::laparoscope) return context.warn(what);
   std::vector<double> kept;
   for (const FrameRecord& record : records) kept.push_back(record.quality.support);
-  context.warn(what + "; of the relief that shading finds " +
-               to_text(100 * median(std::move(kept)), 0) +
-               " % is kept (median of the frames), the rest is drawn to a plane");
+  context.warn(what + "; of the relief that shading finds " + percent(median(std::move(kept))) +
+               " is kept (median of the frames), the rest is drawn to a plane");
 }
 
 bool divides_light_out(const ShadeStageOptions& options) {

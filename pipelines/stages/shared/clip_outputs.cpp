@@ -182,7 +182,6 @@ void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
     highlights.push_back(record.highlight_share / field);
   }
   const double hidden = median(std::move(of_picture)), masked = median(std::move(of_field));
-  const auto percent = [](double share) { return to_text(100 * share, 0) + " %"; };
   if (given) {
     if (hidden > kMuch)
       context.warn(

@@ -149,8 +149,8 @@ TriangleMesh largest_piece(const KeyFrame& key, const Rgb8Image& color, DepthMes
   const double left_out = 1 - static_cast<double>(mesh.faces.size()) / all;
   constexpr double kTold = 0.02;
   if (left_out > kTold)
-    context.warn("surface.ply is the largest piece of the depth; " + to_text(100 * left_out, 0) +
-                 " % of it lies in other pieces, before or behind, and is left out (a larger "
+    context.warn("surface.ply is the largest piece of the depth; " + percent(left_out) +
+                 " of it lies in other pieces, before or behind, and is left out (a larger "
                  "--tear joins what is no farther apart; depth/ has all of it)");
   return mesh;
 }

@@ -28,6 +28,4 @@ inline void judge_by(std::span<const VerdictRule> rules, PoseQuality& quality) {
   }
 }
 
-inline std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
-
 }  // namespace organbake

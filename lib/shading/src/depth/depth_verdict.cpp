@@ -36,8 +36,6 @@ void keep_what_is_safe(const ReliefEvidence& evidence, const DepthQuality* previ
   quality.support = 0.5 * (quality.support + previous->support);
 }
 
-std::string percent(double value) { return to_text(100 * value, 1) + " %"; }
-
 }  // namespace
 
 const char* name_of(DepthVerdict verdict) {
@@ -57,7 +55,7 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
   DepthQuality quality;
   const double seen = share(frame.diffuse);
   if (!estimate.usable || seen < kLeastSeen) {
-    quality.reason = "only " + percent(seen) +
+    quality.reason = "only " + percent(seen, 1) +
                      " of the frame is lit tissue that is neither highlight nor instrument";
     return quality;
   }
@@ -75,10 +73,10 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
     quality.verdict = DepthVerdict::doubtful;
     quality.reason = "the frame holds two like pictures, as of a stereo endoscope";
   } else if (quality.verdict == DepthVerdict::doubtful) {
-    quality.reason = percent(estimate.unexplained) +
+    quality.reason = percent(estimate.unexplained, 1) +
                      " of the brightness is explained by no smooth shape under a lamp at the lens "
                      "(more than " +
-                     percent(kMostUnexplained) +
+                     percent(kMostUnexplained, 1) +
                      "): texture, several tissues or another light explain the picture as well";
   }
   return quality;

@@ -108,8 +108,6 @@ std::optional<BetterPlace> search_better(const Volume& ct, const std::vector<Vox
   return best;
 }
 
-std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
-
 std::string vector_text(const Eigen::Vector3d& vector) {
   const Eigen::Vector3d v = vector + Eigen::Vector3d::Zero();  // −0 becomes 0
   return "(" + to_text(v.x(), 1) + ", " + to_text(v.y(), 1) + ", " + to_text(v.z(), 1) + ")";

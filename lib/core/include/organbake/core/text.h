@@ -11,6 +11,8 @@ namespace organbake {
 std::string to_text(double value);
 // With a fixed number of digits after the point, for messages: 12.345 → "12.35".
 std::string to_text(double value, int digits_after_point);
+// A share of 1 in percent, likewise: 0.1234 → "12 %".
+std::string percent(double share, int digits_after_point = 0);
 // The decimal number that `text` begins with, in the C locale, and how long it is; 0: there is
 // none.
 [[nodiscard]] std::size_t read_number(std::string_view text, double& value);
