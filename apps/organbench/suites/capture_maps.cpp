@@ -79,7 +79,7 @@ CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene
   std::vector<Photo> photos;
   for (const PosedCamera& camera : phantom.photo_cameras())
     photos.push_back({camera, phantom.photograph(camera, bench.context())});
-  const auto color = make_photo_color(scene.surface, RayScene(scene.surface), std::move(photos));
+  const auto color = make_photo_color(scene.surface, std::move(photos));
   return capture(scene.surface, scene.proxy, scene.cameras, *color, {});
 }
 

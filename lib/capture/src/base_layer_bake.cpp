@@ -54,8 +54,8 @@ void bake_stretch(const BaseLayerScene& scene, std::span<const RayHit> hits, std
                   NodeValues& values) {
   std::vector<Vector3d> points(hits.size()), normals(hits.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    points[i] = scene.normals.point(hits[i]);
-    normals[i] = scene.normals.at(hits[i]);
+    points[i] = scene.surface.normals.point(hits[i]);
+    normals[i] = scene.surface.normals.at(hits[i]);
     values.height_mm[first + i] = hits[i].t;
     values.seen_by[first + i] = seen_by(scene, points[i]);
   }
@@ -66,8 +66,7 @@ void bake_stretch(const BaseLayerScene& scene, std::span<const RayHit> hits, std
 
 NodeValues bake_nodes(const BaseLayerScene& scene, const std::vector<ShellLine>& lines,
                       const RunContext& context) {
-  const std::vector<RayHit> hits =
-      shell_hits(lines, scene.rays, scene.normals, scene.reach_mm, context);
+  const std::vector<RayHit> hits = shell_hits(lines, scene.surface, scene.reach_mm, context);
   NodeValues values;
   values.height_mm.resize(lines.size());
   values.color.resize(lines.size());

@@ -5,18 +5,16 @@
 
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/bundle.h"
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 
 struct BaseLayerScene {
   const TriangleMesh& proxy;
-  const RayScene& rays;  // of the surface
-  const SmoothNormals& normals;
+  const TracedSurface& surface;
   const SurfaceColor& color;
   const std::vector<PosedCamera>& cameras;
   const std::vector<CameraMaps>& maps;  // finished

@@ -123,35 +123,30 @@ void CaptureOptions::check() const {
     throw UsageError("base_step_mm = " + to_text(base_step_mm) + ": take 0.01…1000 mm");
 }
 
-CaptureResult capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+CaptureResult capture(const TracedSurface& surface, const TriangleMesh& proxy,
                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
                       const CaptureOptions& options, const RunContext& context) {
   options.check();
-  check_mesh(surface, "surface");
   check_mesh(proxy, "proxy");
-  if (surface.empty() || proxy.empty())
-    throw BadDataError(surface.empty() ? "surface: no faces to capture"
-                                       : "proxy: no faces to bind to");
+  if (proxy.empty()) throw BadDataError("proxy: no faces to bind to");
   if (cameras.empty()) throw BadDataError("cameras: none given, so there is nothing to capture");
   for (const PosedCamera& camera : cameras) check_camera(camera);
-  check_together(surface, proxy);
+  check_together(surface.mesh, proxy);
 
-  const RayScene rays(surface);
-  const SmoothNormals normals(surface);
-  const double reach_mm = shell_reach_mm(surface, proxy);
+  const double reach_mm = shell_reach_mm(surface.mesh, proxy);
   const ShellBinder shell(proxy, reach_mm);
   context.throw_if_cancelled();
 
   CaptureResult summary;
-  const Bounds box = bounds(surface);
+  const Bounds box = bounds(surface.mesh);
   std::vector<CaptureScene> scenes;
   for (const PosedCamera& camera : cameras) {
     const int side = options.rays_per_texel_side > 0 ? options.rays_per_texel_side
                                                      : rays_needed(camera, box, color.detail_mm());
-    scenes.push_back({rays, normals, shell, color, side});
+    scenes.push_back({surface, shell, color, side});
   }
   capture_maps(scenes, cameras, summary, context);
-  summary.base = bake_base_layer({proxy, rays, normals, color, cameras, summary.maps, reach_mm},
+  summary.base = bake_base_layer({proxy, surface, color, cameras, summary.maps, reach_mm},
                                  options.base_step_mm, context);
   context.progress(1);
   return summary;

@@ -4,17 +4,15 @@
 #include <algorithm>
 #include <limits>
 
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/refine.h"
 
 namespace organbake {
 
-TriangleMesh colored_surface(const TriangleMesh& surface, const SurfaceColor& color,
+TriangleMesh colored_surface(const TracedSurface& surface, const SurfaceColor& color,
                              double finest_mm) {
-  RefinedMesh fine =
-      refine_edges(surface, finest_mm > 0 ? finest_mm : std::numeric_limits<double>::infinity());
-  const SmoothNormals normals(surface);
+  RefinedMesh fine = refine_edges(
+      surface.mesh, finest_mm > 0 ? finest_mm : std::numeric_limits<double>::infinity());
   fine.mesh.colors.resize(fine.mesh.vertices.size());
   constexpr std::size_t kPiece = 2048;  // enough work for a thread, few enough to stay in cache
   const auto color_piece = [&](std::size_t first, std::size_t last) {
@@ -24,7 +22,7 @@ TriangleMesh colored_surface(const TriangleMesh& surface, const SurfaceColor& co
       const SurfacePlace& place = fine.places[i];
       hits.push_back({place.face, 0, place.u, place.v});
       points.push_back(fine.mesh.vertices[i]);
-      at.push_back(normals.at(hits.back()));
+      at.push_back(surface.normals.at(hits.back()));
     }
     std::vector<Eigen::Vector3f> shaded;
     color.shade(points, at, hits, shaded);

@@ -54,8 +54,7 @@ struct Footprint {
 
 }  // namespace
 
-PhotoView::PhotoView(Photo photo, const RayScene& scene, const SmoothNormals& normals,
-                     const Vector3d& surface_center)
+PhotoView::PhotoView(Photo photo, const TracedSurface& surface)
     : photo_(std::move(photo)), eye_(photo_.camera.center_world_mm()) {
   const Intrinsics& lens = photo_.camera.intrinsics;
   check_camera(photo_.camera);
@@ -67,11 +66,11 @@ PhotoView::PhotoView(Photo photo, const RayScene& scene, const SmoothNormals& no
                        std::to_string(photo_.image.height) + " pixels, its camera " +
                        std::to_string(lens.width) + " × " + std::to_string(lens.height) +
                        "; give the intrinsics of this very image");
-  middle_depth_ = (surface_center - eye_).norm();
-  trace_depth(scene, normals);
+  middle_depth_ = (bounds(surface.mesh).center() - eye_).norm();
+  trace_depth(surface);
 }
 
-void PhotoView::trace_depth(const RayScene& scene, const SmoothNormals& normals) {
+void PhotoView::trace_depth(const TracedSurface& surface) {
   const Intrinsics& lens = photo_.camera.intrinsics;
   map_per_pixel_ = std::min(1.0, double(kLargestMap) / std::max(lens.width, lens.height));
   map_width_ = std::max(2, static_cast<int>(std::lround(lens.width * map_per_pixel_)));
@@ -86,9 +85,9 @@ void PhotoView::trace_depth(const RayScene& scene, const SmoothNormals& normals)
     std::vector<RayHit> hits(map_width_);
     for (int x = 0; x < map_width_; ++x)
       rays[x] = camera_rays.through((x + 0.5) / map_per_pixel_, (y + 0.5) / map_per_pixel_);
-    scene.first_hits(rays, hits);
+    surface.rays.first_hits(rays, hits);
     for (int x = 0; x < map_width_; ++x)
-      if (hits[x].face != kNoHit && normals.faces_against(hits[x].face, rays[x].direction))
+      if (hits[x].face != kNoHit && surface.normals.faces_against(hits[x].face, rays[x].direction))
         depth[std::size_t(y) * map_width_ + x] = static_cast<float>(hits[x].t);
   });
   const std::vector<float> distance =

@@ -18,9 +18,9 @@ constexpr std::size_t kLinesAtOnce = 256;
 // A stretch of lines, worked on together.
 class LineBatch {
  public:
-  LineBatch(std::span<const ShellLine> lines, std::span<RayHit> found, const RayScene& rays,
-            const SmoothNormals& normals, double reach_mm)
-      : lines_(lines), found_(found), rays_(rays), normals_(normals), reach_mm_(reach_mm) {}
+  LineBatch(std::span<const ShellLine> lines, std::span<RayHit> found, const TracedSurface& surface,
+            double reach_mm)
+      : lines_(lines), found_(found), surface_(surface), reach_mm_(reach_mm) {}
 
   void find() {
     cast(+1);
@@ -50,11 +50,11 @@ class LineBatch {
         rays[k].t_min = from[open[k]];
         rays[k].t_max = reach_mm_;
       }
-      rays_.first_hits(rays, hits);
+      surface_.rays.first_hits(rays, hits);
       std::vector<std::size_t> still_open;
       for (std::size_t k = 0; k < open.size(); ++k) {
         if (hits[k].face == kNoHit) continue;
-        if (normals_.faces_against(hits[k].face, -lines_[open[k]].direction)) {
+        if (surface_.normals.faces_against(hits[k].face, -lines_[open[k]].direction)) {
           keep_nearer(open[k], way * (hits[k].t - behind), hits[k]);
         } else {
           from[open[k]] = hits[k].t + behind;
@@ -73,16 +73,15 @@ class LineBatch {
 
   void take_closest(std::size_t i) {
     const ShellLine& line = lines_[i];
-    const ClosestPoint closest = rays_.closest_point(line.foot);
-    found_[i] = normals_.hit_at(closest.face, closest.point);
+    const ClosestPoint closest = surface_.rays.closest_point(line.foot);
+    found_[i] = surface_.normals.hit_at(closest.face, closest.point);
     const double length2 = line.direction.squaredNorm();
     found_[i].t = length2 > 0 ? (closest.point - line.foot).dot(line.direction) / length2 : 0;
   }
 
   std::span<const ShellLine> lines_;
   std::span<RayHit> found_;
-  const RayScene& rays_;
-  const SmoothNormals& normals_;
+  const TracedSurface& surface_;
   double reach_mm_;
 };
 
@@ -103,17 +102,16 @@ double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy) {
                   kLeastShareOfSize * bounds(proxy).diagonal());
 }
 
-std::vector<RayHit> shell_hits(const std::vector<ShellLine>& lines, const RayScene& rays,
-                               const SmoothNormals& normals, double reach_mm,
-                               const RunContext& context) {
+std::vector<RayHit> shell_hits(const std::vector<ShellLine>& lines, const TracedSurface& surface,
+                               double reach_mm, const RunContext& context) {
   std::vector<RayHit> hits(lines.size());
   const std::size_t batches = (lines.size() + kLinesAtOnce - 1) / kLinesAtOnce;
   parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
     context.throw_if_cancelled();
     const std::size_t first = b * kLinesAtOnce;
     const std::size_t count = std::min(kLinesAtOnce, lines.size() - first);
-    LineBatch(std::span(lines).subspan(first, count), std::span(hits).subspan(first, count), rays,
-              normals, reach_mm)
+    LineBatch(std::span(lines).subspan(first, count), std::span(hits).subspan(first, count),
+              surface, reach_mm)
         .find();
   });
   return hits;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "organbake/capture/smooth_normals.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/lattice.h"
 #include "organbake/raycast/ray_scene.h"
@@ -17,8 +17,8 @@ double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy);
 // Where shell lines meet the surface: of all meetings within reach_mm of the foot, both ways, the
 // nearest whose normal agrees with the line; where there is none, the closest surface point. A
 // hit's t is the height over the foot, in lengths of the line's direction.
-std::vector<RayHit> shell_hits(const std::vector<Lattice::ShellLine>& lines, const RayScene& rays,
-                               const SmoothNormals& normals, double reach_mm,
+std::vector<RayHit> shell_hits(const std::vector<Lattice::ShellLine>& lines,
+                               const TracedSurface& surface, double reach_mm,
                                const RunContext& context);
 
 }  // namespace organbake

@@ -16,7 +16,6 @@
 #include <queue>
 #include <utility>
 
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
@@ -94,12 +93,12 @@ using Eigen::VectorXd;
 // On the surface, where the nodes' shell lines meet it, without bumps too small for the skin: those
 // stay in the microstructure. No face of the skin is turned over against its proxy's. By node.
 std::vector<SkinTarget> skin_targets(const TriangleMesh& proxy, const Lattice& lattice,
-                                     const RayScene& rays, const SmoothNormals& normals,
-                                     double reach_mm, const RunContext& context) {
+                                     const TracedSurface& surface, double reach_mm,
+                                     const RunContext& context) {
   const std::vector<Lattice::ShellLine> lines = lattice.shell_lines();
   std::vector<double> heights;
   heights.reserve(lines.size());
-  for (const RayHit& hit : shell_hits(lines, rays, normals, reach_mm, context))
+  for (const RayHit& hit : shell_hits(lines, surface, reach_mm, context))
     heights.push_back(std::clamp(hit.t, -reach_mm, reach_mm));
 
   TriangleMesh skin;
@@ -272,21 +271,16 @@ SmoothSkin skin_weights(const TriangleMesh& proxy, const Lattice& lattice,
 
 }  // namespace
 
-SmoothSkin bake_smooth_skin(const TriangleMesh& surface, const TriangleMesh& proxy, double edge_mm,
+SmoothSkin bake_smooth_skin(const TracedSurface& surface, const TriangleMesh& proxy, double edge_mm,
                             const RunContext& context) {
   constexpr std::size_t kMostNodes = 100'000;
   if (!(edge_mm > 0) || !std::isfinite(edge_mm))
     throw UsageError("skin edge = " + to_text(edge_mm) + " mm: take a positive length");
-  check_mesh(surface, "surface");
   check_mesh(proxy, "proxy");
-  if (surface.empty() || proxy.empty())
-    throw BadDataError(surface.empty() ? "surface: no faces for a skin to lie on"
-                                       : "proxy: no faces for a skin to lie over");
-  const RayScene rays(surface);
-  const SmoothNormals normals(surface);
+  if (proxy.empty()) throw BadDataError("proxy: no faces for a skin to lie over");
   const Lattice lattice(proxy, lattice_steps(proxy, edge_mm, kMostNodes));
   const std::vector<SkinTarget> targets =
-      skin_targets(proxy, lattice, rays, normals, shell_reach_mm(surface, proxy), context);
+      skin_targets(proxy, lattice, surface, shell_reach_mm(surface.mesh, proxy), context);
   context.throw_if_cancelled();
   return skin_weights(proxy, lattice, targets);
 }

@@ -18,6 +18,7 @@ namespace {
 // A CT's slices and noise tilt single vertices by tens of degrees; weights that followed them would
 // paint the stairs onto the skin. Slices are up to this thick.
 constexpr double kStairsMm = 3;
+constexpr std::size_t kGrain = 4096;
 
 // Each round averages over a vertex's neighbours; n rounds reach about √n edges far. A mesh whose
 // edges are longer than the stairs shows none and is left alone.
@@ -33,7 +34,6 @@ void average_over_neighbours(const TriangleMesh& mesh, int rounds,
   if (rounds == 0) return;
   const VertexFaces around(mesh.faces, mesh.vertices.size());
   std::vector<Eigen::Vector3d> sums(mesh.faces.size());
-  constexpr std::size_t kGrain = 4096;
   for (int round = 0; round < rounds; ++round) {
     parallel_pieces(std::size_t{0}, sums.size(), kGrain, [&](std::size_t first, std::size_t last) {
       for (std::size_t f = first; f < last; ++f) {
@@ -59,7 +59,11 @@ void average_over_neighbours(const TriangleMesh& mesh, int rounds,
 SmoothNormals::SmoothNormals(const TriangleMesh& mesh)
     : mesh_(mesh), vertex_normals_(vertex_normals(mesh)), face_normals_(mesh.faces.size()) {
   average_over_neighbours(mesh, averaging_rounds(mesh), vertex_normals_);
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) face_normals_[f] = face_normal(mesh, f);
+  parallel_pieces(std::size_t{0}, mesh.faces.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t f = first; f < last; ++f)
+                      face_normals_[f] = face_normal(mesh, f);
+                  });
 }
 
 Eigen::Vector3d SmoothNormals::at(const RayHit& hit) const {

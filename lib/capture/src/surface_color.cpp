@@ -163,12 +163,9 @@ Blend blend(const std::vector<PhotoView::Look>& looks) {
 
 class PhotoColor : public SurfaceColor {
  public:
-  PhotoColor(const TriangleMesh& surface, const RayScene& scene, std::vector<Photo> photos)
-      : faces_(surface.faces) {
-    const SmoothNormals normals(surface);
-    const Vector3d center = bounds(surface).center();
-    for (Photo& photo : photos) views_.emplace_back(std::move(photo), scene, normals, center);
-    carry_colors(surface, normals);
+  PhotoColor(const TracedSurface& surface, std::vector<Photo> photos) : faces_(surface.mesh.faces) {
+    for (Photo& photo : photos) views_.emplace_back(std::move(photo), surface);
+    carry_colors(surface);
   }
 
   void shade(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals,
@@ -201,7 +198,8 @@ class PhotoColor : public SurfaceColor {
 
   // A large face may be seen although no corner is (corners sit on outlines), so a corner takes
   // part of what the photos see inside its faces.
-  void carry_colors(const TriangleMesh& surface, const SmoothNormals& normals) {
+  void carry_colors(const TracedSurface& traced) {
+    const TriangleMesh& surface = traced.mesh;
     std::vector<Blend> in_face(surface.faces.size()), at_vertex(surface.vertices.size());
     constexpr std::size_t kFacesAtOnce = 256;
     parallel_pieces(std::size_t{0}, surface.faces.size(), kFacesAtOnce,
@@ -211,7 +209,8 @@ class PhotoColor : public SurfaceColor {
                         RayHit middle;
                         middle.face = static_cast<std::uint32_t>(f);
                         middle.u = middle.v = 1.0f / 3;
-                        in_face[f] = blend_photos(normals.point(middle), normals.at(middle), looks);
+                        in_face[f] = blend_photos(traced.normals.point(middle),
+                                                  traced.normals.at(middle), looks);
                       }
                     });
     for (std::size_t f = 0; f < surface.faces.size(); ++f)
@@ -295,12 +294,11 @@ ExemplarLook make_exemplar_color(const ExemplarPhoto& photo, Material material) 
   return {std::move(color), lighting, highlights, tissue};
 }
 
-std::unique_ptr<SurfaceColor> make_photo_color(const TriangleMesh& surface, const RayScene& scene,
+std::unique_ptr<SurfaceColor> make_photo_color(const TracedSurface& surface,
                                                std::vector<Photo> photos) {
-  check_mesh(surface, "surface");
   if (photos.empty())
     throw BadDataError("photos: none given; give at least one, or colour by vertex or material");
-  return std::make_unique<PhotoColor>(surface, scene, std::move(photos));
+  return std::make_unique<PhotoColor>(surface, std::move(photos));
 }
 
 }  // namespace organbake

@@ -47,7 +47,7 @@ float rounded_below(double depth_mm, int bits, double value) {
 
 // By the angle between surface and view.
 float confidence_at(const CaptureScene& scene, const Ray& ray, const RayHit& hit) {
-  const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());
+  const double cosine = -scene.surface.normals.at(hit).dot(ray.direction.normalized());
   return static_cast<float>(smooth_step(kDarkCosine, kSureCosine, cosine));
 }
 
@@ -127,12 +127,12 @@ std::vector<RayHit> trace(const CaptureScene& scene, const std::vector<CenterHit
   std::vector<Ray> open_rays;
   for (std::size_t r = 0; r < rays.size(); ++r) {
     const std::uint32_t face = centers[r / rays_per_texel].hit.face;
-    if (scene.normals.crosses(face, rays[r], hits[r])) continue;
+    if (scene.surface.normals.crosses(face, rays[r], hits[r])) continue;
     open.push_back(r);
     open_rays.push_back(rays[r]);
   }
   std::vector<RayHit> open_hits(open.size());
-  scene.rays.first_hits(open_rays, open_hits);
+  scene.surface.rays.first_hits(open_rays, open_hits);
   for (std::size_t i = 0; i < open.size(); ++i) hits[open[i]] = open_hits[i];
   return hits;
 }
@@ -154,11 +154,11 @@ void color_texels(const CaptureScene& scene, const CameraRays& camera,
     const std::size_t before = batch.points.size();
     for (std::size_t r = c * rays_per_texel; r < (c + 1) * rays_per_texel; ++r)
       if (hits[r].face != kNoHit && std::abs(hits[r].t - center.t) <= one_surface &&
-          scene.normals.faces_against(hits[r].face, rays[r].direction))
-        batch.add(scene.normals, rays[r], hits[r], texel);
+          scene.surface.normals.faces_against(hits[r].face, rays[r].direction))
+        batch.add(scene.surface.normals, rays[r], hits[r], texel);
     if (batch.points.size() == before)  // a sliver thinner than the rays' spacing
-      batch.add(scene.normals, camera.through(centers[c].x + 0.5, centers[c].y + 0.5), center,
-                texel);
+      batch.add(scene.surface.normals, camera.through(centers[c].x + 0.5, centers[c].y + 0.5),
+                center, texel);
   }
   scene.color.shade(batch.points, batch.normals, batch.hits, batch.colors);
   batch.average_into(maps.color);
@@ -189,7 +189,7 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
   for (int y = top; y < bottom; ++y)
     for (int x = left; x < right; ++x) rays.push_back(camera_rays.through(x + 0.5, y + 0.5));
   std::vector<RayHit> hits(rays.size());
-  scene.rays.first_hits(rays, hits);
+  scene.surface.rays.first_hits(rays, hits);
 
   TileCounts counts;
   std::vector<CenterHit> centers;
@@ -197,7 +197,7 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
   for (int y = top; y < bottom; ++y)
     for (int x = left; x < right; ++x, ++next) {
       if (hits[next].face == kNoHit) continue;
-      if (!scene.normals.faces_against(hits[next].face, rays[next].direction)) {
+      if (!scene.surface.normals.faces_against(hits[next].face, rays[next].direction)) {
         ++counts.back_faces;
         continue;
       }

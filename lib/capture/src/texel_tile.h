@@ -8,9 +8,8 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/capture/camera_rays.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/smooth_normals.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/geometry/shell_binder.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 
@@ -18,8 +17,7 @@ inline constexpr int kTileSide = 16;  // texels: coherent rays, and enough of th
 
 // What one capture works on.
 struct CaptureScene {
-  const RayScene& rays;
-  const SmoothNormals& normals;
+  const TracedSurface& surface;
   const ShellBinder& shell;
   const SurfaceColor& color;
   int rays_per_side;

@@ -10,6 +10,7 @@
 
 #include "embree.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
@@ -79,18 +80,21 @@ void TracedMesh::build() {
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
 
   const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX,
-                                                             0, RTC_FORMAT_FLOAT3,
-                                                             3 * sizeof(float), 3 * faces.size()));
+  float* const points = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              3 * sizeof(float), 3 * faces.size()));
   auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(Face), faces.size()));
   if (!points || !indices) throw_embree_error(rtcGetDeviceError(device.get()), "take memory");
-  for (std::uint32_t face = 0; face < faces.size(); ++face) {
-    const FaceCorners large = enlarged(corners(face), kMargin);
-    for (const Eigen::Vector3d* corner : {&large.a, &large.b, &large.c}) {
-      for (int axis = 0; axis < 3; ++axis) *points++ = static_cast<float>((*corner)[axis]);
+  constexpr std::size_t kGrain = 4096;
+  parallel_pieces(std::size_t{0}, faces.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    float* at = points + 9 * first;
+    for (std::size_t face = first; face < last; ++face) {
+      const FaceCorners large = enlarged(corners(static_cast<std::uint32_t>(face)), kMargin);
+      for (const Eigen::Vector3d* corner : {&large.a, &large.b, &large.c})
+        for (int axis = 0; axis < 3; ++axis) *at++ = static_cast<float>((*corner)[axis]);
     }
-  }
+  });
   std::iota(indices, indices + 3 * faces.size(), 0u);
   rtcCommitGeometry(geometry.get());
   rtcAttachGeometry(scene.get(), geometry.get());

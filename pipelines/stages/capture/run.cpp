@@ -77,7 +77,7 @@ void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
 }
 
 // What the maps are bound to, written beside them where it is a smooth skin.
-ShellSurface make_shell(const StageCall& call, const TriangleMesh& surface,
+ShellSurface make_shell(const StageCall& call, const TracedSurface& surface,
                         const TriangleMesh& proxy, double edge_mm, StageReport& report) {
   if (edge_mm == 0) {
     report.skipped.push_back({"the smooth skin", "skin_edge = 0 asks for none"});
@@ -146,13 +146,13 @@ StageReport run(const StageCall& call) {
   options.material.check();
   const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
   if (exemplar) warn_of_several_tissues(call, *exemplar);
-  const TriangleMesh surface = read_mesh(*call.input("surface"), options.frame, call.context);
+  const TriangleMesh mesh = read_mesh(*call.input("surface"), options.frame, call.context);
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.frame, call.context);
   const CameraSet set = read_cameras(*call.input("cameras"));
   check_memory(set.cameras, call.context);
   StageReport report;
-  const RayScene scene(surface);
-  const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call), exemplar,
+  const TracedSurface surface(mesh);
+  const auto [color, lighting] = choose_coloring(surface, read_photos(call), exemplar,
                                                  options.material, read_lighting(call), report);
   const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
   const CaptureResult captured =

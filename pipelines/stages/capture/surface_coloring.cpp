@@ -3,8 +3,7 @@
 
 namespace organbake {
 
-SurfaceColoring choose_coloring(const TriangleMesh& surface, const RayScene& scene,
-                                std::vector<Photo> photos,
+SurfaceColoring choose_coloring(const TracedSurface& surface, std::vector<Photo> photos,
                                 const std::optional<ExemplarPhoto>& exemplar,
                                 const Material& material, const std::optional<Lighting>& lighting,
                                 StageReport& report) {
@@ -13,14 +12,14 @@ SurfaceColoring choose_coloring(const TriangleMesh& surface, const RayScene& sce
     report.add("color", "photos");
     report.skipped.push_back({"the material", "there are photographs"});
     if (exemplar) report.skipped.push_back({"the exemplar", "there are photographs"});
-    return {make_photo_color(surface, scene, std::move(photos)), lighting};
+    return {make_photo_color(surface, std::move(photos)), lighting};
   }
   report.skipped.push_back({"colour from photographs", "none are given"});
-  if (!surface.colors.empty()) {
+  if (!surface.mesh.colors.empty()) {
     report.add("color", "vertices");
     report.skipped.push_back({"the material", "the surface has colours of its own"});
     if (exemplar) report.skipped.push_back({"the exemplar", "the surface has colours of its own"});
-    return {make_vertex_color(surface), lighting};
+    return {make_vertex_color(surface.mesh), lighting};
   }
   report.skipped.push_back({"colour from vertices", "the surface has none"});
   if (lighting) report.skipped.push_back({"the lighting", "a material brings its own"});

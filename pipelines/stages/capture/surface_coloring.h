@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "organbake/capture/surface_color.h"
-#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 
@@ -19,8 +17,7 @@ struct SurfaceColoring {
   std::unique_ptr<SurfaceColor> color;
   std::optional<Lighting> lighting;
 };
-SurfaceColoring choose_coloring(const TriangleMesh& surface, const RayScene& scene,
-                                std::vector<Photo> photos,
+SurfaceColoring choose_coloring(const TracedSurface& surface, std::vector<Photo> photos,
                                 const std::optional<ExemplarPhoto>& exemplar,
                                 const Material& material, const std::optional<Lighting>& lighting,
                                 StageReport& report);

@@ -92,7 +92,7 @@ TEST(CaptureInputs, SameBytesForAnyNumberOfThreads) {
     const ThreadLimit limit(threads);
     std::vector<Photo> photos = {photo_of(surface, plain_camera({100, 10, 50}, {0, 0, 0}, 90)),
                                  photo_of(surface, plain_camera({-9, -120, 5}, {0, 0, 0}, 80))};
-    const auto color = make_photo_color(surface, RayScene(surface), std::move(photos));
+    const auto color = make_photo_color(surface, std::move(photos));
     return capture(surface, proxy, cameras, *color, {});
   };
   const CaptureResult one = run(1), four = run(4);

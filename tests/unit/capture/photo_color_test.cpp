@@ -52,7 +52,7 @@ TEST(PhotoColor, GivesBackWhatThePhotosShow) {
   for (const Vector3d& eye : {Vector3d(110, -50, 20), Vector3d(-110, -50, 0), Vector3d(0, 120, 10),
                               Vector3d(10, 10, 120), Vector3d(5, -20, -120)})
     photos.push_back(photo_of(surface, plain_camera(eye, {0, 0, 0}, 300)));
-  const auto color = make_photo_color(surface, RayScene(surface), photos);
+  const auto color = make_photo_color(surface, photos);
   const auto truth = make_vertex_color(surface);
   const PosedCamera viewer = plain_camera({40, -100, 60}, {0, 0, 0}, 100);
   const auto got = shade_through(surface, *color, viewer);
@@ -80,7 +80,7 @@ TEST(PhotoColor, AnOccluderLeavesNoColourBehind) {
   const TriangleMesh scene = joined(joined(painted(sphere_mesh(30, 5), kPhotoGreen), bar), back);
   const std::vector<Photo> photos = {
       blurred(photo_of(scene, plain_camera({0, -180, 0}, {0, 0, 0}, 256)))};
-  const auto color = make_photo_color(scene, RayScene(scene), photos);
+  const auto color = make_photo_color(scene, photos);
   int sphere = 0, front = 0;
   for (const Vector3d& eye : {Vector3d(0, -180, 0), Vector3d(150, -100, 0), Vector3d(-150, -90, 20),
                               Vector3d(0, 170, 0)}) {
@@ -110,9 +110,8 @@ TEST(PhotoColor, HasNoSeams) {
                                      grey_photo(plain_camera({0, 40, 90}, {0, 0, 25}, 200), 110),
                                      // A close-up: its frame's border lies on the sphere.
                                      grey_photo(plain_camera({20, -70, 5}, {8, -28, 0}, 200), 60)};
-  const RayScene scene(surface);
-  const SmoothNormals normals(surface);
-  const auto color = make_photo_color(surface, scene, photos);
+  const TracedSurface traced(surface);
+  const auto color = make_photo_color(traced, photos);
   constexpr int kSteps = 20000;
   constexpr double kStepMm = 2 * 3.14159265358979 * 30 / kSteps;
   for (const Vector3d& tilt : {Vector3d(0, 0, 1), Vector3d(0, 1, 1), Vector3d(1, 0.3, -0.4)}) {
@@ -122,10 +121,11 @@ TEST(PhotoColor, HasNoSeams) {
     std::vector<RayHit> hits;
     for (int i = 0; i < kSteps; ++i) {
       const double angle = kStepMm / 30 * i;
-      const ClosestPoint at = scene.closest_point(30 * (std::cos(angle) * u + std::sin(angle) * v));
-      hits.push_back(normals.hit_at(at.face, at.point));
+      const ClosestPoint at =
+          traced.rays.closest_point(30 * (std::cos(angle) * u + std::sin(angle) * v));
+      hits.push_back(traced.normals.hit_at(at.face, at.point));
       points.push_back(at.point);
-      at_points.push_back(normals.at(hits.back()));
+      at_points.push_back(traced.normals.at(hits.back()));
     }
     std::vector<Vector3f> colors;
     color->shade(points, at_points, hits, colors);
@@ -143,7 +143,7 @@ TEST(PhotoColor, HighlightsOfOnePhotoAreOutvoted) {
   const TriangleMesh surface = sphere_mesh(30, 5);
   const std::vector<Photo> photos = {grey_photo(plain_camera({10, -120, 0}, {0, 0, 0}, 200), 120),
                                      grey_photo(plain_camera({-10, -120, 0}, {0, 0, 0}, 200), 255)};
-  const auto color = make_photo_color(surface, RayScene(surface), photos);
+  const auto color = make_photo_color(surface, photos);
   const double plain = linear_from_srgb(120 / 255.0f);
   const auto samples = shade_through(surface, *color, plain_camera({0, -120, 0}, {0, 0, 0}, 21));
   const Vector3f middle = samples[samples.size() / 2].color;
@@ -153,8 +153,8 @@ TEST(PhotoColor, HighlightsOfOnePhotoAreOutvoted) {
 
 TEST(PhotoColor, PlacesThatNoPhotoSeesAreFilled) {
   const TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
-  const auto color = make_photo_color(
-      surface, RayScene(surface), {photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150))});
+  const auto color =
+      make_photo_color(surface, {photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150))});
   for (const auto& sample :
        shade_through(surface, *color, plain_camera({0, 120, 0}, {0, 0, 0}, 60)))
     EXPECT_LT((sample.color - kPhotoGreen).norm(), 0.03);
@@ -163,8 +163,8 @@ TEST(PhotoColor, PlacesThatNoPhotoSeesAreFilled) {
 // A face whose corners all sit on its outline is seen nevertheless.
 TEST(PhotoColor, TwoLargeTrianglesSuffice) {
   const TriangleMesh surface = square_at({0, 0, 0}, {0, -1, 0}, 30, 1);
-  const auto color = make_photo_color(
-      surface, RayScene(surface), {grey_photo(plain_camera({0, -120, 0}, {0, 0, 0}, 150), 128)});
+  const auto color =
+      make_photo_color(surface, {grey_photo(plain_camera({0, -120, 0}, {0, 0, 0}, 150), 128)});
   for (const auto& sample :
        shade_through(surface, *color, plain_camera({30, -100, 10}, {0, 0, 0}, 60)))
     EXPECT_NEAR(sample.color.x(), linear_from_srgb(128 / 255.0f), 0.01);
@@ -173,16 +173,16 @@ TEST(PhotoColor, TwoLargeTrianglesSuffice) {
 // A wrongly posed photograph may stand inside the organ, where it sees faces from behind alone.
 TEST(PhotoColor, APhotographFromInsideTheOrganColoursNothing) {
   const TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
-  const RayScene scene(surface);
+  const TracedSurface traced(surface);
   const Photo outside = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
   Photo inside = grey_photo(plain_camera({3, 4, -5}, {0, -30, 0}, 150), 255);
-  const auto without = make_photo_color(surface, scene, {outside});
-  const auto with = make_photo_color(surface, scene, {outside, inside});
+  const auto without = make_photo_color(traced, {outside});
+  const auto with = make_photo_color(traced, {outside, inside});
   const PosedCamera viewer = plain_camera({20, -110, 10}, {0, 0, 0}, 60);
   const auto expected = shade_through(surface, *without, viewer);
   const auto got = shade_through(surface, *with, viewer);
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i].color, expected[i].color);
-  EXPECT_THROW(make_photo_color(surface, scene, {inside}), BadDataError);
+  EXPECT_THROW(make_photo_color(traced, {inside}), BadDataError);
 }
 
 // Every face looks inward: photographs from outside see none of them from the front.
@@ -190,22 +190,22 @@ TEST(PhotoColor, AnInsideOutSurfaceIsRefused) {
   TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
   const Photo photo = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
   for (Face& face : surface.faces) std::swap(face[1], face[2]);
-  EXPECT_THROW(make_photo_color(surface, RayScene(surface), {photo}), BadDataError);
+  EXPECT_THROW(make_photo_color(surface, {photo}), BadDataError);
 }
 
 TEST(PhotoColor, RefusesWhatCannotBe) {
   const TriangleMesh surface = sphere_mesh(30, 3);
-  const RayScene scene(surface);
+  const TracedSurface traced(surface);
   const Photo good = grey_photo(plain_camera({0, -120, 0}, {0, 0, 0}, 50), 128);
   const auto refused = [&](std::vector<Photo> photos, const char* word) {
     try {
-      make_photo_color(surface, scene, std::move(photos));
+      make_photo_color(traced, std::move(photos));
       ADD_FAILURE() << "accepted: " << word;
     } catch (const BadDataError& error) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   };
-  EXPECT_NO_THROW(make_photo_color(surface, scene, {good}));
+  EXPECT_NO_THROW(make_photo_color(traced, {good}));
   refused({}, "photos");
   Photo other_size = good;
   other_size.image = Rgb8Image(49, 50);

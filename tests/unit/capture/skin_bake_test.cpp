@@ -222,7 +222,7 @@ TEST(SmoothSkinBake, WrongInputsAreRefused) {
   const TriangleMesh mesh = lumpy_mesh(40, 1);
   EXPECT_THROW(bake_smooth_skin(mesh, mesh, 0), UsageError);
   EXPECT_THROW(bake_smooth_skin(mesh, mesh, std::nan("")), UsageError);
-  EXPECT_THROW(bake_smooth_skin({}, mesh, 5), BadDataError);
+  EXPECT_THROW(bake_smooth_skin(TriangleMesh(), mesh, 5), BadDataError);
   EXPECT_THROW(bake_smooth_skin(mesh, {}, 5), BadDataError);
 }
 

@@ -6,6 +6,7 @@
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
@@ -44,7 +45,7 @@ struct CaptureResult {
 // Texels without confidence are background, and those that no face of the proxy carries. The same
 // bytes for any number of threads. Throws UsageError, or BadDataError for a broken or empty mesh,
 // no cameras, or bad intrinsics.
-CaptureResult capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+CaptureResult capture(const TracedSurface& surface, const TriangleMesh& proxy,
                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
                       const CaptureOptions& options, const RunContext& context = {});
 

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/raycast/ray_scene.h"
 
@@ -24,8 +23,7 @@ namespace organbake {
 class PhotoView {
  public:
   // Throws BadDataError when the image's size is not the camera's.
-  PhotoView(Photo photo, const RayScene& scene, const SmoothNormals& normals,
-            const Eigen::Vector3d& surface_center);
+  PhotoView(Photo photo, const TracedSurface& surface);
 
   // The photo's colour of a point, linear. Weight 0 when the photo does not see it.
   struct Look {
@@ -35,7 +33,7 @@ class PhotoView {
   Look look_at_point(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
 
  private:
-  void trace_depth(const RayScene& scene, const SmoothNormals& normals);
+  void trace_depth(const TracedSurface& surface);
   double seen(const Eigen::Vector2d& pixel, double depth) const;
   Eigen::Vector3f linear_color(const Eigen::Vector2d& pixel) const;
 

@@ -9,6 +9,7 @@
 #include "organbake/bundle/lighting.h"
 #include "organbake/capture/exemplar.h"
 #include "organbake/capture/tissue_look.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
@@ -55,10 +56,10 @@ class SurfaceColor {
 
 // From posed photographs: a photo counts where it sees the point unoccluded, weighted by incidence,
 // resolution and the distance to its border and to outlines in it; where none does, the nearest
-// seen surface's colours are carried over. `scene` is the surface's, used here only. Throws
+// seen surface's colours are carried over. `surface` is used here only. Throws
 // BadDataError when there is no photo, an image is not of its camera's size, or none sees the
 // surface.
-std::unique_ptr<SurfaceColor> make_photo_color(const TriangleMesh& surface, const RayScene& scene,
+std::unique_ptr<SurfaceColor> make_photo_color(const TracedSurface& surface,
                                                std::vector<Photo> photos);
 // The surface's own colours, interpolated. Throws BadDataError when it has none.
 std::unique_ptr<SurfaceColor> make_vertex_color(const TriangleMesh& surface);
