@@ -65,8 +65,8 @@ struct Distances {
 Distances distances(const TriangleMesh& surface, const TriangleMesh& proxy) {
   constexpr std::size_t kSamples = 200'000;
   constexpr std::uint64_t kSeed = 20'26;
-  return {mesh_distance(surface, proxy, kSamples, kSeed),
-          mesh_distance(proxy, surface, kSamples, kSeed + 1),
+  return {mesh_distance(surface, RayScene(proxy), kSamples, kSeed),
+          mesh_distance(proxy, RayScene(surface), kSamples, kSeed + 1),
           signed_volume(proxy) / signed_volume(surface) - 1};
 }
 

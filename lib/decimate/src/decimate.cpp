@@ -91,9 +91,9 @@ void describe_topology(DecimateResult& summary) {
 void measure(DecimateResult& summary, const TriangleMesh& surface, const RegionMeter& meter,
              const RunContext& context) {
   const MeshDistance forward =
-      mesh_distance(surface, summary.proxy, kErrorSamples, kErrorSeed, context);
+      mesh_distance(surface, RayScene(summary.proxy), kErrorSamples, kErrorSeed, context);
   const MeshDistance reverse =
-      mesh_distance(summary.proxy, surface, kErrorSamples, kErrorSeed + 1, context);
+      mesh_distance(summary.proxy, meter.scene(), kErrorSamples, kErrorSeed + 1, context);
   summary.rms_mm = forward.rms_mm;
   summary.reverse_rms_mm = reverse.rms_mm;
   const RegionErrors errors = meter.measure(summary.proxy, context);

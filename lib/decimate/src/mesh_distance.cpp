@@ -189,17 +189,16 @@ std::vector<double> largest_of(const FaceGroups& groups, const RunContext& conte
 
 }  // namespace
 
-MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std::size_t samples,
+MeshDistance mesh_distance(const TriangleMesh& from, const RayScene& to, std::size_t samples,
                            std::uint64_t seed, const RunContext& context) {
   check_mesh(from, "mesh to measure from");
   samples = std::max<std::size_t>(samples, 1);
   const AreaSampler sample(from, samples, seed);
-  const RayScene scene(to);
   std::vector<Sums> blocks((samples + kBlock - 1) / kBlock);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     context.throw_if_cancelled();
     for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, samples); ++i) {
-      blocks[b].add(scene.closest_point(sample(i)).distance_mm);
+      blocks[b].add(to.closest_point(sample(i)).distance_mm);
     }
   });
   Sums all;

@@ -28,7 +28,7 @@ class RegionMeter {
  public:
   RegionMeter(const TriangleMesh& surface, const ThicknessRegions& regions)
       : surface_(surface), regions_(regions), scene_(surface) {}
-  const TriangleMesh& surface() const { return surface_; }
+  const RayScene& scene() const { return scene_; }  // of the surface
   RegionErrors measure(const TriangleMesh& proxy, const RunContext& context = {}) const;
   // For each face of the proxy the farthest point found among the surface's vertices and a lattice
   // on the face; share 0 where no thickness is known.

@@ -16,7 +16,7 @@ constexpr double kRounding = 1e-12;  // double arithmetic on coordinates of abou
 
 TEST(MeshDistance, OfAMeshToItselfIsZero) {
   const TriangleMesh mesh = lumpy_mesh(10, 3);
-  const MeshDistance d = mesh_distance(mesh, mesh, kSamples, 1);
+  const MeshDistance d = mesh_distance(mesh, RayScene(mesh), kSamples, 1);
   EXPECT_LT(d.max_mm, kRounding);
 }
 
@@ -24,7 +24,7 @@ TEST(MeshDistance, BetweenParallelSquaresIsTheirGap) {
   TriangleMesh low;
   low.vertices = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
   low.faces = {{0, 1, 2}, {0, 2, 3}};
-  const MeshDistance d = mesh_distance(low, moved(low, {0, 0, 3}), kSamples, 1);
+  const MeshDistance d = mesh_distance(low, RayScene(moved(low, {0, 0, 3})), kSamples, 1);
   EXPECT_NEAR(d.mean_mm, 3, kRounding);
   EXPECT_NEAR(d.rms_mm, 3, kRounding);
   EXPECT_NEAR(d.max_mm, 3, kRounding);
@@ -39,7 +39,7 @@ TEST(MeshDistance, SamplesAreUniformByArea) {
   TriangleMesh edge;
   edge.vertices = {{-9, 0, 0}, {10, 0, 0}, {0, -9, 0}};
   edge.faces = {{0, 1, 2}};
-  const MeshDistance d = mesh_distance(square, edge, kSamples, 1);
+  const MeshDistance d = mesh_distance(square, RayScene(edge), kSamples, 1);
   const double standard_error = std::sqrt(1.0 / 12 / kSamples);  // of an unstratified mean
   EXPECT_NEAR(d.mean_mm, 0.5, 3 * standard_error);
   EXPECT_NEAR(d.rms_mm, std::sqrt(1.0 / 3), 3 * standard_error);
@@ -50,13 +50,14 @@ TEST(MeshDistance, FromAnInscribedToACircumscribedSphere) {
   const TriangleMesh fine = sphere_mesh(50, 5);
   // Chords of a level-5 icosphere lie up to 0.03 mm below the sphere.
   constexpr double kChord = 0.03;
-  const MeshDistance d = mesh_distance(fine, sphere_mesh(52, 5), kSamples, 1);
+  const MeshDistance d = mesh_distance(fine, RayScene(sphere_mesh(52, 5)), kSamples, 1);
   EXPECT_NEAR(d.mean_mm, 2, kChord);
   EXPECT_NEAR(d.max_mm, 2, 2 * kChord);
 }
 
 TEST(MeshDistance, IsTheSameForAnyNumberOfThreadsAndNotForAnySeed) {
-  const TriangleMesh a = lumpy_mesh(10, 3), b = sphere_mesh(10, 2);
+  const TriangleMesh a = lumpy_mesh(10, 3);
+  const RayScene b(sphere_mesh(10, 2));
   const MeshDistance many = mesh_distance(a, b, 5001, 3);
   const ThreadLimit one(1);
   const MeshDistance single = mesh_distance(a, b, 5001, 3);
@@ -71,7 +72,7 @@ TEST(LargestDistance, IsNeverBelowBruteForceAndWithinOnePercent) {
   const TriangleMesh fine = lumpy_mesh(50, 5), coarse = lumpy_mesh(50, 1);
   for (const auto& [from, to] : {std::pair(&fine, &coarse), std::pair(&coarse, &fine)}) {
     const RayScene scene(*to);
-    double brute_mm = mesh_distance(*from, *to, 1'000'000, 7).max_mm;
+    double brute_mm = mesh_distance(*from, scene, 1'000'000, 7).max_mm;
     for (const auto& v : from->vertices)
       brute_mm = std::max(brute_mm, scene.closest_point(v).distance_mm);
     const double found_mm = largest_distance(*from, *to, scene);
@@ -121,11 +122,11 @@ TEST(LargestDistance, SeesOneVertexThatStandsOut) {
 
 TEST(MeshDistance, UnusableMeshesAreRefused) {
   const TriangleMesh good = tetrahedron_mesh();
-  EXPECT_THROW(mesh_distance({}, good, 10, 1), BadDataError);
-  EXPECT_THROW(mesh_distance(good, {}, 10, 1), BadDataError);
+  EXPECT_THROW(mesh_distance({}, RayScene(good), 10, 1), BadDataError);
+  EXPECT_THROW(mesh_distance(good, RayScene(TriangleMesh()), 10, 1), BadDataError);
   TriangleMesh flat = good;
   flat.faces = {{0, 0, 1}};
-  EXPECT_THROW(mesh_distance(flat, good, 10, 1), BadDataError);
+  EXPECT_THROW(mesh_distance(flat, RayScene(good), 10, 1), BadDataError);
 }
 
 }  // namespace

@@ -19,8 +19,8 @@ struct MeshDistance {
 
 // One-sided distance: from `samples` points spread evenly by area over `from` (stratified, one
 // random stream a sample) to their closest points on `to`. The same for any number of threads.
-// Throws BadDataError when a mesh is unusable or `from` has no area.
-MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std::size_t samples,
+// Throws BadDataError when `from` is unusable or has no area.
+MeshDistance mesh_distance(const TriangleMesh& from, const RayScene& to, std::size_t samples,
                            std::uint64_t seed, const RunContext& context = {});
 
 // The one-sided Hausdorff distance in mm from all points of `from`, not samples, to `to` (whose
