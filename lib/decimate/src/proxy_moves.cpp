@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "organbake/core/parallel.h"
 #include "organbake/decimate/mesh_defects.h"
 
 namespace organbake {
@@ -45,7 +46,7 @@ using Propose = std::optional<ProxyMove> (RefinedProxy::*)(std::uint32_t, std::u
 class RankedMoves {
  public:
   RankedMoves(const RefinedProxy& proxy, Propose propose) : proxy_(&proxy), propose_(propose) {
-    for (const Edge& edge : all_edges(proxy)) rank(edge);
+    rank(all_edges(proxy));
   }
 
   // Best first.
@@ -73,16 +74,22 @@ class RankedMoves {
       if (!proxy_->has_edge(edge.first, edge.second)) gone.push_back(edge);
     }
     for (const Edge& edge : gone) drop(edge);
-    for (const Edge& edge : edges_near(*proxy_, moved)) rank(edge);
+    rank(edges_near(*proxy_, moved));
   }
 
  private:
-  void rank(const Edge& edge) {
-    drop(edge);
-    const auto found = trial(edge);
-    if (!found) return;
-    gain_[edge] = found->gain;
-    queue_.insert({-found->gain, edge});
+  void rank(const std::set<Edge>& changed) {
+    const std::vector<Edge> edges(changed.begin(), changed.end());
+    std::vector<std::optional<double>> gains(edges.size());
+    parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
+      if (const auto found = trial(edges[i])) gains[i] = found->gain;
+    });
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      drop(edges[i]);
+      if (!gains[i]) continue;
+      gain_[edges[i]] = *gains[i];
+      queue_.insert({-*gains[i], edges[i]});
+    }
   }
 
   const RefinedProxy* proxy_;
@@ -96,20 +103,30 @@ class RankedMoves {
 std::size_t flip_edges(RefinedProxy& proxy, int max_sweeps, const RunContext& context) {
   constexpr double kLeastGain = 3e-4;  // of the whole energy: flips that hardly matter cost time
   const double least_gain = kLeastGain * proxy.energy();
+  // One thread tries none in vain; the outcome is the same for any number.
+  const std::size_t at_once = 2 * static_cast<std::size_t>(allowed_threads()) - 1;
   std::size_t flips = 0;
   std::set<Edge> waiting = all_edges(proxy);
   for (int sweep = 0; sweep < max_sweeps && !waiting.empty(); ++sweep) {
     std::set<Edge> next;
     while (!waiting.empty()) {
       context.throw_if_cancelled();
-      const Edge edge = *waiting.begin();
-      waiting.erase(waiting.begin());
-      const auto move = proxy.flip(edge.first, edge.second);
-      if (!move) continue;
-      const auto trial = proxy.attempt(*move, least_gain);
-      if (!trial || !proxy.make(*trial)) continue;
-      ++flips;
-      next.merge(edges_near(proxy, move->free));
+      // Few flips are made: the next edges are tried side by side, and up to the first one that is
+      // flipped all trials hold, as if they had come one after the other.
+      std::vector<Edge> edges;
+      std::copy_n(waiting.begin(), std::min(at_once, waiting.size()), std::back_inserter(edges));
+      std::vector<std::optional<ProxyTrial>> trials(edges.size());
+      parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
+        const auto move = proxy.flip(edges[i].first, edges[i].second);
+        if (move) trials[i] = proxy.attempt(*move, least_gain);
+      });
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        waiting.erase(edges[i]);
+        if (!trials[i] || !proxy.make(*trials[i])) continue;
+        ++flips;
+        next.merge(edges_near(proxy, trials[i]->move.free));
+        break;
+      }
     }
     waiting = std::move(next);
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "organbake/core/parallel.h"
 #include "organbake/decimate/mesh_defects.h"
 
 namespace organbake {
@@ -33,25 +34,33 @@ RefinedProxy::RefinedProxy(const TriangleMesh& proxy, const FitReference& refere
       points_(proxy.vertices),
       faces_(proxy.faces),
       around_(proxy.vertices.size()),
-      samples_(proxy.faces.size()) {
+      samples_(proxy.faces.size()),
+      energy_(proxy.faces.size()),
+      facing_(proxy.faces.size()),
+      targets_(proxy.faces.size()) {
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
     for (const std::uint32_t v : faces_[f]) around_[v].push_back(f);
   }
   // Every sample to its nearest face; then each face by itself is a patch to measure.
   const RayScene scene(proxy);
-  for (std::uint32_t s = 0; s < reference.samples().size(); ++s) {
-    samples_[scene.closest_point(reference.samples()[s]).face].push_back(s);
-  }
-  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+  std::vector<std::uint32_t> owner(reference.samples().size());
+  constexpr std::size_t kSamplesAtOnce = 64;
+  parallel_pieces(std::size_t{0}, owner.size(), kSamplesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t s = first; s < last; ++s)
+                      owner[s] = scene.closest_point(reference.samples()[s]).face;
+                  });
+  for (std::uint32_t s = 0; s < owner.size(); ++s) samples_[owner[s]].push_back(s);
+  parallel_for(std::size_t{0}, faces_.size(), [&](std::size_t f) {
     ProxyPatch patch;
     for (const std::uint32_t v : faces_[f]) patch.vertices.push_back(points_[v]);
     patch.faces = {{0, 1, 2}};
     patch.samples = samples_[f];
     PatchFit fit = measure_patch(patch, *reference_, norm_);
-    energy_.push_back(fit.face_energy[0]);
-    facing_.push_back(fit.facing[0]);
-    targets_.push_back(std::move(fit.targets[0]));
-  }
+    energy_[f] = fit.face_energy[0];
+    facing_[f] = fit.facing[0];
+    targets_[f] = std::move(fit.targets[0]);
+  });
 }
 
 // The third corner of the face that has the edge a→b, kDead when there is none.
