@@ -9,7 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {
@@ -88,24 +87,32 @@ std::size_t weld_within(TriangleMesh& mesh, double tolerance_mm) {
   return gone;
 }
 
+struct EdgeCounts {
+  std::size_t open = 0, crowded = 0;  // used by one face, by three or more
+};
+EdgeCounts count_edges(const TriangleMesh& mesh) {
+  EdgeCounts counts;
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    counts.open += uses.size() == 1;
+    counts.crowded += uses.size() > 2;
+  });
+  return counts;
+}
+
 }  // namespace
 
 WeldSummary weld(TriangleMesh& mesh) {
   WeldSummary summary;
-  const MeshTopology before = analyse_topology(mesh);
-  if (before.boundary_edges == 0) return summary;
+  if (count_edges(mesh).open == 0) return summary;
   summary.exact = weld_within(mesh, 0);
-  const MeshTopology exact = analyse_topology(mesh);
-  if (exact.boundary_edges == 0) return summary;
+  const EdgeCounts exact = count_edges(mesh);
+  if (exact.open == 0) return summary;
   TriangleMesh close = mesh;
   const double tolerance_mm = kNearShare * bounds(mesh).diagonal();
   const std::size_t gone = weld_within(close, tolerance_mm);
   if (gone == 0) return summary;
-  const MeshTopology after = analyse_topology(close);
-  if (after.boundary_edges >= exact.boundary_edges ||
-      after.non_manifold_edges > exact.non_manifold_edges) {
-    return summary;
-  }
+  const EdgeCounts after = count_edges(close);
+  if (after.open >= exact.open || after.crowded > exact.crowded) return summary;
   summary.near = gone;
   summary.tolerance_mm = tolerance_mm;
   mesh = std::move(close);

@@ -219,9 +219,10 @@ void turn_faces(TriangleMesh& mesh, const std::vector<std::uint32_t>& faces) {
 
 std::size_t wind_alike(TriangleMesh& mesh) { return wind_alike(mesh, half_edge_twins(mesh)); }
 
-TurnedFaces turn_outward(TriangleMesh& mesh) {
+TurnedFaces turn_outward(TriangleMesh& mesh) { return turn_outward(mesh, half_edge_twins(mesh)); }
+
+TurnedFaces turn_outward(TriangleMesh& mesh, Twins twins) {
   TurnedFaces turned;
-  Twins twins = half_edge_twins(mesh);
   turned.faces = wind_alike(mesh, twins);
   if (turned.faces > 0) twins = half_edge_twins(mesh);
   const std::vector<MeshPiece> pieces = pieces_of(mesh, twins);

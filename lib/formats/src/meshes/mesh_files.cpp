@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/mesh_files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/geometry/weld.h"
 #include "organbake/raycast/winding.h"
@@ -136,9 +138,13 @@ TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunCon
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
   taken = chosen_frame(written, told, path, context);
   bring_into_world(mesh, taken);
-  tell_welds(weld(mesh), path, context);
-  if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
-  for (const std::string& turned : turn_outward(mesh).sentences())
+  std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+  if (std::find(twins.begin(), twins.end(), kNoHalfEdge) != twins.end()) {
+    tell_welds(weld(mesh), path, context);
+    if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
+    twins = half_edge_twins(mesh);
+  }
+  for (const std::string& turned : turn_outward(mesh, std::move(twins)).sentences())
     context.warn(path.string() + ": " + turned);
   question_size(mesh, *taken.unit, written.unit.has_value(), path, context);
   return std::move(mesh);

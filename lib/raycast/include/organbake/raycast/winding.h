@@ -46,5 +46,7 @@ struct TurnedFaces {
 // closed the volume tells the outside; other open ones are left: their winding says which side is
 // seen. The same for any number of threads.
 TurnedFaces turn_outward(TriangleMesh& mesh);
+// The same where half_edge_twins() of the mesh are known.
+TurnedFaces turn_outward(TriangleMesh& mesh, std::vector<std::uint32_t> twins);
 
 }  // namespace organbake
