@@ -38,19 +38,25 @@ class FileSource : public ByteSource {
   FileSource& operator=(const FileSource&) = delete;
 
   std::size_t read(std::span<std::byte> out) override {
+    const std::size_t done = read_ahead(0, out);
+    at_ += done;
+    return done;
+  }
+  std::size_t read_ahead(std::uint64_t ahead, std::span<std::byte> out) const override {
+    const std::uint64_t from = at_ + ahead;
     std::size_t done = 0;
     // A lying header may have led beyond the end, even to where no offset is possible.
-    while (done < out.size() && at_ < bytes_) {
+    while (done < out.size() && from < bytes_) {
       const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
-                                  static_cast<off_t>(at_ + done));
+                                  static_cast<off_t>(from + done));
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) throw IoError::reading(file_, std::strerror(errno));
       if (got == 0) break;
       done += static_cast<std::size_t>(got);
     }
-    at_ += done;
     return done;
   }
+  bool reads_ahead() const override { return true; }
   std::uint64_t skip(std::uint64_t count) override {
     const std::uint64_t skipped = std::min(count, bytes_ - std::min(bytes_, at_));
     at_ += skipped;
@@ -204,6 +210,10 @@ ByteStream::ByteStream(fs::path file, std::unique_ptr<ByteSource> source,
 
 void ByteStream::read_exactly(std::span<std::byte> out) {
   if (read(out) < out.size()) fail_truncated();
+}
+
+void ByteStream::read_ahead(std::uint64_t bytes, std::span<std::byte> out) const {
+  if (source_->read_ahead(bytes, out) < out.size()) fail_truncated();
 }
 
 void ByteStream::skip(std::uint64_t count) {

@@ -17,6 +17,10 @@ class ByteSource {
   virtual std::size_t read(std::span<std::byte> out) = 0;
   // Passes over bytes; fewer only at the end. How many.
   virtual std::uint64_t skip(std::uint64_t count);
+  // Fills `out` from so many bytes ahead, by any number of threads at once, and stays where it is.
+  // Only where reads_ahead().
+  virtual std::size_t read_ahead(std::uint64_t, std::span<std::byte>) const { return 0; }
+  virtual bool reads_ahead() const { return false; }
 };
 
 // The bytes of a file from an offset on, decompressed on the way in small pieces, so that voxels
@@ -38,6 +42,10 @@ class ByteStream {
   // Throws BadDataError ("truncated") when fewer bytes are left.
   void read_exactly(std::span<std::byte> out);
   void skip(std::uint64_t count);  // without reading, where bytes are not packed
+  // Whether read_ahead() can read from anywhere, by several threads at once: of a file that is not
+  // packed. Throws as read_exactly() does, and leaves the stream where it is.
+  bool reads_ahead() const { return source_->reads_ahead(); }
+  void read_ahead(std::uint64_t bytes, std::span<std::byte> out) const;
   // No stream of this size and coding can hold more.
   std::uint64_t most_possible_bytes() const { return most_possible_bytes_; }
 

@@ -24,6 +24,10 @@ struct VoxelEncoding {
 
   bool is_plain() const { return slope == 1 && intercept == 0; }
   bool is_plain_int16() const { return type == ScalarType::int16 && is_plain(); }
+  // Whatever is stored is a whole number of 16 bits.
+  bool is_surely_whole() const {
+    return is_plain() && (type == ScalarType::int16 || bytes_of(type) == 1);
+  }
 };
 
 // Converts `count` values in the machine's byte order to whole numbers of 16 bits; false when one
@@ -42,9 +46,10 @@ void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncod
 // can be reckoned with. Throws BadDataError when no voxel is a number.
 void settle_values(Volume& volume, const std::string& name);
 
-// Reads volume.size's voxels from the stream through a small buffer; where all of that is 0 nothing
-// is written, and a mask's background takes no memory. Throws BadDataError when the data is too
-// short (before memory is taken, where the file's size shows it).
+// Reads volume.size's voxels from the stream through small buffers, by all threads where the file
+// lets them; where all of one is 0 nothing is written, and a mask's background takes no memory.
+// Throws BadDataError when the data is too short (before memory is taken, where the file's size
+// shows it).
 void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
 // Keeps only a box of them and crops the grid to it. What lies before the box's first slice is
 // passed over, what lies behind its last is not read.
