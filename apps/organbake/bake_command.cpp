@@ -255,7 +255,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   for (const std::string& note : recipe.notes) session.terminal().log(LogLevel::info, note);
   Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);
-  const RunOptions options{flags.force, flags.from, flags.explain};
+  const RunOptions options{flags.force, flags.from, flags.explain, flags.to.empty()};
   if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
 
   check_target(flags, plan, session.context("bake"));

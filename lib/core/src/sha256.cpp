@@ -7,13 +7,28 @@
 #include <stdexcept>
 
 namespace organbake {
+namespace {
 
-std::string sha256_hex(std::span<const std::byte> bytes) {
+void check(int done) {
+  if (done != 1) throw std::runtime_error("OpenSSL offers no SHA-256 here");
+}
+
+}  // namespace
+
+void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
+
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+  check(context_ ? EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) : 0);
+}
+
+void Sha256::add(std::span<const std::byte> bytes) {
+  check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()));
+}
+
+std::string Sha256::hex() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int length = 0;
-  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &length, EVP_sha256(), nullptr) != 1) {
-    throw std::runtime_error("OpenSSL offers no SHA-256 here");
-  }
+  check(EVP_DigestFinal_ex(context_.get(), digest.data(), &length));
   constexpr char kDigits[] = "0123456789abcdef";
   std::string hex;
   hex.reserve(2 * length);
@@ -22,6 +37,12 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
     hex += kDigits[digest[i] & 15];
   }
   return hex;
+}
+
+std::string sha256_hex(std::span<const std::byte> bytes) {
+  Sha256 sum;
+  sum.add(bytes);
+  return sum.hex();
 }
 
 }  // namespace organbake

@@ -57,14 +57,13 @@ std::map<std::string, const InputSource*> given_inputs(const Plan& plan) {
   return given;
 }
 
-Manifest make_manifest(const BakeResult& bake) {
+Manifest make_manifest(const BakeResult& bake, Runner& runner) {
   Manifest manifest;
   manifest.name = bake.recipe.name;
   manifest.generator = generator();
   manifest.recipe_json = recipe_echo(bake).dump();
   for (const auto& [role, input] : given_inputs(bake.plan)) {
-    manifest.input_hashes.emplace_back(
-        role, content_hash(files_of_input(input->kind, input->given), sha256_of_file));
+    manifest.input_hashes.emplace_back(role, runner.sum_of_given(input->kind, input->given));
   }
   for (const Step& step : bake.plan.steps) {
     const Json options = Json::parse(step.options_json);
@@ -149,7 +148,7 @@ BundleWritten write_bundle(const BakeResult& bake, Runner& runner, const fs::pat
   AtomicFolder folder(target);
   copy_parts(bake, runner, folder.path());
   write_file_atomically(folder.path() / "report.json", report_json(bake));
-  write_manifest(folder.path(), make_manifest(bake));
+  write_manifest(folder.path(), make_manifest(bake, runner));
   runner.cache().store(ingredients, false, [&](const fs::path& entry) {
     copy_into(folder.path() / "manifest.json", entry / "manifest.json");
     return StepRecord{"{}"};

@@ -138,22 +138,34 @@ std::string quick_hash(std::string_view text) {
   return hex(XXH3_128bits(text.data(), text.size()));
 }
 
-std::string quick_hash_of_file(const fs::path& path) {
+namespace {
+
+// use(bytes) for one piece of a file after the other.
+template <class Use>
+void read_in_blocks(const fs::path& path, const Use& use) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) throw NoInputError(path, std::string("cannot be opened: ") + std::strerror(errno));
   const std::unique_ptr<const int, void (*)(const int*)> closer(
       &file, [](const int* fd) { ::close(*fd); });
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              XXH3_freeState);
-  XXH3_128bits_reset(state.get());
-  std::vector<char> block(std::size_t{1} << 18);
+  std::vector<std::byte> block(std::size_t{1} << 18);
   while (true) {
     const ssize_t got = ::read(file, block.data(), block.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw IoError::reading(path, std::strerror(errno));
-    if (got == 0) break;
-    XXH3_128bits_update(state.get(), block.data(), static_cast<std::size_t>(got));
+    if (got == 0) return;
+    use(std::span<const std::byte>(block).first(static_cast<std::size_t>(got)));
   }
+}
+
+}  // namespace
+
+std::string quick_hash_of_file(const fs::path& path) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  read_in_blocks(path, [&](std::span<const std::byte> bytes) {
+    XXH3_128bits_update(state.get(), bytes.data(), bytes.size());
+  });
   return hex(XXH3_128bits_digest(state.get()));
 }
 
@@ -190,6 +202,10 @@ std::string content_hash(const std::vector<InputFile>& files, FileHasher hash_fi
                                      : quick_hash(list);
 }
 
-std::string sha256_of_file(const fs::path& path) { return sha256_hex(read_file(path)); }
+std::string sha256_of_file(const fs::path& path) {
+  Sha256 sum;
+  read_in_blocks(path, [&](std::span<const std::byte> bytes) { sum.add(bytes); });
+  return sum.hex();
+}
 
 }  // namespace organbake

@@ -70,6 +70,20 @@ const std::string& Runner::hash_of_given(InputKind kind, const fs::path& path) {
   return given_hashes_[path] = content_hash(files, quick_hash_of_file);
 }
 
+void Runner::begin_sum(InputKind kind, const fs::path& path) {
+  const auto [place, is_new] = given_sums_.try_emplace(path);
+  if (!is_new) return;
+  summing_.run([kind, path, &sum = place->second] {
+    sum = content_hash(files_of_input(kind, path), sha256_of_file);
+  });
+}
+
+const std::string& Runner::sum_of_given(InputKind kind, const fs::path& path) {
+  begin_sum(kind, path);
+  summing_.wait();
+  return given_sums_.at(path);
+}
+
 Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>& earlier,
                          bool forced, bool explain) {
   StepIngredients ingredients{step.stage->name, step.stage->version, step.options_json, {}};
@@ -121,6 +135,10 @@ std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
     const bool forced = is_forced(step, options, reached);
     const Forecast forecast = examine(step, entries, forced, options.explain);
     if (listener.before) listener.before(forecast);
+    if (options.sums && !forecast.cached) {
+      for (const InputSource& input : step.inputs)
+        if (!input.given.empty()) begin_sum(input.kind, input.given);
+    }
     results.push_back(forecast.cached ? with_warnings({&step, *forecast.cached})
                                       : execute(step, *forecast.ingredients, forced, results));
     if (listener.after) listener.after(results.back());

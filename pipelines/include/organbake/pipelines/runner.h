@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "organbake/core/background_tasks.h"
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/plan.h"
@@ -19,6 +20,8 @@ struct RunOptions {
   std::string from = {};  // run this stage and all that come after it
   // Find out what has changed since the nearest earlier run; it means reading the whole cache.
   bool explain = false;
+  // Work out the SHA-256 of what users gave beside the first step that runs: a bundle tells it.
+  bool sums = false;
 };
 
 // What will happen to a step, and why.
@@ -68,6 +71,8 @@ class Runner {
   const Cache& cache() const { return cache_; }
   // The content hash of a user's file or folder; each is read once.
   const std::string& hash_of_given(InputKind kind, const std::filesystem::path& path);
+  // Its SHA-256; see RunOptions::sums.
+  const std::string& sum_of_given(InputKind kind, const std::filesystem::path& path);
 
  private:
   Forecast examine(const Step& step, const std::vector<const CacheEntry*>& earlier, bool forced,
@@ -81,7 +86,10 @@ class Runner {
   Cache cache_;
   StageFunction run_stage_;
   ContextOfStage context_of_;
-  std::map<std::filesystem::path, std::string> given_hashes_;
+  void begin_sum(InputKind kind, const std::filesystem::path& path);
+
+  std::map<std::filesystem::path, std::string> given_hashes_, given_sums_;
+  BackgroundTasks summing_;
 };
 
 // The lines that --explain prints for a step: its key, all that went into it, and the verdict.
