@@ -118,7 +118,7 @@ void follow_fills(const Frame& picture, PixelTruth& truth) {
   }
 }
 
-void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTruth& truth) {
+void put_skin(const Moment& moment, const Frame& picture, PixelTruth& truth) {
   constexpr std::size_t kGrain = 1 << 13;
   parallel_pieces(std::size_t{0}, truth.pixels(), kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -128,7 +128,7 @@ void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTrut
       const bool skin = bound.has_skin();
       truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
       truth.label[i] = skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
-      if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
+      if (skin && !truth.point.empty()) truth.point[i] = moment.place(truth.organ_at(i), bound);
     }
   });
 }
@@ -163,10 +163,12 @@ void trim_outline(const Moment& moment, PixelTruth& truth) {
       for (int y = first; y < last; ++y) {
         over[y].clear();
         find_border(truth, y, border);
-        for (int x = 0; x < width; ++x) {
-          const std::size_t at = std::size_t(y) * width + x;
-          if (border[x] && !moment.faces_eye(truth.organ_at(at), truth.bound[at]))
-            over[y].push_back(at);
+        const std::uint8_t* const end = border.data() + width;
+        for (const std::uint8_t* next = border.data();
+             (next = std::find(next, end, std::uint8_t{1})) < end; ++next) {
+          const std::size_t at =
+              std::size_t(y) * width + static_cast<std::size_t>(next - border.data());
+          if (!moment.faces_eye(truth.organ_at(at), truth.bound[at])) over[y].push_back(at);
         }
       }
     });
@@ -187,9 +189,9 @@ void put_tools(const Moment& moment, const LayerSet& layers, PixelTruth& truth) 
     truth.label[at] = static_cast<std::uint8_t>(
         std::min<std::size_t>(255, kFirstToolLabel + moment.solids[seen.solid].instrument));
     truth.solid[at] = static_cast<std::uint16_t>(seen.solid + 1);
-    if (!truth.point.empty())
-      truth.point[at] = (seen.depth_mm * unproject(k, {x + 0.5, y + 0.5})).cast<float>();
-    if (layers.normals) truth.normal[at] = seen.normal;
+    if (!layers.normals) return;
+    truth.point[at] = (seen.depth_mm * unproject(k, {x + 0.5, y + 0.5})).cast<float>();
+    truth.normal[at] = seen.normal;
   });
 }
 
@@ -203,12 +205,11 @@ void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, P
   follow_fills(picture, truth);
   picture.serial = 0;
   const std::size_t pixels = truth.pixels();
-  const bool points = layers.flow || layers.normals;
   truth.depth_mm.resize(pixels);
   truth.label.resize(pixels);
-  truth.point.resize(points ? pixels : 0);
+  truth.point.resize(layers.normals ? pixels : 0);
   truth.normal.resize(layers.normals ? pixels : 0);
-  put_skin(moment, picture, points, truth);
+  put_skin(moment, picture, truth);
   trim_outline(moment, truth);
   put_tools(moment, layers, truth);
   if (layers.normals) put_skin_normals(truth);

@@ -19,7 +19,7 @@ struct Flow {
 };
 
 // Skin moves as it is bound; a tool's points move with its axis. A point that comes to lie behind
-// the eye, or on a tool that is taken away, is not seen and does not move. Both truths with points.
+// the eye, or on a tool that is taken away, is not seen and does not move.
 // The same for any number of threads.
 void find_flow(const PixelTruth& from, const Moment& then, const PixelTruth& to, const Moment& now,
                Flow& flow);

@@ -24,7 +24,7 @@ struct PixelTruth {
   std::vector<std::uint8_t> organ;      // whose; empty: the one and only
   std::vector<float> depth_mm;          // planar z, +inf at the background
   std::vector<std::uint8_t> label;      // see above
-  std::vector<Eigen::Vector3f> point;   // camera mm; of no meaning at the background
+  std::vector<Eigen::Vector3f> point;   // camera mm; of no meaning at the background; with normals
   std::vector<Eigen::Vector3f> normal;  // camera axes, unit, towards the eye; 0 at the background
   std::vector<std::uint16_t> solid;     // 1 + the moment's solid, 0: none; empty without tools
 
