@@ -73,8 +73,9 @@ inline float linear_color(float value) {
 
 // Fetches the details of a span's samples. One copy each, taken apart in registers afterwards,
 // beats scattered loads of bytes.
-void fetch(const LayerSpan& row, const PackedDetail* __restrict detail, const Part& part,
-           PackedDetail* __restrict fetched) {
+template <class Detail>
+void fetch(const LayerSpan& row, const Detail* __restrict detail, const Part& part,
+           Detail* __restrict fetched) {
   for (std::size_t i = part.first; i < part.first + part.count; ++i)
     fetched[i] = detail[row.slot[i]];
 }
@@ -113,29 +114,15 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
   }
 }
 
-// The words of a span's SmoothDetails, a plane each.
-struct SmoothSpan {
-  alignas(64) std::uint32_t words[4][kSpan];
-};
-
-void fetch(const LayerSpan& row, const SmoothDetail* __restrict detail, const Part& part,
-           SmoothSpan& fetched) {
-  for (std::size_t i = part.first; i < part.first + part.count; ++i) {
-    const SmoothDetail& one = detail[row.slot[i]];
-    for (int k = 0; k < 4; ++k) fetched.words[k][i] = one[k];
-  }
-}
-
 ORGANBAKE_MULTIVERSION void add_smooth_layer(const LayerSpan& __restrict row,
-                                             const SmoothSpan& __restrict detail, const Part& part,
-                                             float weight, float inverse_tolerance,
-                                             SumSpan& __restrict sum) {
+                                             const SmoothDetail* __restrict detail,
+                                             const Part& part, float weight,
+                                             float inverse_tolerance, SumSpan& __restrict sum) {
   const float byte_weight = weight / 255;
   const auto within = [](float v) { return v > -0.5f ? (v < 0.5f ? v : 0.5f) : -0.5f; };
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
-    const std::uint32_t c00 = detail.words[0][i], c10 = detail.words[1][i],
-                        c01 = detail.words[2][i], c11 = detail.words[3][i];
+    const auto [c00, c10, c01, c11] = detail[i];
     const float u = within(row.u[i]), v = within(row.v[i]);
     const float s = u + 0.5f, t = v + 0.5f, w11 = s * t, w10 = s - w11, w01 = t - w11;
     const float w00 = 1 - s - w01;
@@ -302,9 +289,9 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
   for (int l = 0; l < tile.count; ++l) {
     const TileLayers::Layer& layer = tile.layers[l];
     if (tile.smooth) {
-      SmoothSpan smooth;
-      fetch(rows[l], layer.set->smooth.data(), parts[l], smooth);
-      add_smooth_layer(rows[l], smooth, parts[l], layer.weight, inverse_tolerance, sum);
+      alignas(64) std::array<SmoothDetail, kSpan> fetched;
+      fetch(rows[l], layer.set->smooth.data(), parts[l], fetched.data());
+      add_smooth_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
       continue;
     }
     alignas(64) std::array<PackedDetail, kSpan> fetched;

@@ -124,15 +124,29 @@ void splat_large(const PlacedSamples& placed, std::uint32_t first_slot, const Ch
 
 }  // namespace
 
-void prefetch_chunk(const SampleSet& set, std::uint32_t chunk) {
-  constexpr std::uint32_t kLine = 64;  // bytes of a cache's
-  const std::size_t first = std::size_t{chunk} * kChunk;
-  for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(PatchCoordinate)) {
-    for (const PatchCoordinate* place : {set.b1.data(), set.b2.data(), set.h.data()})
-      __builtin_prefetch(place + first + i);
+namespace {
+
+// Of a chunk's samples, from its first slot on. later: they may wait in the second-level cache.
+template <class Number>
+void prefetch_slots(const std::vector<Number>& numbers, std::size_t first, bool later) {
+  constexpr std::size_t kLine = 64;  // bytes of a cache's
+  for (std::size_t i = 0; i < kChunk; i += kLine / sizeof(Number)) {
+    if (later)
+      __builtin_prefetch(numbers.data() + first + i, 0, 2);
+    else
+      __builtin_prefetch(numbers.data() + first + i);
   }
-  for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(PackedDetail))
-    __builtin_prefetch(set.detail.data() + first + i, 0, 2);  // for later
+}
+
+}  // namespace
+
+void prefetch_chunk(const SampleSet& set, std::uint32_t chunk, bool smooth) {
+  const std::size_t first = std::size_t{chunk} * kChunk;
+  for (const auto* places : {&set.b1, &set.b2, &set.h}) prefetch_slots(*places, first, false);
+  if (smooth)
+    prefetch_slots(set.smooth, first, true);
+  else
+    prefetch_slots(set.detail, first, true);
 }
 
 void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,

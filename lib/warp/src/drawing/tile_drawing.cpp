@@ -48,7 +48,7 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
       return !intersected(camera.chunks[chunks[at]].box, part).empty();
     };
     if (i + kAhead < chunks.size() && touches(i + kAhead))
-      prefetch_chunk(*camera.set, chunks[i + kAhead]);
+      prefetch_chunk(*camera.set, chunks[i + kAhead], placed_->smooth);
     if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
     // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
