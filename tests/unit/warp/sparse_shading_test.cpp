@@ -23,14 +23,14 @@ std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
   ShadedPosts table;
   for (int k = 0; k < knots; ++k) {
     at.push_back(span.knot(k));
-    table.rows[k][3] = number_of(at.back());
+    table.rows[k][1] = number_of(at.back());
   }
-  table.rows[knots][3] = -1;
+  table.rows[knots][1] = -1;
   if (asked) *asked = knots;
   alignas(64) std::array<std::array<float, kSpan>, 3> planes;
   ShadingInterpolation(span, at.data(), knots)(
-      table, 3, {planes[0].data(), planes[1].data(), planes[2].data()});
-  return {planes[0].begin(), planes[0].begin() + static_cast<std::ptrdiff_t>(depth.size())};
+      table, {planes[0].data(), planes[1].data(), planes[2].data()});
+  return {planes[1].begin(), planes[1].begin() + static_cast<std::ptrdiff_t>(depth.size())};
 }
 
 TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromThreeOfEight) {

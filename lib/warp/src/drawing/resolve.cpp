@@ -230,10 +230,16 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   ScopeSpan from_scope;
   tile.relit->light(skin, lit, colors, from_scope);
   if (!from_scope.film_shows) return;
-  skin.count = 0;
-  for (int i = 0; i < count; ++i)
-    if (from_scope.lit.shows[i] > 0 && depth[i] < kInfinity) add_skin(i, skin);
-  tile.relit->add_film(skin, colors, from_scope);
+  each_shown_part(from_scope.lit.shows, count, [&](unsigned first, int in_part) {
+    skin.count = 0;
+    for (int k = 0, i = static_cast<int>(first); k < in_part; ++k, ++i) {
+      if (i < count && depth[i] < kInfinity) add_skin(i, skin);
+      if (skin.count > k) continue;
+      from_scope.lit.shows[i] = 0;
+      skin.add(i, 0, 0, 0);  // any
+    }
+    tile.relit->add_film(skin, first, colors, from_scope);
+  });
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

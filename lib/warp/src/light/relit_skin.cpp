@@ -64,20 +64,21 @@ void RelitSkin::light_by(bool scope) {
   if (scope == from_scope_) return;
   from_scope_ = scope;
   std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
+  if (scope) place_rest_nodes();
 }
 
-// What the relief is bound to, worked out when the light at the scope is first asked for.
+// What the light at the scope asks for at rest alone: what film and grain are bound to, and the
+// albedo.
 void RelitSkin::place_rest_nodes() {
-  rest_nodes_.resize(nodes_.size());
   const std::uint32_t n = lattice_.steps;
   parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       const std::size_t at = first_node(f) + node;
       const Vector3d place =
           shell_point(turns_.rest()[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
-      auto& mixed = rest_nodes_[at].mixed;
-      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at];
-      Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
+      nodes_[at].rest_normal.head<3>() = rest_normals_[at];
+      nodes_[at].rest_mm.head<3>() = place.cast<float>();
+      nodes_[at].gain.head<3>() = rest_light_[at].cwiseInverse().cwiseMin(kLargestGain);
     });
   });
 }
@@ -86,7 +87,6 @@ void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
                                        const std::vector<std::uint8_t>& shown) {
   light_by(true);
   shine_.look(view, reference_mm);
-  if (rest_nodes_.empty()) place_rest_nodes();
   for_each_face(lattice_.face_count, [&](std::uint32_t f) {
     if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
   });
@@ -137,14 +137,11 @@ void RelitSkin::light_face(std::uint32_t face) {
           turns.at(step * static_cast<float>(i), step * static_cast<float>(j));
       normal = unit_vector((turn * normal).eval().head<3>());
     }
-    nodes_[at].normal() = normal;
-    if (from_scope_) {
-      nodes_[at].gain() = rest_light_[at].cwiseInverse().cwiseMin(kLargestGain);
-      return;
-    }
+    nodes_[at].normal.head<3>() = normal;
+    if (from_scope_) return;
     const Vector3f gain = light_on(normal.cast<double>()).cwiseQuotient(rest_light_[at]);
-    nodes_[at].gain() = gain.cwiseMin(kLargestGain);
-    turned_[face] |= nodes_[at].gain() != Vector3f::Ones();
+    nodes_[at].gain.head<3>() = gain.cwiseMin(kLargestGain);
+    turned_[face] |= nodes_[at].gain.head<3>() != Vector3f::Ones();
   });
 }
 
@@ -152,7 +149,7 @@ void RelitSkin::light_face(std::uint32_t face) {
 bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   const std::size_t first = first_node(face);
   for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
-    if (gloss_.may_show(nodes_[at].normal(), unit_vector(eye - places_[at]))) return true;
+    if (gloss_.may_show(nodes_[at].normal.head<3>(), unit_vector(eye - places_[at]))) return true;
   }
   return false;
 }

@@ -22,6 +22,8 @@ namespace organbake {
 // Skin that no lamp reached tells little of what it would show in full light.
 inline constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
 
+struct LatticeTriangles;  // of some pixels
+
 // How the light on the deformed skin differs from the light that its colours were taken in. A
 // colour is intensity microstructure × the macro surface's shading at rest; so the shading of the
 // deformed macro surface over that at rest, times the colour, is the skin lit anew:
@@ -55,25 +57,19 @@ class RelitSkin {
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
   // Lights a span, its knots in `skin`; those that are not among them keep their light. From the
-  // scope without the film: add_film() adds it, with `skin` each pixel that shows some.
+  // scope without the film: add_film() adds it to the whole vectors from pixel `first` on, with
+  // `skin` each of their pixels.
   void light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
              ScopeSpan& from_scope) const;
-  void add_film(const SkinPixels& skin, const SpanColors& colors, ScopeSpan& from_scope) const;
+  void add_film(const SkinPixels& skin, unsigned first, const SpanColors& colors,
+                ScopeSpan& from_scope) const;
 
  private:
-  // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
-  struct Node {
-    alignas(32) std::array<float, 8> mixed{1, 1, 1};
-    auto gain() { return Eigen::Map<Eigen::Vector3f>(mixed.data()); }
-    auto gain() const { return Eigen::Map<const Eigen::Vector3f>(mixed.data()); }
-    auto normal() { return Eigen::Map<Eigen::Vector3f>(mixed.data() + 3); }
-    auto normal() const { return Eigen::Map<const Eigen::Vector3f>(mixed.data() + 3); }
+  // What light asks for at a node, in a line of the cache; the fourth numbers are unused.
+  struct alignas(64) Node {
+    Eigen::Vector4f gain{1, 1, 1, 0}, normal = Eigen::Vector4f::Zero();
+    Eigen::Vector4f rest_normal = Eigen::Vector4f::Zero(), rest_mm = Eigen::Vector4f::Zero();
   };
-  // The normal and the place at rest.
-  struct RestNode {
-    alignas(32) std::array<float, 8> mixed{};
-  };
-  struct Triangles;
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
   }
@@ -81,13 +77,10 @@ class RelitSkin {
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
-  void find_triangles(const SkinPixels& skin, Triangles& out) const;
-  template <class AnyNode>
-  static void mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
-                        const Triangles& triangles, int count, ShadedPosts& mixed);
-  void mix_rest(const Triangles& triangles, int count, ShadedPosts& mixed) const;
+  template <Eigen::Vector4f Node::*number>
+  void mix(const LatticeTriangles& triangles, int count, ShadedPosts& mixed) const;
   void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
-  void light_scope(const SkinPixels& skin, const Triangles& triangles,
+  void light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
                    const ShadingInterpolation& spread, const SpanColors& colors,
                    ScopeSpan& from_scope) const;
   void light_by(bool scope);
@@ -103,7 +96,6 @@ class RelitSkin {
   std::vector<Eigen::Vector3f> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;
-  std::vector<RestNode> rest_nodes_;               // once the light at the scope was asked for
   std::vector<std::uint8_t> turned_, shines_;      // by face: gain or gloss in this view
   std::vector<std::uint8_t> to_place_, to_light_;  // by face, when it is next seen
   // From the view's pixels to directions of the world: origin + x · right + y · down.

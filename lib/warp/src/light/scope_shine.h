@@ -40,9 +40,9 @@ class ScopeShine {
   // `colors` hold the albedo × weight before, and what is seen but for the
   // gloss after. Whether gloss may show anywhere.
   bool light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const;
-  void add_gloss(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
-                 const SpanColors& colors) const {
-    film_.add(lit, skin, at_rest, frame_.inverse_pixel, colors);
+  // Whole vectors from pixel `first` on; their normals are each pixel's own here.
+  void add_film(const ScopeSpan& span, unsigned first, int count, const SpanColors& colors) const {
+    film_.add(span, frame_.inverse_pixel, first, count, colors);
   }
 
   static constexpr std::array<float, 3> kSheen = {0.85f, 0.95f, 1.2f};  // RGB

@@ -92,11 +92,22 @@ inline float at_most_1(float v) { return v < 1 ? v : 1; }
 // Of what is so many pixels long, how much a pixel can show: all from four on.
 inline float resolved(float pixels) { return at_most_1(positive(0.5f * pixels - 1)); }
 
-// Of ScopeLit::shows. Without an early end, which would ask one by one.
+// Of ScopeLit::shows, whole vectors. Without an early end, which would ask one by one.
 inline bool any_shows(const float* shows, unsigned count) {
   int any = 0;
   for (unsigned i = 0; i < count; ++i) any |= shows[i] > 0;
   return any != 0;
+}
+
+// visit(first, count) for the whole vectors of ScopeLit::shows in which gloss does, those side by
+// side together.
+template <class Visit>
+void each_shown_part(const float* shows, int count, const Visit& visit) {
+  const unsigned last = whole_vectors(count);
+  for (unsigned first = 0, end; first < last; first = end + kLanes) {
+    for (end = first; end < last && any_shows(shows + end, kLanes);) end += kLanes;
+    if (end > first) visit(first, static_cast<int>(end - first));
+  }
 }
 
 }  // namespace organbake

@@ -63,22 +63,20 @@ ShadingInterpolation::ShadingInterpolation(const SparseShading& span, const std:
   for (int k = 0; k < count; ++k) row_[at[k]] = static_cast<std::int16_t>(k);
 }
 
-void ShadingInterpolation::operator()(const ShadedPosts& table, int first,
+void ShadingInterpolation::operator()(const ShadedPosts& table,
                                       const std::array<float*, 3>& planes) const {
   const int groups = static_cast<int>(whole_vectors(span_.count())) / kGroup;
   for (int g = 0; g < groups; ++g) {
     const std::int16_t* const row = &row_[std::size_t(g) * kGroup];
     if (span_.smooth(g)) {
-      const float *const begin = table.rows[row[0]] + first,
-                         *const middle = table.rows[row[kMiddle]] + first,
-                         *const end = table.rows[row[kGroup - 1]] + first;
+      const float *const begin = table.rows[row[0]], *const middle = table.rows[row[kMiddle]],
+                         *const end = table.rows[row[kGroup - 1]];
       for (int c = 0; c < 3; ++c)
         mix_group(begin[c], middle[c], end[c], planes[c] + std::size_t(g) * kGroup);
       continue;
     }
     for (int i = 0; i < kGroup; ++i) {
-      for (int c = 0; c < 3; ++c)
-        planes[c][std::size_t(g) * kGroup + i] = table.rows[row[i]][first + c];
+      for (int c = 0; c < 3; ++c) planes[c][std::size_t(g) * kGroup + i] = table.rows[row[i]][c];
     }
   }
 }

@@ -35,21 +35,20 @@ class SparseShading {
   std::array<std::int32_t, kSpan> knots_;
 };
 
-// What is known of some of a span's knots, eight numbers each; row `count` holds what stands
-// where nothing is known.
+// What is known of some of a span's knots, three numbers each and an unused one; row `count` holds
+// what stands where nothing is known.
 struct ShadedPosts {
-  alignas(32) float rows[kSpan + 1][8];
+  alignas(64) float rows[kSpan + 1][4];
 };
 
-// Spreads such tables over all pixels of their span, three numbers at a time.
+// Spreads such tables over all pixels of their span.
 class ShadingInterpolation {
  public:
   // at[k]: the pixel that row k is known of, one of the span's knots.
   ShadingInterpolation(const SparseShading& span, const std::int32_t* at, int count);
 
-  // Planes of the numbers first, first + 1 and first + 2, whole vectors of the span. Equal
-  // numbers stay what they are.
-  void operator()(const ShadedPosts& table, int first, const std::array<float*, 3>& planes) const;
+  // Into planes, whole vectors of the span. Equal numbers stay what they are.
+  void operator()(const ShadedPosts& table, const std::array<float*, 3>& planes) const;
 
  private:
   const SparseShading& span_;

@@ -225,7 +225,7 @@ inline float wet_bumps(float wetness) {
 
 struct FilmPlanes {
   const float *share, *shows, *white, *depth;
-  SkinVectors normal, half_way, rest_normal, rest_mm;
+  SkinVectors normal, seen, half_way, rest_normal, rest_mm;  // seen: the side of the normal that is
 };
 
 // Some whole vectors from pixel `first` on.
@@ -233,7 +233,8 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
                                         const Wave* hills, const ShineLobe& of_film,
                                         float inverse_pixel, std::size_t first, int count,
                                         const std::array<float*, 3>& planes) {
-  const SkinVectors n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
+  const SkinVectors n = in.normal, seen_side = in.seen, half = in.half_way, m = in.rest_normal,
+                    p = in.rest_mm;
   const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
   const float* const depths = in.depth;
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
@@ -243,7 +244,12 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
     const std::size_t i = first + j;
     const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
     const float rest[3] = {unit * m.x[i], unit * m.y[i], unit * m.z[i]};
-    const float normal[3] = {n.x[i], n.y[i], n.z[i]}, place[3] = {p.x[i], p.y[i], p.z[i]};
+    const float turned =
+        n.x[i] * seen_side.x[i] + n.y[i] * seen_side.y[i] + n.z[i] * seen_side.z[i];
+    const float of_normal = (turned < 0 ? -1.f : 1.f) /
+                            std::sqrt(n.x[i] * n.x[i] + n.y[i] * n.y[i] + n.z[i] * n.z[i] + 1e-20f);
+    const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
+    const float place[3] = {p.x[i], p.y[i], p.z[i]};
     const float toward[3] = {half.x[i], half.y[i], half.z[i]};
     const Mirror mirror = mirror_at(normal, rest, toward);
     const float pixels_per_mm = inverse_pixel / depths[i];
@@ -270,23 +276,19 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
 
 }  // namespace
 
-void WetFilm::add(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
-                  float inverse_pixel, const SpanColors& colors) const {
+void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
+                  const SpanColors& colors) const {
+  const ScopeLit& lit = span.lit;
   const FilmPlanes planes = {lit.share,
                              lit.shows,
                              colors.white,
-                             skin.depth_mm,
+                             span.skin.depth_mm,
+                             SkinVectors(span.skin.normals),
                              SkinVectors(lit.normal),
                              SkinVectors(lit.half_way),
-                             SkinVectors(at_rest.normals),
-                             SkinVectors(at_rest.places_mm)};
-  for (unsigned first = 0, end; first < whole_vectors(colors.count); first = end + kLanes) {
-    for (end = first; end < whole_vectors(colors.count) && any_shows(lit.shows + end, kLanes);)
-      end += kLanes;
-    if (end == first) continue;
-    film_pixels(planes, bumps_, hills_.data(), lobe_, inverse_pixel, first,
-                static_cast<int>(end - first), colors.planes);
-  }
+                             SkinVectors(span.at_rest.normals),
+                             SkinVectors(span.at_rest.places_mm)};
+  film_pixels(planes, bumps_, hills_.data(), lobe_, inverse_pixel, first, count, colors.planes);
 }
 
 void WetFilm::describe(ScopeShading& shading) const {

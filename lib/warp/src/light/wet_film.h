@@ -30,9 +30,10 @@ class WetFilm {
 
   // Of a normal to half-way, for the film to show; above 1: never.
   float least_cosine() const { return least_cosine_; }
-  // Adds what it mirrors. inverse_pixel: pixels to a mm at depth 1 mm.
-  void add(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
-           float inverse_pixel, const SpanColors& colors) const;
+  // Adds what whole vectors from pixel `first` on mirror. inverse_pixel: pixels to a mm at depth
+  // 1 mm.
+  void add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
+           const SpanColors& colors) const;
 
   void describe(ScopeShading& shading) const;
   static std::vector<ShaderConstant> constants();
