@@ -26,8 +26,6 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
   return table;
 }
 
-bool is_beyond(const SnappedCorner& corner) { return corner.x == SnappedCorner::kBeyond; }
-
 }  // namespace
 
 // A block's nodes in one frame.
@@ -53,7 +51,11 @@ class BaseDrawing::PlacedBlock {
   float height_mm(std::uint32_t at) const { return h_[at]; }
   // Colour and weight.
   const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
-  // Beyond reach if it lies before the near plane.
+  // Before the near plane, or beyond reach.
+  bool is_beyond(std::uint32_t at) const { return x_[at] == SnappedCorner::kBeyond; }
+  bool faces_away(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    return doubled_area(corner(a), corner(b), corner(c)) >= 0;
+  }
   SnappedCorner corner(std::uint32_t at) const {
     SnappedCorner corner;
     corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
@@ -73,7 +75,8 @@ class BaseDrawing::PlacedBlock {
       b2_[k] = step * static_cast<float>(block.j + j);
       h_[k] = layer.height_mm[at_row + j];
       weight_[k] = base_.weight_of(layer.seen_by[at_row + j]);
-      shade_[k] << layer.color[at_row + j], weight_[k];
+      shade_[k].head<3>() = layer.color[at_row + j];
+      shade_[k][3] = weight_[k];
     }
   }
 
@@ -280,6 +283,9 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   std::uint64_t id = std::uint64_t{number} << 6;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     ++id;
+    const bool cut = placed.is_beyond(at_a) || placed.is_beyond(at_b) || placed.is_beyond(at_c);
+    // Most triangles of the blocks round a silhouette do.
+    if (!cut && !frame.two_sided && placed.faces_away(at_a, at_b, at_c)) return;
     const bool weighs = chosen.everywhere || placed.weight(at_a) > 0 || placed.weight(at_b) > 0 ||
                         placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
@@ -309,17 +315,15 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
                 mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
           });
     };
-    const SnappedCorner a = placed.corner(at_a), b = placed.corner(at_b), c = placed.corner(at_c);
-    if (is_beyond(a) || is_beyond(b) || is_beyond(c)) {
+    if (cut) {
       const ClippedTriangle clipped(
           {placed.homogeneous(at_a), placed.homogeneous(at_b), placed.homogeneous(at_c)}, near_mm);
       return clipped.each([&](const SnappedTriangle& triangle, const auto& weights_in) {
         if (frame.two_sided || triangle.doubled_area < 0) paint(triangle, weights_in);
       });
     }
-    // Most triangles of the blocks round a silhouette face away.
-    if (!frame.two_sided && doubled_area(a, b, c) >= 0) return;
-    paint(SnappedTriangle(a, b, c), [](const std::array<float, 3>& part) { return part; });
+    paint(SnappedTriangle(placed.corner(at_a), placed.corner(at_b), placed.corner(at_c)),
+          [](const std::array<float, 3>& part) { return part; });
   };
   const std::uint32_t n = layer_.steps;
   for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {
