@@ -126,27 +126,23 @@ void splat_large(const PlacedSamples& placed, std::uint32_t first_slot, const Ch
 
 namespace {
 
-// Of a chunk's samples, from its first slot on. later: they may wait in the second-level cache.
+// Of a chunk's samples, from its first slot on.
 template <class Number>
-void prefetch_slots(const std::vector<Number>& numbers, std::size_t first, bool later) {
+void prefetch_slots(const std::vector<Number>& numbers, std::size_t first) {
   constexpr std::size_t kLine = 64;  // bytes of a cache's
-  for (std::size_t i = 0; i < kChunk; i += kLine / sizeof(Number)) {
-    if (later)
-      __builtin_prefetch(numbers.data() + first + i, 0, 2);
-    else
-      __builtin_prefetch(numbers.data() + first + i);
-  }
+  for (std::size_t i = 0; i < kChunk; i += kLine / sizeof(Number))
+    __builtin_prefetch(numbers.data() + first + i);
 }
 
 }  // namespace
 
 void prefetch_chunk(const SampleSet& set, std::uint32_t chunk, bool smooth) {
   const std::size_t first = std::size_t{chunk} * kChunk;
-  for (const auto* places : {&set.b1, &set.b2, &set.h}) prefetch_slots(*places, first, false);
+  for (const auto* places : {&set.b1, &set.b2, &set.h}) prefetch_slots(*places, first);
   if (smooth)
-    prefetch_slots(set.smooth, first, true);
+    prefetch_slots(set.smooth, first);
   else
-    prefetch_slots(set.detail, first, true);
+    prefetch_slots(set.detail, first);
 }
 
 void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
