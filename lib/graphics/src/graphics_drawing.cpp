@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/graphics/graphics_drawing.h"
 
-#include <atomic>
 #include <cstdint>
 
 #include "first_picture.h"
 #include "opengl.h"
 #include "organ_passes.h"
 #include "organbake/core/stopwatch.h"
+#include "organbake/warp/last_drawing.h"
 #include "read_back.h"
 
 namespace organbake {
@@ -68,33 +68,13 @@ struct GraphicsDrawing::Impl {
   ShaderDialect dialect = dialect_of_context();
   OrganPasses passes{dialect};
   ReadBack read_back;
-  View last_view;
-  DrawOptions last_options;
-  DrawReport last_report;
-  std::uint64_t last_serial = 0;  // of the frame that holds it
-  bool agreed;                    // with the processor, or that was not asked
+  LastDrawing last{std::uint64_t{1} << 63};  // a module of its own counts the processor's
+  bool agreed;                               // with the processor, or that was not asked
   Pictures pictures;
 
   Impl(FirstPicture first, Pictures to) : agreed(first == FirstPicture::trusted), pictures(to) {}
-
-  // Whether the frame still holds the last picture, and that is this one.
-  bool holds(const std::vector<JointDrawing::Organ>& all, const View& view,
-             const DrawOptions& options, const Frame& frame) const {
-    return frame.serial != 0 && frame.serial == last_serial && view == last_view &&
-           options == last_options && passes.shows(all);
-  }
-  void remember(const View& view, const DrawOptions& options, const DrawReport& report,
-                Frame& frame);
   DrawReport report() const;
 };
-
-// Serials of the processor's frames begin at 1.
-void GraphicsDrawing::Impl::remember(const View& view, const DrawOptions& options,
-                                     const DrawReport& report, Frame& frame) {
-  static std::atomic<std::uint64_t> next{std::uint64_t{1} << 63};
-  last_view = view, last_options = options, last_report = report;
-  frame.serial = last_serial = ++next;
-}
 
 DrawReport GraphicsDrawing::Impl::report() const {
   DrawReport report;
@@ -123,12 +103,9 @@ bool GraphicsDrawing::shows_pictures() const { return impl_->pictures == Picture
 
 DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                                  const DrawOptions& options, Frame& frame) {
-  if (impl_->holds(organs, view, options, frame)) {
-    DrawReport report = impl_->last_report;
-    report.unchanged = true;
-    report.times = report.critical_path = {};
-    return report;
-  }
+  const bool still = impl_->passes.shows(organs);
+  if (still)
+    if (const auto report = impl_->last.unchanged(view, options, frame)) return *report;
   Stopwatch watch;
   const Targets::Picture& picture = impl_->passes.draw(organs, view, options);
   DrawReport report = impl_->report();
@@ -142,7 +119,7 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   if (!impl_->agreed) check_agreement(organs, view, options, frame);
   impl_->agreed = true;
   if (shown) frame = {};
-  impl_->remember(view, options, report, frame);
+  impl_->last.remember(view, options, report, still, frame);
   return report;
 }
 

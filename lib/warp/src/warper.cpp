@@ -9,12 +9,12 @@
 #include "drawing/tile_drawing.h"
 #include "finishing/cover_mask.h"
 #include "finishing/post_process.h"
-#include "last_drawing.h"
 #include "light/lattice_normals.h"
 #include "light/light_meter.h"
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/warp/last_drawing.h"
 #include "organbake/warp/organ_source.h"
 #include "picture/phase_clock.h"
 #include "picture/tile_grid.h"
@@ -298,15 +298,17 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
                         const DrawOptions& options, Frame& frame) {
   impl_->check(positions, view, options);
   LastDrawing& last = impl_->last;
-  if (last.is_in(frame) && last.was(view, options) && positions == impl_->shell.proxy_positions())
-    return last.report_unchanged();
+  const bool still = positions == impl_->shell.proxy_positions();
+  if (still)
+    if (const auto report = last.unchanged(view, options, frame)) return *report;
   const DrawReport report = impl_->draw(positions, view, options, frame);
-  last.remember(view, options, report, frame);
+  last.remember(view, options, report, still, frame);
   return report;
 }
 
 OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit) {
   check_positions(positions, impl_->shell.shell().proxy());
+  impl_->last = LastDrawing();  // what is posed here is drawn elsewhere
   impl_->shell.pose(positions);
   OrganSource source{.id = impl_->id,
                      .manifold = impl_->manifold,

@@ -261,6 +261,27 @@ TEST_F(GraphicsDrawingTest, ToolsShadeTheSkinByTheLightAtTheScope) {
   EXPECT_LT(apart, darker / 20) << "pixels whose shadow the processor has otherwise";
 }
 
+// Each eye has its own picture, though both are drawn from what was uploaded once.
+TEST_F(GraphicsDrawingTest, TwoEyesLookAtOnePose) {
+  const Bundle& bundle = tested_organ();
+  Warper warper(bundle);
+  const Positions positions = dented(bundle.proxy, {1, 0.4, 0.3}, 12);
+  const std::vector<JointDrawing::Organ> organs = {
+      {warper, positions, bundle.proxy, bundle.lighting}};
+  DrawOptions options;
+  options.light = DrawnLight::scope;
+  options.solids = tools_at(bundle.cameras.manifold.center_world_mm);
+  const View left = view_at(bundle, {1, 0.3, 0.5}, 120);
+  View right = left;
+  right.camera.camera_from_world.translation.x() -= 5;
+  BothWays both;
+  const std::array<BothWays::Pair, 2> eyes = {both.draw(organs, left, options),
+                                              both.draw(organs, right, options)};
+  expect_alike(eyes[0], "left_eye", kMostTips_px);
+  expect_alike(eyes[1], "right_eye", kMostTips_px);
+  EXPECT_LT(compare_images(eyes[0].graphics.color, eyes[1].graphics.color).psnr_db, 30);
+}
+
 TEST_F(GraphicsDrawingTest, OpenGlEsDrawsTheSame) {
   const Bundle& bundle = tested_organ();
   Warper warper(bundle);
@@ -315,6 +336,9 @@ TEST_F(GraphicsDrawingTest, LeavesAPictureThatStaysAlone) {
   Frame frame;
   EXPECT_FALSE(drawing.draw(organs, view, {}, frame).unchanged);
   EXPECT_TRUE(drawing.draw(organs, view, {}, frame).unchanged);
+  Frame aside;
+  EXPECT_FALSE(drawing.draw(organs, view_at(bundle, {1, 0.1, 0}, 200), {}, aside).unchanged);
+  EXPECT_TRUE(drawing.draw(organs, view, {}, frame).unchanged) << "as the other eye's";
   const Rgb8Image before = frame.color;
   positions = dented(bundle.proxy, {1, 0, 0}, 10);
   EXPECT_FALSE(drawing.draw(organs, view, {}, frame).unchanged);

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -152,6 +154,29 @@ TEST(Warper, AnUnchangedFrameIsLeftAlone) {
   EXPECT_TRUE(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).unchanged);
   EXPECT_FALSE(
       warper.draw(dented(lumpy_organ().proxy, {0, -1, 0}, 5), view, on_black(), frame).unchanged);
+}
+
+TEST(Warper, TwoEyesTurnAboutAreLeftAloneUntilTheOrganMoves) {
+  Warper warper(lumpy_organ());
+  const std::array<View, 2> views = {view_from(lumpy_organ(), {0.4, -1, 0.3}, 100),
+                                     view_from(lumpy_organ(), {0.45, -1, 0.3}, 100)};
+  std::array<Frame, 2> frames;
+  const auto unchanged = [&](const std::vector<Eigen::Vector3d>& positions) {
+    std::array<bool, 2> kept;
+    for (std::size_t eye : {0, 1})
+      kept[eye] = warper.draw(positions, views[eye], on_black(), frames[eye]).unchanged;
+    return kept[0] == kept[1] ? std::optional(kept[0]) : std::nullopt;
+  };
+  EXPECT_EQ(unchanged(lumpy_organ().proxy.vertices), false);
+  EXPECT_EQ(unchanged(lumpy_organ().proxy.vertices), true);
+  const auto dent = dented(lumpy_organ().proxy, {0, -1, 0}, 5);
+  EXPECT_EQ(unchanged(dent), false);
+  EXPECT_EQ(unchanged(dent), true);
+  for (std::size_t eye : {0, 1}) {
+    Frame anew;
+    Warper(lumpy_organ()).draw(dent, views[eye], on_black(), anew);
+    EXPECT_EQ(frames[eye].color.pixels, anew.color.pixels);
+  }
 }
 
 TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
