@@ -26,6 +26,7 @@
 #include "organbake/warp/paper_warp.h"
 #include "outputs.h"
 #include "results.h"
+#include "shown_picture.h"
 #include "truth_files.h"
 #include "window_module.h"
 
@@ -55,16 +56,18 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
     options.draw.keep_bound = true;
     truth.emplace(folder->path(), truth_options(command, script, player, lens), options.draw);
   }
+  ShownPicture shown(player, lens, command.eyes_mm);
   std::optional<VideoPipe> video;
   if (!command.video.empty())
-    video.emplace(command.video, VideoFormat{script.width, script.height, 1 / script.time_step_s});
+    video.emplace(command.video,
+                  VideoFormat{shown.width_of(script.width), script.height, 1 / script.time_step_s});
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
   context.progress(0);
-  Rgb8Image seen;
-  options.watch = [&, organs = rest_bounds(player)](const PlayedScene& scene) {
-    if (lens) lens->show({scene.picture, scene.view, organs}, seen);
-    const Rgb8Image& picture = lens ? seen : scene.picture.color;
+  options.watch = [&](const PlayedScene& scene) {
+    DrawOptions drawn = options.draw;
+    drawn.solids = scene.solids;
+    const Rgb8Image& picture = shown.of(scene.picture, scene.view, drawn);
     if (folder) write_png(folder->path() / frame_file_name(scene.frame), picture, kQuick);
     if (video) video->add(picture);
     if (reference) reference->compare(scene.frame, picture);
@@ -128,9 +131,8 @@ void draw_one(const Command& command, Player& player, Results& results, const Ru
   options.keep_bound = command.wants_truth();
   const DrawReport report = player.draw(view, options, frame);
   if (const auto why = why_empty(player, view, report)) context.warn(*why);
-  Rgb8Image seen;
-  if (lens) lens->show({frame, view, rest_bounds(player)}, seen);
-  write_picture(command.frame_file, lens ? seen : frame.color, context);
+  ShownPicture shown(player, lens, command.eyes_mm);
+  write_picture(command.frame_file, shown.of(frame, view, options), context);
   if (command.wants_truth())
     write_truth_of_view(command, player, view, lens.get(), options, frame, context);
   results.wrote("frame", command.frame_file);

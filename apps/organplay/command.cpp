@@ -7,9 +7,20 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/player/comparison_table.h"
+#include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
 namespace {
+
+void check_eyes(const Command& c) {
+  check_baseline(*c.eyes_mm);
+  if (c.wants_truth())
+    throw UsageError("--eyes-mm is for pictures alone; truth has its second eye by --stereo-mm");
+  if (!c.wants_window() && c.frame_file.empty() && c.out_folder.empty() && c.video.empty() &&
+      c.reference.empty())
+    throw UsageError(
+        "--eyes-mm needs --script with --out DIR, --video or --reference, -o FILE, or the window");
+}
 
 void check(const Command& c) {
   if (!c.wants_window() && c.bundles.empty()) throw UsageError("BUNDLE is missing: what to play");
@@ -21,13 +32,15 @@ void check(const Command& c) {
     throw UsageError("--out, --video, --report and --reference need --script FILE");
   if (!c.dataset.empty()) {
     if (c.frame_file.empty()) throw UsageError("--dataset needs -o DIR, the folder to make");
-    if (!c.script.empty() || c.wants_truth() || !c.cameras.empty() || !c.lens.empty() ||
-        c.compare || c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
+    if (!c.script.empty() || c.wants_truth() || c.eyes_mm || !c.cameras.empty() ||
+        !c.lens.empty() || c.compare || c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
       throw UsageError("--dataset goes alone, with -o DIR: its SPEC says what is drawn");
   }
   if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
     throw UsageError("--layers and --stereo-mm need --script with --out DIR, or -o FILE");
-  if (c.bench_frames > 0 && c.stereo_mm) throw UsageError("--bench draws one eye alone");
+  if (c.bench_frames > 0 && (c.stereo_mm || c.eyes_mm))
+    throw UsageError("--bench draws one eye alone");
+  if (c.eyes_mm) check_eyes(c);
   if (c.layers.flow && !c.frame_file.empty())
     throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
   if (c.wants_truth() && c.paper_warp)
@@ -65,7 +78,8 @@ void check(const Command& c) {
 struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
                                         solver, light, layers;
-  double stereo_mm = std::numeric_limits<double>::quiet_NaN();  // one eye
+  static constexpr double kOneEye = std::numeric_limits<double>::quiet_NaN();
+  double stereo_mm = kOneEye, eyes_mm = kOneEye;
   bool baked_light = false;
 };
 
@@ -101,6 +115,11 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
                     "its size is theirs unless --size or the script says another",
             .value = "FILE"})
       .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
+      .add("eyes_mm", &texts.eyes_mm,
+           {.help = "both eyes of a scope side by side in one picture, or in the window, the right "
+                    "one so far to the right of the view, with parallel axes: about 5 in 3D "
+                    "laparoscopes; --size is each eye's, or the window's",
+            .unit = "mm"})
       .add("instruments", &c.instruments, {.help = "draw the tools"});
 }
 
@@ -228,6 +247,7 @@ void interpret(const Texts& texts, Command& c) {
   if (!texts.angles_rad.empty()) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
   if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
   if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
+  if (!std::isnan(texts.eyes_mm)) c.eyes_mm = texts.eyes_mm;
   c.paper_warp = texts.warp == "paper";
   c.drawn_by = texts.draw == "gpu"   ? DrawnBy::graphics
                : texts.draw == "cpu" ? DrawnBy::processor

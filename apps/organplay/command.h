@@ -23,8 +23,9 @@ struct Command {
   std::filesystem::path lens;     // of a scope, that the pictures are shown through
   std::filesystem::path cameras;  // to look from, in the view's or the script's place
   OrbitPose view;
-  LayerSet layers;                       // beside the frames
-  std::optional<double> stereo_mm;       // from the left eye to the right one
+  LayerSet layers;  // beside the frames
+  // From the left eye to the right one: of the truth, and of one picture of both.
+  std::optional<double> stereo_mm, eyes_mm;
   std::optional<PictureSize> size;       // else the script's, or what is usual where it is shown
   std::optional<PictureSize> lens_size;  // of the lens, once it is read
   bool instruments = true;

@@ -42,6 +42,7 @@ void open_window(const Command& command, const RunContext& context) {
   window.solver = command.solver;
   window.light = command.light;
   window.drawn_by = command.drawn_by;
+  window.eyes_mm = command.eyes_mm;
   if (!command.lens.empty()) window.scope = read_scope_lens(command.lens).picture;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;

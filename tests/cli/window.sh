@@ -82,6 +82,23 @@ expect 0 organbake verify interaction_001.json
 expect 0 "$BIN/organplay" b --script interaction_001.json --out frames
 cmp "$(ls frames/*.png | tail -n 1)" frame_002.png || fail "the interaction plays back differently"
 
+# Two eyes, which see the organ from two places; E shows one.
+open_window b --eyes-mm 5
+press p
+appears frame_004.png
+press e
+press p
+appears frame_005.png
+quits q
+PYTHONPATH=$SOURCE/tests/cli python3 - <<'END' || fail "two eyes are not two pictures"
+from read_png import png
+width, _, _, _, both = png("frame_004.png")
+left, right = ([row[3 * a:3 * b] for row in both] for a, b in ((0, width // 2), (width // 2, width)))
+moved = sum(abs(a - b) for one, other in zip(left, right) for a, b in zip(one, other)) / len(both) / width
+assert 0.5 < moved < 25, moved  # levels of 255
+assert png("frame_005.png")[0] > width // 2 + 100
+END
+
 # A blade needs tetrahedra, and leaves its trace with them.
 expect 0 organbake bake r.yaml -o cuttable --set mechanics.fem_cell_mm=8
 for solver in springs fem; do

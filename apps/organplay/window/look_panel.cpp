@@ -3,6 +3,8 @@
 
 #include <imgui.h>
 
+#include <utility>
+
 namespace organbake {
 namespace {
 
@@ -55,9 +57,13 @@ void show_lines(WindowState& state, const Player& player) {
 }
 
 void show_beside(WindowState& state, const Player& player, const TruthPictures& truth) {
-  ImGui::Checkbox("at rest beside it (B)", &state.at_rest_beside);
+  for (const auto& [label, what] : {std::pair{"at rest beside it (B)", Beside::at_rest},
+                                    std::pair{"two eyes (E)", Beside::right_eye}}) {
+    bool shown = state.beside == what;
+    if (ImGui::Checkbox(label, &shown)) state.toggle(what);
+  }
   if (!truth.available() || player.organ_count() > 1) return;
-  if (player.is_cut() || state.at_rest_beside) {
+  if (player.is_cut() || state.beside != Beside::nothing) {
     state.against = Against::nothing;
     return;
   }

@@ -74,6 +74,11 @@ void OrganView::look_through(const ScopePicture& scope) {
   state_.through_scope = !(scope == ScopePicture());
 }
 
+void OrganView::look_with_two_eyes(double distance_mm) {
+  state_.eyes_mm = distance_mm;
+  state_.beside = Beside::right_eye;
+}
+
 void OrganView::show(Display& display) {
   layout_ =
       lay_out_panels(display.size_px(), display.scale(), state_.panels, state_.prefer_readings);
@@ -85,12 +90,12 @@ void OrganView::show(Display& display) {
   follow_asks(display);
 }
 
-// Beside the organ at rest the one that can be touched is the right half.
+// Beside the organ at rest the one that can be touched is the right half; of two eyes the left.
 PixelRect OrganView::picture_rect() const {
   PixelRect rect = layout_.organ;
-  if (!state_.at_rest_beside) return rect;
-  rect.x += rect.width - rect.width / 2;
+  if (state_.beside == Beside::nothing) return rect;
   rect.width = std::max(1, rect.width / 2);
+  if (state_.beside == Beside::at_rest) rect.x += rect.width;
   return rect;
 }
 
@@ -130,7 +135,8 @@ void OrganView::follow_keys(const Display& display) {
   toggle('2', state_.camera_lines);
   toggle('3', state_.manifold_lines);
   toggle('4', state_.tetrahedra_lines);
-  toggle('B', state_.at_rest_beside);
+  if (display.pressed('B')) state_.toggle(Beside::at_rest);
+  if (display.pressed('E')) state_.toggle(Beside::right_eye);
   if (!(state_.scope == ScopePicture())) toggle('O', state_.through_scope);
   if (display.pressed('.')) state_.paused = state_.step_once = true;
   if (display.pressed('R')) state_.restart(session_);
@@ -161,10 +167,11 @@ void OrganView::advance(Display& display) {
     state_.largest_force_n = std::max(state_.largest_force_n, state_.force_n);
   }
   state_.step_once = false;
-  const bool as_drawn = plain && state_.colors == FalseColors::none && !state_.at_rest_beside &&
-                        through_scope_ == state_.through_scope;
+  const bool moved = draw_right_eye() || !last_.draw.unchanged;
+  const bool as_drawn = plain && state_.colors == FalseColors::none &&
+                        state_.beside != Beside::at_rest && through_scope_ == state_.through_scope;
   through_scope_ = state_.through_scope;
-  if (!as_drawn || !last_.draw.unchanged || !frame_shown_)
+  if (!as_drawn || moved || !frame_shown_)
     display.set_picture(composed(), {layout_.organ.x, layout_.organ.y});
   frame_shown_ = as_drawn;
   display.move_picture({layout_.organ.x, layout_.organ.y});
@@ -175,25 +182,37 @@ void OrganView::advance(Display& display) {
   }
 }
 
+bool OrganView::draw_right_eye() {
+  if (state_.beside != Beside::right_eye) return false;
+  DrawOptions options = session_.drawn(state_.drawing);
+  const View view = right_eye(session_.view(), state_.eyes_mm);
+  return !player_.draw(view, session_.drawn(state_.drawing), right_frame_).unchanged;
+}
+
 // The lens's distortion is left out: what is touched lies under the pointer.
-Rgb8Image OrganView::seen_tissue() const {
-  const Frame& frame = session_.frame();
+Rgb8Image OrganView::seen_tissue(const View& view, const Frame& frame) const {
   Rgb8Image picture = frame.color;
   if (!state_.through_scope) return picture;
   if (state_.scope.surroundings)
-    paint_cavity_wall({frame, session_.view(), rest_bounds(player_)}, DrawOptions::kCavity,
-                      picture);
-  apply_scope_picture(state_.scope, session_.view().camera.intrinsics.fx, frame.depth_mm, picture);
+    paint_cavity_wall({frame, view, rest_bounds(player_)}, DrawOptions::kCavity, picture);
+  apply_scope_picture(state_.scope, view.camera.intrinsics.fx, frame.depth_mm, picture);
   return picture;
 }
 
+Rgb8Image OrganView::seen(const View& view, const Frame& frame) const {
+  return state_.colors == FalseColors::none ? seen_tissue(view, frame)
+                                            : measured_picture(state_, player_, view, frame);
+}
+
 Rgb8Image OrganView::composed() {
-  Rgb8Image picture = state_.colors == FalseColors::none
-                          ? seen_tissue()
-                          : measured_picture(state_, player_, session_.view(), session_.frame());
+  const View& view = session_.view();
+  Rgb8Image picture = seen(view, session_.frame());
   if (state_.against != Against::nothing) swipe(picture);
-  if (state_.at_rest_beside) put_at_rest_beside(picture);
-  return picture;
+  if (state_.beside == Beside::nothing) return picture;
+  if (state_.beside == Beside::right_eye)
+    return side_by_side(picture, seen(right_eye(view, state_.eyes_mm), right_frame_));
+  player_.draw_at_rest(view, state_.drawing, rest_frame_);
+  return side_by_side(rest_frame_.color, picture);
 }
 
 // Left of the handle the frame, right of it what it is held against.
@@ -207,18 +226,6 @@ void OrganView::swipe(Rgb8Image& shown) {
   const float at = float(layout_.organ.x + x);
   ImGui::GetBackgroundDrawList()->AddLine({at, 0}, {at, float(shown.height)},
                                           IM_COL32(255, 255, 255, 150));
-}
-
-// Left the organ at rest, from the same place; right the picture.
-void OrganView::put_at_rest_beside(Rgb8Image& picture) {
-  player_.draw_at_rest(session_.view(), state_.drawing, rest_frame_);
-  Rgb8Image both(layout_.organ.width, picture.height);
-  const Rgb8Image& rest = rest_frame_.color;
-  for (int y = 0; y < picture.height; ++y) {
-    std::copy_n(rest.at(0, y), 3 * rest.width, both.at(0, y));
-    std::copy_n(picture.at(0, y), 3 * picture.width, both.at(both.width - picture.width, y));
-  }
-  picture = std::move(both);
 }
 
 void OrganView::draw_overlays() const {
@@ -260,7 +267,10 @@ void OrganView::show_panels() {
 
 void OrganView::follow_asks(Display& display) {
   const WindowState::Asks asks = std::exchange(state_.asks, {});
-  if (asks.picture) save_picture(session_.frame().color, "frame");
+  const Rgb8Image& picture = session_.frame().color;
+  const bool two = state_.beside == Beside::right_eye;
+  if (asks.picture)
+    save_picture(two ? side_by_side(picture, right_frame_.color) : picture, "frame");
   if (asks.window)
     display.read_back([this](const Rgb8Image& picture) { save_picture(picture, "window"); });
   if (asks.interaction) save_interaction();

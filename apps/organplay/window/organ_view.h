@@ -26,6 +26,7 @@ class OrganView {
   void draw_with(DrawnBy drawn_by);
   // Shows the tissue as a scope's camera does, until the person chooses otherwise.
   void look_through(const ScopePicture& scope);
+  void look_with_two_eyes(double distance_mm);
 
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);
@@ -36,10 +37,11 @@ class OrganView {
   void follow_mouse();
   void follow_keys(const Display& display);
   void advance(Display& display);
-  Rgb8Image seen_tissue() const;
+  bool draw_right_eye();  // false when it is the picture of before
+  Rgb8Image seen_tissue(const View& view, const Frame& frame) const;
+  Rgb8Image seen(const View& view, const Frame& frame) const;
   Rgb8Image composed();
   void swipe(Rgb8Image& picture);
-  void put_at_rest_beside(Rgb8Image& picture);
   void draw_overlays() const;
   void show_panels();
   void follow_asks(Display& display);
@@ -54,7 +56,7 @@ class OrganView {
   WindowState state_;
   PanelLayout layout_;
   PlayedFrame last_;
-  Frame rest_frame_;
+  Frame rest_frame_, right_frame_;
   std::string noted_;           // of Player::drawing_note()
   bool through_scope_ = false;  // in the last picture
   bool frame_shown_ = false;    // the display has the session's frame, and nothing else

@@ -37,6 +37,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
     auto opened =
         std::make_unique<OrganView>(bundles, command.save_folder, command.solver, command.light);
     opened->look_through(command.scope);
+    if (command.eyes_mm) opened->look_with_two_eyes(*command.eyes_mm);
     return opened;
   };
   if (!command.bundles.empty()) named = open(command.bundles);

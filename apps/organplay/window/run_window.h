@@ -19,6 +19,7 @@ struct WindowCommand {
   std::optional<TissueSolver> solver = {};  // nothing: what the organs have
   DrawnBy drawn_by = DrawnBy::automatic;
   std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
+  std::optional<double> eyes_mm;    // from the left eye to the right one, both shown to begin with
   ScopePicture scope = {};          // what a scope's camera makes of the picture
   int width = 1280, height = 720;
 };

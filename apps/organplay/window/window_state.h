@@ -10,11 +10,14 @@
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/scope_picture.h"
+#include "organbake/truth/truth_recorder.h"
 #include "window/truth_pictures.h"
 
 namespace organbake {
 
 enum class FalseColors { none, displacement, strain };
+// What shares the window with the organ that can be touched.
+enum class Beside { nothing, at_rest, right_eye };
 
 // What the person in front of the window has chosen, and asks for in this picture.
 struct WindowState {
@@ -30,7 +33,8 @@ struct WindowState {
   FalseColors colors = FalseColors::none;
   double most_displacement_mm = 10, most_strain = 0.3;  // of the colours' range
   bool proxy_lines = false, tetrahedra_lines = false, camera_lines = false, manifold_lines = false;
-  bool at_rest_beside = false;
+  Beside beside = Beside::nothing;
+  double eyes_mm = kUsualBaseline_mm;  // from the left eye to the right one
   Against against = Against::nothing;
   float swipe_share = 0.5f;
 
@@ -41,6 +45,7 @@ struct WindowState {
     bool picture = false, window = false, interaction = false, full_screen = false;
   } asks;
 
+  void toggle(Beside what) { beside = beside == what ? Beside::nothing : what; }
   // Chosen again, it pokes again. Leaves a message where the organ cannot be cut.
   void choose(const InstrumentKind& chosen, const Player& player);
   void restart(LiveSession& session);  // the organ at rest, and a new record

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/image/channel_image.h"
 
+#include <algorithm>
+
 #include "organbake/core/error.h"
 
 namespace organbake {
@@ -33,6 +35,15 @@ const std::vector<float>& ChannelImage::floats(std::string_view name,
 const std::vector<std::uint32_t>& ChannelImage::uints(std::string_view name,
                                                       const std::string& source) const {
   return values_of<std::uint32_t>(*this, name, source, "unsigned integer");
+}
+
+Rgb8Image side_by_side(const Rgb8Image& left, const Rgb8Image& right) {
+  Rgb8Image both(left.width + right.width, left.height);
+  for (int y = 0; y < both.height; ++y) {
+    std::copy_n(left.at(0, y), 3 * left.width, both.at(0, y));
+    std::copy_n(right.at(0, y), 3 * right.width, both.at(left.width, y));
+  }
+  return both;
 }
 
 }  // namespace organbake

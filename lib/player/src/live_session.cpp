@@ -238,7 +238,7 @@ StepReport LiveSession::approach_target() {
   return report;
 }
 
-PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions options) {
+PlayedFrame LiveSession::advance(bool step, int width, int height, const DrawOptions& options) {
   PlayedFrame played;
   const double time_s = record_.time_s(steps_);  // at which the step begins
   if (holding_) {
@@ -262,7 +262,7 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   return played;
 }
 
-void LiveSession::draw(int width, int height, DrawOptions& options, double time_s,
+void LiveSession::draw(int width, int height, const DrawOptions& options, double time_s,
                        PlayedFrame& played) {
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   if (view_angle_deg_) {
@@ -270,14 +270,18 @@ void LiveSession::draw(int width, int height, DrawOptions& options, double time_
     Intrinsics& lens = view_.camera.intrinsics;
     lens.fx = lens.fy = 0.5 * std::min(width, height) / std::tan(half_rad);
   }
-  options.keep_depth = !player_->shows_pictures();
   solids_ = tools_.solids(tips_, view_, time_s);
   const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
   solids_.insert(solids_.end(), placed.begin(), placed.end());
-  options.solids = solids_;
   if (holding_) record_.last_touch().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
-  played.draw = player_->draw(view_, options, frame_);
+  played.draw = player_->draw(view_, drawn(options), frame_);
   ahead_.reset();
+}
+
+DrawOptions LiveSession::drawn(DrawOptions options) const {
+  options.keep_depth = !player_->shows_pictures();
+  options.solids = solids_;
+  return options;
 }
 
 void LiveSession::begin_anew() {

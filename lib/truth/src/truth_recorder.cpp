@@ -22,11 +22,15 @@ std::string numbered(int frame) { return "_" + padded(static_cast<std::size_t>(f
 
 }  // namespace
 
-void TruthOptions::check(std::size_t organs) const {
+void check_baseline(double baseline_mm) {
   constexpr double kWidest_mm = 1000;
-  if (baseline_mm && !(std::abs(*baseline_mm) <= kWidest_mm && *baseline_mm != 0))
-    throw UsageError("a baseline of " + to_text(*baseline_mm) +
+  if (!(std::abs(baseline_mm) <= kWidest_mm && baseline_mm != 0))
+    throw UsageError("a baseline of " + to_text(baseline_mm) +
                      " mm makes no stereo; endoscopes have 4 to 6");
+}
+
+void TruthOptions::check(std::size_t organs) const {
+  if (baseline_mm) check_baseline(*baseline_mm);
   if (!layers.mask) return;
   if (organs > kMostLabelledOrgans || instruments.size() > kMostLabelledTools)
     throw UsageError("a mask has labels for " + std::to_string(kMostLabelledOrgans) +

@@ -56,8 +56,10 @@ class LiveSession {
   // pictures elsewhere. Without `step` time stands
   // still and only the picture is made. While the organ is on its way to another step of the record
   // (seek()), it gets there by as many steps at once as take about 10 ms.
-  PlayedFrame advance(bool step, int width, int height, DrawOptions options);
+  PlayedFrame advance(bool step, int width, int height, const DrawOptions& options);
   const Frame& frame() const { return frame_; }
+  // The same options as the last picture was drawn with, its tools among them, for another view.
+  DrawOptions drawn(DrawOptions options) const;
   // Tools in the next pictures that push nothing, beside those that hands hold; until the reset.
   void place_tools(std::vector<Instrument> tools) { placed_ = std::move(tools); }
 
@@ -113,7 +115,7 @@ class LiveSession {
   void begin_anew();
   std::size_t bound_for() const { return target_.value_or(steps_); }
   bool lost_track() const { return steps_ > record_.steps(); }
-  void draw(int width, int height, DrawOptions& options, double time_s, PlayedFrame& played);
+  void draw(int width, int height, const DrawOptions& options, double time_s, PlayedFrame& played);
 
   Player* player_;
   double time_step_s_;
