@@ -77,10 +77,27 @@ void LiveOrgan::advance(bool step, int width, int height) {
   PlayOptions size;
   size.width = width, size.height = height;
   size.check();
-  last_ = session_->advance(step, width, height, drawing_);
-  if (last_.step.recovered) ++recovered_;
+  take(session_->advance(step, width, height, drawing_));
   if (!last_.draw.unchanged) inside_ = eye_inside();
   show(session_->frame());
+}
+
+void LiveOrgan::take(PlayedFrame played) {
+  last_ = std::move(played);
+  if (last_.step.recovered) ++recovered_;
+}
+
+void LiveOrgan::pass_time() { take(session_->pass_time(true)); }
+
+void LiveOrgan::stand_before(const Eigen::Matrix4d& room_from_viewer) {
+  eyes_.place(room_from_viewer, session_->view(),
+              player_->bundle().cameras.manifold.center_world_mm);
+}
+
+void LiveOrgan::look(const Eigen::Matrix4d& eye_from_room, const Eigen::Matrix4d& projection,
+                     const Eigen::Vector2i& size) {
+  player_->draw(eyes_.view(eye_from_room, projection, size), session_->drawn(drawing_), eye_frame_);
+  show(eye_frame_);
 }
 
 // Of a picture in a canvas nobody counts what it shows: whether the skin ahead is missing decides

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "headset_eyes.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
@@ -36,6 +37,11 @@ class LiveOrgan {
   // One time step, or none, and the picture. Throws MapsWanted when the step is done: calling again
   // without one goes on.
   void advance(bool step, int width, int height);
+  // A time step without a picture, and what the eyes of a headset see meanwhile.
+  void pass_time();
+  void stand_before(const Eigen::Matrix4d& room_from_viewer);
+  void look(const Eigen::Matrix4d& eye_from_room, const Eigen::Matrix4d& projection,
+            const Eigen::Vector2i& size);
   // Returns how many frames the script has. Throws as play() does, and MapsWanted.
   int play(const std::string& script, int frame);
   const std::uint8_t* pixels() const { return rgba_.data(); }
@@ -99,6 +105,7 @@ class LiveOrgan {
     return has_tetrahedra() ? TissueSolver::fem : TissueSolver::springs;
   }
   void set_solver(TissueSolver solver);
+  void take(PlayedFrame played);
   void show(const Frame& frame);
   bool eye_inside() const;
 
@@ -106,6 +113,8 @@ class LiveOrgan {
   bool all_bound_ = false;
   std::unique_ptr<Player> player_;
   std::unique_ptr<LiveSession> session_;
+  HeadsetEyes eyes_;
+  Frame eye_frame_;  // of the last eye
   DrawOptions drawing_;
   PlayedFrame last_;
   std::vector<std::uint8_t> rgba_;

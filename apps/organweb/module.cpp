@@ -41,6 +41,17 @@ std::vector<EmbeddedPlayer::Tip> tools_in(const std::vector<double>& room, std::
   return tips;
 }
 
+Module& module() {
+  static Module one;
+  return one;
+}
+
+Eigen::Matrix4d matrix_in_room(std::size_t which) {
+  constexpr std::size_t kNumbers = 16;
+  if (module().room.size() < kNumbers * (which + 1)) throw UsageError("there is no such matrix");
+  return Eigen::Map<const Eigen::Matrix4d>(&module().room[kNumbers * which]);
+}
+
 template <class Item>
 void put_list(const std::vector<Item>& items, Module& m) {
   const auto bytes = std::as_bytes(std::span(items));
@@ -64,17 +75,13 @@ void put_mesh_list(const EmbeddedPlayer::Mesh& mesh, std::uint32_t which, Module
   if (which >= place) throw UsageError("the mesh has no list " + std::to_string(which));
 }
 
-Module& module() {
-  static Module one;
-  return one;
-}
-
 // What a function of the module returns: its result, 1 + c when the maps of camera c must be
 // supplied first, or −1 with a message.
-template <class Work>
-int guarded(const Work& work) {
+// One for all of them, which does not know the work by its type: pages carry the module.
+using AnyWork = int (*)(const void* work, Module& module);
+int guarded(AnyWork run, const void* work) {
   try {
-    return work(module());
+    return run(work, module());
   } catch (const MapsWanted& wanted) {
     return 1 + static_cast<int>(wanted.camera);
   } catch (const std::exception& error) {
@@ -84,11 +91,18 @@ int guarded(const Work& work) {
 }
 
 template <class Work>
+int guarded(const Work& work) {
+  return guarded([](const void* any, Module& m) { return (*static_cast<const Work*>(any))(m); },
+                 &work);
+}
+
+LiveOrgan& organ_of(Module& m) {
+  if (!m.organ) throw UsageError("no organ is open");
+  return *m.organ;
+}
+template <class Work>
 int with_organ(const Work& work) {
-  return guarded([&](Module& m) {
-    if (!m.organ) throw UsageError("no organ is open");
-    return work(*m.organ);
-  });
+  return guarded([&](Module& m) { return work(organ_of(m)); });
 }
 
 }  // namespace
@@ -158,6 +172,22 @@ ORGAN_EXPORT(organ_advance) int organ_advance(int step, int width, int height) {
   return with_organ([&](LiveOrgan& organ) {
     organ.advance(step != 0, width, height);
     return 0;
+  });
+}
+
+// For a headset, whose matrices are in the room, column by column, as WebXR has them. A time step
+// without a picture.
+ORGAN_EXPORT(organ_pass_time) int organ_pass_time() {
+  return with_organ([](LiveOrgan& organ) { return organ.pass_time(), 0; });
+}
+// The viewer's transform in the room: the organ stands before it from now on.
+ORGAN_EXPORT(organ_stand_before) int organ_stand_before() {
+  return with_organ([](LiveOrgan& organ) { return organ.stand_before(matrix_in_room(0)), 0; });
+}
+// An eye's inverse transform and its projection are in the room; returns what organ_advance() does.
+ORGAN_EXPORT(organ_look) int organ_look(int width, int height) {
+  return with_organ([&](LiveOrgan& organ) {
+    return organ.look(matrix_in_room(0), matrix_in_room(1), {width, height}), 0;
   });
 }
 

@@ -93,11 +93,9 @@ expect 0 node "$SOURCE/tests/web/poke_long.mjs" organ.html 1500
 expect 0 node "$SOURCE/tests/consumer/web/measure.mjs" organ.html
 expect_out "newtons"
 
-code=0
-node "$SOURCE/tests/web/page_in_browser.mjs" "$WORK/cuttable.html" >page.log 2>&1 || code=$?
-cat page.log
-[ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page in Chromium"
-code=0
-node "$SOURCE/tests/web/graphics_in_browser.mjs" "$WORK/cuttable.html" >graphics.log 2>&1 || code=$?
-cat graphics.log
-[ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page by graphics hardware in Chromium"
+for shown in page graphics headset; do
+  code=0
+  node "$SOURCE/tests/web/${shown}_in_browser.mjs" "$WORK/cuttable.html" >$shown.log 2>&1 || code=$?
+  cat $shown.log
+  [ $code -eq 0 ] || [ $code -eq 77 ] || fail "${shown}_in_browser.mjs in Chromium"
+done

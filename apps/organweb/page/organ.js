@@ -154,7 +154,9 @@ export class Organ {
     if (this.#failure) throw this.#failure;
     if (this.#canvas && (this.#canvas.width !== width || this.#canvas.height !== height))
       Object.assign(this.#canvas, { width, height });
-    const wanted = this.#call("organ_advance", step ? 1 : 0, width, height);
+    return this.#arrived(this.#call("organ_advance", step ? 1 : 0, width, height), width, height);
+  }
+  #arrived(wanted, width, height) {
     if (wanted > 0) {
       this.#supply(wanted - 1).catch((error) => { this.#failure = error; });
       return false;
@@ -167,6 +169,21 @@ export class Organ {
   async drawn(step, width, height) {
     for (; !this.draw(step, width, height); step = false)
       await Promise.all(this.#supplies.values());
+  }
+  // For a headset (WebXR): the organ, as it is seen now, stands half a metre before an XRViewerPose;
+  // what one of its XRViews sees, as draw() draws; and a time step, without a picture.
+  standBefore({ transform }) {
+    this.#giveMatrices(transform.matrix);
+    this.#call("organ_stand_before");
+  }
+  look({ transform, projectionMatrix }, width, height) {
+    if (this.#failure) throw this.#failure;
+    this.#giveMatrices(transform.inverse.matrix, projectionMatrix);
+    return this.#arrived(this.#call("organ_look", width, height), width, height);
+  }
+  passTime() { this.#call("organ_pass_time"); }
+  #giveMatrices(...matrices) {
+    this.#roomFor(Float64Array, 16 * matrices.length).set(matrices.flatMap((one) => [...one]));
   }
   // Puts the last picture into a canvas's 2D context, at once: graphics hardware keeps it no longer.
   paint(context) {

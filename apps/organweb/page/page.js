@@ -131,7 +131,7 @@ function tick(now) {
 }
 function wake() {
   calmSince = performance.now();
-  if (running || !organ || document.hidden) return;
+  if (running || !organ || document.hidden || session) return;
   running = true;
   due = 0;
   requestAnimationFrame(tick);

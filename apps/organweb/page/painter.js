@@ -8,6 +8,7 @@ function draw_by(choice) {
   element("painter").value = choice;
   painter = "", reason = "you chose it";
   try {
+    webgl.headset = !headset.hidden;
     if (choice === "cpu") organ.drawBy(null);
     else painter = organ.drawBy(webgl, easel ??= new_easel(), { software: choice === "gpu" });
   } catch (error) {

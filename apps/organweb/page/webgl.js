@@ -9,7 +9,7 @@
 // Calls that pass their arguments on, with the places of objects among them.
 const kCalls = {
   activeTexture: [], attachShader: [0, 1], beginTransformFeedback: [], bindBuffer: [1], bindBufferBase: [2],
-  bindFramebuffer: [1], bindTexture: [1], bindVertexArray: [0], blendEquation: [], blitFramebuffer: [],
+  bindTexture: [1], bindVertexArray: [0], blendEquation: [],
   checkFramebufferStatus: [], colorMask: [], compileShader: [0], depthFunc: [], depthMask: [], disable: [],
   drawArrays: [], drawArraysInstanced: [], enable: [], enableVertexAttribArray: [], endTransformFeedback: [],
   framebufferTexture2D: [3], framebufferTextureLayer: [2], linkProgram: [0], pixelStorei: [], texParameteri: [],
@@ -26,6 +26,8 @@ export class WebGl {
   #objects = [null];
   #module = null;  // its exports
   #unsure = true;  // memory was asked for since the last look for errors
+  #shownIn = { framebuffer: null, x: 0, y: 0 };
+  headset = false;  // whether a headset may ask for the next canvas's context
   calls = {};      // what the module imports
 
   constructor(shaders) {
@@ -78,6 +80,13 @@ export class WebGl {
       },
       glClearBufferfv: (buffer, number, at) =>
         this.#gl.clearBufferfv(buffer, number, this.#view(Float32Array, at, buffer === kColor ? 4 : 1)),
+      glBindFramebuffer: (target, name) =>
+        this.#gl.bindFramebuffer(target, name ? named(name) : this.#shownIn.framebuffer),
+      glBlitFramebuffer: (...values) => {  // from a picture to where it is shown
+        const { x, y } = this.#shownIn;
+        [x, y, x, y].forEach((by, k) => { values[4 + k] += by; });
+        this.#gl.blitFramebuffer(...values);
+      },
       glBufferData: (target, bytes, at, usage) => {  // all empty
         this.#unsure = true;
         this.#gl.bufferData(target, bytes, usage);
@@ -106,8 +115,18 @@ export class WebGl {
     this.#objects = [null];
     this.#unsure = true;
     this.#gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false,
+                                             xrCompatible: this.headset,
                                              failIfMajorPerformanceCaveat: !software });
     if (!this.#gl) throw new Error(`this browser offers no WebGL 2${software ? "" : " by graphics hardware"}`);
+  }
+
+  // A headset's layer for the pictures, and where in it the next ones are shown; null: in the canvas.
+  async layerOf(session) {
+    await this.#gl.makeXRCompatible();
+    return new XRWebGLLayer(session, this.#gl, { alpha: false, antialias: false, depth: false, stencil: false });
+  }
+  showIn(layer, { x, y } = { x: 0, y: 0 }) {
+    this.#shownIn = { framebuffer: layer?.framebuffer ?? null, x, y };
   }
 
   #name() {

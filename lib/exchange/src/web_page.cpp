@@ -113,7 +113,7 @@ WebPlayer read_web_player(const fs::path& folder) {
   return {text("page.html"),
           text("page.css"),
           text("organ.js") + text("webgl.js"),
-          text("painter.js") + text("page.js"),
+          text("painter.js") + text("headset.js") + text("page.js"),
           read_file(module),
           read_file(folder / "organ.glsl")};
 }

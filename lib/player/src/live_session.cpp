@@ -239,8 +239,16 @@ StepReport LiveSession::approach_target() {
 }
 
 PlayedFrame LiveSession::advance(bool step, int width, int height, const DrawOptions& options) {
-  PlayedFrame played;
   const double time_s = record_.time_s(steps_);  // at which the step begins
+  PlayedFrame played = pass_time(step);
+  Stopwatch watch;
+  draw(width, height, options, time_s, played);
+  played.draw_ms = watch.lap();
+  return played;
+}
+
+PlayedFrame LiveSession::pass_time(bool step) {
+  PlayedFrame played;
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
     if (tips_.back().is<Scissors>()) open_scissors();
@@ -257,8 +265,6 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, const DrawOpt
     played.step = step_live();
   }
   played.deform_ms = watch.lap();
-  draw(width, height, options, time_s, played);
-  played.draw_ms = watch.lap();
   return played;
 }
 

@@ -13,7 +13,7 @@ namespace organbake {
 
 // What a page is made of beside the organ, as it lies in share/organbake/web.
 struct WebPlayer {
-  // page.html, page.css, organ.js and webgl.js, painter.js and page.js
+  // page.html, page.css, organ.js and webgl.js, painter.js, headset.js and page.js
   std::string page, style, loader, script;
   std::vector<std::byte> module, shaders;  // organ.wasm, organ.glsl
 };

@@ -57,6 +57,7 @@ class LiveSession {
   // still and only the picture is made. While the organ is on its way to another step of the record
   // (seek()), it gets there by as many steps at once as take about 10 ms.
   PlayedFrame advance(bool step, int width, int height, const DrawOptions& options);
+  PlayedFrame pass_time(bool step);  // the same without the picture
   const Frame& frame() const { return frame_; }
   // The same options as the last picture was drawn with, its tools among them, for another view.
   DrawOptions drawn(DrawOptions options) const;
