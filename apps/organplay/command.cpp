@@ -15,11 +15,14 @@ namespace {
 void check_eyes(const Command& c) {
   check_baseline(*c.eyes_mm);
   if (c.wants_truth())
-    throw UsageError("--eyes-mm is for pictures alone; truth has its second eye by --stereo-mm");
+    throw UsageError(
+        "--side-by-side is for pictures alone; --stereo-mm without it gives each eye "
+        "its own truth");
   if (!c.wants_window() && c.frame_file.empty() && c.out_folder.empty() && c.video.empty() &&
       c.reference.empty())
     throw UsageError(
-        "--eyes-mm needs --script with --out DIR, --video or --reference, -o FILE, or the window");
+        "--side-by-side needs --script with --out DIR, --video or --reference, -o FILE, or the "
+        "window");
 }
 
 void check(const Command& c) {
@@ -79,7 +82,8 @@ struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
                                         solver, light, layers;
   static constexpr double kOneEye = std::numeric_limits<double>::quiet_NaN();
-  double stereo_mm = kOneEye, eyes_mm = kOneEye;
+  double stereo_mm = kOneEye;
+  bool side_by_side = false;
   bool baked_light = false;
 };
 
@@ -115,11 +119,6 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
                     "its size is theirs unless --size or the script says another",
             .value = "FILE"})
       .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
-      .add("eyes_mm", &texts.eyes_mm,
-           {.help = "both eyes of a scope side by side in one picture, or in the window, the right "
-                    "one so far to the right of the view, with parallel axes: about 5 in 3D "
-                    "laparoscopes; --size is each eye's, or the window's",
-            .unit = "mm"})
       .add("instruments", &c.instruments, {.help = "draw the tools"});
 }
 
@@ -150,7 +149,12 @@ void add_truth(OptionList& list, Command& c, Texts& texts) {
                     "cameras.json and scenes.jsonl",
             .value = "NAME[,NAME]"})
       .add("stereo_mm", &texts.stereo_mm,
-           {.help = "draw a right eye as well, so far to the right of the view", .unit = "mm"})
+           {.help = "draw a right eye as well, so far to the right of the view, with parallel "
+                    "axes; 3D laparoscopes have about 5",
+            .unit = "mm"})
+      .add("side_by_side", &texts.side_by_side,
+           {.help = "both eyes in one picture, or in the window; --size is each eye's, or the "
+                    "window's; 5 mm apart unless --stereo-mm says otherwise"})
       .add("dataset", &c.dataset,
            {.help = "data set to make of the bundles, each on its own, in the folder -o DIR (YAML "
                     "or JSON, see 'organbake schema dataset'); goes on where an earlier run ended",
@@ -247,7 +251,10 @@ void interpret(const Texts& texts, Command& c) {
   if (!texts.angles_rad.empty()) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
   if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
   if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
-  if (!std::isnan(texts.eyes_mm)) c.eyes_mm = texts.eyes_mm;
+  if (texts.side_by_side) {
+    c.eyes_mm = c.stereo_mm.value_or(kUsualBaseline_mm);
+    c.stereo_mm.reset();
+  }
   c.paper_warp = texts.warp == "paper";
   c.drawn_by = texts.draw == "gpu"   ? DrawnBy::graphics
                : texts.draw == "cpu" ? DrawnBy::processor

@@ -69,9 +69,9 @@ both, left, right = (png(file)[4] for file in sys.argv[1:])
 sys.exit(both != [a + b for a, b in zip(left, right, strict=True)])
 END
 }
-expect 0 play b -o both.png --size 80x60 --eyes-mm 4
+expect 0 play b -o both.png --size 80x60 --stereo-mm 4 --side-by-side
 halves both.png v.png v_right.png
-expect 0 play b --script s.json --out eyes --eyes-mm 5 --threads 1
+expect 0 play b --script s.json --out eyes --side-by-side --threads 1
 for f in 0 1 2; do halves eyes/frame_000$f.png all/frame_000$f.png all/right/frame_000$f.png; done
 
 # Through the lens of a scope: its size, its cameras, the same bytes for any number of threads.
@@ -83,7 +83,7 @@ expect 0 play b -o l.png --lens lens.json --layers depth,normals,mask,id,weight 
 for file in l.png l_depth.exr l_normals.exr l_mask.png l_right.png; do [ -s $file ] || fail "$file is missing"; done
 grep -q '"distortion_k1_k2_p1_p2_k3"' l_cameras.json || fail "the cameras lack the distortion"
 expect 0 organbake verify l_cameras.json
-expect 0 play b -o both.png --lens lens.json --eyes-mm 4
+expect 0 play b -o both.png --lens lens.json --stereo-mm 4 --side-by-side
 halves both.png l.png l_right.png
 expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo-mm 5
 cp -r lens first_lens
@@ -105,10 +105,10 @@ refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow
 refuse 2 "need --script with --out DIR, or -o FILE" b --script s.json --report x.json --layers depth
 refuse 2 "makes no stereo" b --script s.json --out made --stereo-mm 0
-for mm in 0 -1001 2000; do refuse 2 "$mm mm makes no stereo; endoscopes have 4 to 6" b -o x.png --eyes-mm $mm; done
-refuse 2 "truth has its second eye by --stereo-mm" b -o x.png --eyes-mm 5 --layers depth
-refuse 2 "--eyes-mm needs --script with --out DIR" b --sheet x.png --eyes-mm 5
-refuse 2 "draws one eye alone" b --bench 2 --eyes-mm 5
+for mm in 0 -1001 2000; do refuse 2 "$mm mm makes no stereo; endoscopes have 4 to 6" b -o x.png --stereo-mm $mm --side-by-side; done
+refuse 2 "--side-by-side is for pictures alone" b -o x.png --side-by-side --layers depth
+refuse 2 "--side-by-side needs --script with --out DIR" b --sheet x.png --side-by-side
+refuse 2 "draws one eye alone" b --bench 2 --side-by-side
 refuse 2 "do not go with --warp paper" b -o x.png --layers depth --warp paper
 expect_gone made
 expect_gone x.png

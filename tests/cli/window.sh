@@ -83,7 +83,7 @@ expect 0 "$BIN/organplay" b --script interaction_001.json --out frames
 cmp "$(ls frames/*.png | tail -n 1)" frame_002.png || fail "the interaction plays back differently"
 
 # Two eyes, which see the organ from two places; E shows one.
-open_window b --eyes-mm 5
+open_window b --side-by-side
 press p
 appears frame_004.png
 press e
