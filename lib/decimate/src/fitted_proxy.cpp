@@ -24,7 +24,7 @@ namespace organbake {
 namespace {
 
 // The pre-pass leaves so many faces that Lindstrom–Turk's answer is as good as from all of them.
-constexpr std::size_t kFewestThinned = 16'000, kThinnedPerFace = 24;
+constexpr std::size_t kFewestThinned = 16'000, kThinnedPerFace = 8;
 // Samples a side: many a face, so that no face fits the noise between its samples.
 constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
 constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with every second
