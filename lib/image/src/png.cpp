@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/image/srgb.h"
+#include "png_rows.h"
 
 namespace organbake {
 namespace {
@@ -23,56 +23,8 @@ struct ReadState : png_image {
   ~ReadState() { png_image_free(this); }
 };
 
-// libpng's writer calls back with chunks; errors come through the classic interface's longjmp, so
-// nothing with a destructor lives between setjmp and the calls.
-struct PngWriter {
-  png_structp png = nullptr;
-  png_infop info = nullptr;
-  std::string bytes;
-  ~PngWriter() { png_destroy_write_struct(&png, &info); }
-};
-
-void append_bytes(png_structp png, png_bytep data, png_size_t count) {
-  static_cast<PngWriter*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<char*>(data), count);
-}
-
-void ignore_flush(png_structp) {}
-
-// Samples as a PNG holds them, of any kind.
-struct PngRows {
-  int width = 0, height = 0, bits = 8, color_type = PNG_COLOR_TYPE_RGB;
-  const std::uint8_t* first = nullptr;
-  std::size_t row_bytes = 0;
-};
-
-bool encode(PngWriter& writer, const PngRows& rows, int level) {
-  if (setjmp(png_jmpbuf(writer.png)) != 0) return false;
-  png_set_write_fn(writer.png, &writer, append_bytes, ignore_flush);
-  png_set_compression_level(writer.png, level);
-  if (level <= 2) png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_IHDR(writer.png, writer.info, rows.width, rows.height, rows.bits, rows.color_type,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  // Greys are masks and depths here: numbers, no light.
-  if (rows.color_type != PNG_COLOR_TYPE_GRAY)
-    png_set_sRGB_gAMA_and_cHRM(writer.png, writer.info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_write_info(writer.png, writer.info);
-  for (int y = 0; y < rows.height; ++y) png_write_row(writer.png, rows.first + y * rows.row_bytes);
-  png_write_end(writer.png, writer.info);
-  return true;
-}
-
-// Nothing when libpng refuses the image, an empty one perhaps.
-std::optional<std::string> encoded(const PngRows& rows, int level) {
-  PngWriter writer;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  writer.info = writer.png ? png_create_info_struct(writer.png) : nullptr;
-  if (!writer.info || !encode(writer, rows, level)) return std::nullopt;
-  return std::move(writer.bytes);
-}
-
 PngRows rows_of(const Rgb8Image& image) {
-  return {image.width,        image.height,        8,
-          PNG_COLOR_TYPE_RGB, image.pixels.data(), 3 * std::size_t(image.width)};
+  return {image.width, image.height, 8, PngRows::Color::rgb, image.pixels.data()};
 }
 
 struct Samples {
@@ -208,14 +160,22 @@ std::vector<float> deep_light(std::span<const std::byte> bytes, const std::strin
   return linear;
 }
 
-std::string no_png_of(int width, int height) {
-  return "libpng cannot encode an image of " + std::to_string(width) + " × " +
-         std::to_string(height) + " pixels";
+// Larger sides than this libpng does not read, by itself.
+constexpr int kLongestSide_px = 1'000'000;
+
+std::string no_png_of(const PngRows& rows) {
+  return "a PNG cannot hold an image of " + std::to_string(rows.width) + " × " +
+         std::to_string(rows.height) + " pixels";
+}
+
+bool fits(const PngRows& rows) {
+  return std::min(rows.width, rows.height) >= 1 &&
+         std::max(rows.width, rows.height) <= kLongestSide_px;
 }
 
 std::string encoded_or_throw(const PngRows& rows, int level) {
-  if (auto bytes = encoded(rows, level)) return *std::move(bytes);
-  throw Error(ExitCode::internal, no_png_of(rows.width, rows.height));
+  if (!fits(rows)) throw Error(ExitCode::internal, no_png_of(rows));
+  return png_file(rows, level);
 }
 
 }  // namespace
@@ -243,16 +203,14 @@ std::string encode_png(const Rgb8Image& image, std::span<const std::uint8_t> alp
     std::copy_n(&image.pixels[3 * i], 3, &samples[4 * i]);
     samples[4 * i + 3] = alpha[i];
   }
-  return encoded_or_throw({image.width, image.height, 8, PNG_COLOR_TYPE_RGBA, samples.data(),
-                           4 * std::size_t(image.width)},
-                          kUsualLevel);
+  return encoded_or_throw(
+      {image.width, image.height, 8, PngRows::Color::rgb_and_alpha, samples.data()}, kUsualLevel);
 }
 
 std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values,
                             int compression_level) {
-  return encoded_or_throw(
-      {width, height, 8, PNG_COLOR_TYPE_GRAY, values.data(), std::size_t(width)},
-      compression_level);
+  return encoded_or_throw({width, height, 8, PngRows::Color::grey, values.data()},
+                          compression_level);
 }
 
 std::string encode_grey_png(int width, int height, std::span<const std::uint16_t> values) {
@@ -262,15 +220,13 @@ std::string encode_grey_png(int width, int height, std::span<const std::uint16_t
     samples.push_back(static_cast<std::uint8_t>(value >> 8));
     samples.push_back(static_cast<std::uint8_t>(value & 0xFF));
   }
-  return encoded_or_throw(
-      {width, height, 16, PNG_COLOR_TYPE_GRAY, samples.data(), 2 * std::size_t(width)},
-      kUsualLevel);
+  return encoded_or_throw({width, height, 16, PngRows::Color::grey, samples.data()}, kUsualLevel);
 }
 
 void write_png(const std::filesystem::path& path, const Rgb8Image& image, int compression_level) {
-  const auto bytes = encoded(rows_of(image), compression_level);
-  if (!bytes) throw IoError::writing(path, no_png_of(image.width, image.height));
-  write_file_atomically(path, *bytes);
+  const PngRows rows = rows_of(image);
+  if (!fits(rows)) throw IoError::writing(path, no_png_of(rows));
+  write_file_atomically(path, png_file(rows, compression_level));
 }
 
 }  // namespace organbake
