@@ -19,6 +19,8 @@ constexpr float kSmoothTexels = 4;
 inline void mix_group(float first, float middle, float last, float* __restrict group) {
   constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
   constexpr float kSecondHalf[kGroup] = {0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1};
+  // Unrolled before it becomes a vector, its weights would be worked with one by one.
+#pragma GCC unroll 1
   for (int i = 0; i < kGroup; ++i)
     group[i] = first + kFirstHalf[i] * (middle - first) + kSecondHalf[i] * (last - middle);
 }
