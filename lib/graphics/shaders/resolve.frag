@@ -109,14 +109,14 @@ void main() {
     vec2 b = p.center.xy + p.extent.xy / kFullCoordinate *
              vec2(float(signed_low(place.x)), float(signed_high(place.x)));
     if (light == 2) b += offset[leading].x * p.along_u.xy + offset[leading].y * p.along_v.xy;
-    color = lit(color, weight, p.face, b.x, b.y, nearest, skin_at(p.face, b.x, b.y));
+    color = lit(color, weight, nearest, skin_at(p.face, b));
   }
   if (has_base) {
     uvec2 bound = texelFetch(base_bound, pixel, 0).rg;
     vec2 b = vec2(float(bound.y & 65535u), float(bound.y >> 16)) / 65535.0;
-    SkinAt skin = skin_at(int(bound.x), b.x, b.y);
+    SkinAt skin = skin_at(int(bound.x), b);
     float w = max(skin.weight, 1e-6) * surface_share(base_mm, nearest);
-    color += w * lit(skin.color, 1.0, int(bound.x), b.x, b.y, base_mm, skin);
+    color += w * lit(skin.color, 1.0, base_mm, skin);
     weight += w;
   }
   if (!(weight > 0.0)) discard;

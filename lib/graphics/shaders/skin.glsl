@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The skin at a place of a face: by the three nodes of the base layer round it.
+// The skin at a place of a face: by the three nodes of the base layer round it, as lib/warp's
+// light/relit_pixels.cpp finds them. Beyond the face's edge light stays as it is there, and places at
+// rest go on.
 uniform highp usampler2D nodes;
 uniform int first_knot;  // texels of the nodes' table that hold each face's knots, two a face
 uniform int knots;       // of a face: three, or six
@@ -7,19 +9,21 @@ uniform highp sampler2D turns;
 
 struct Triangle {
   ivec3 node;
-  vec3 weight;
+  vec3 weight, of_place;  // at the nearest place of the face; of what goes on
+  vec2 nearest;
 };
 
-Triangle triangle_at(int face, float b1, float b2) {
-  float n = float(steps), u = clamp(b1, 0.0, 1.0) * n, v = clamp(b2, 0.0, 1.0) * n;
-  int i = min(int(u), steps - 1), j = min(int(v), steps - 1 - i);
-  float along = clamp(u - float(i), 0.0, 1.0), down = clamp(v - float(j), 0.0, 1.0);
-  bool beyond = along + down > 1.0, other = beyond && i + j + 2 <= steps;
-  float scale = beyond ? 1.0 / (along + down) : 1.0;
-  vec2 w = other ? vec2(1.0 - down, 1.0 - along) : scale * vec2(along, down);
+Triangle triangle_at(int face, vec2 b) {
+  vec2 cells = b * float(steps);
+  int i = clamp(int(cells.x), 0, steps - 1), j = clamp(int(cells.y), 0, steps - 1 - i);
+  vec2 first = vec2(ivec2(i, j)), far = clamp(cells - first, -1.0, 2.0), near = clamp(far, 0.0, 1.0);
+  bool other = far.x + far.y > 1.0 && i + j + 2 <= steps;
+  if (!other) near -= 0.5 * max(near.x + near.y - 1.0, 0.0);
+  vec2 w = other ? 1.0 - near.yx : near, more = other ? vec2(0.0) : far - near;
+  vec3 weight = vec3(1.0 - w.x - w.y, w);
   return Triangle(ivec3(other ? node_index(face, i + 1, j + 1) : node_index(face, i, j),
                         node_index(face, i + 1, j), node_index(face, i, j + 1)),
-                  vec3(1.0 - w.x - w.y, w));
+                  weight, weight + vec3(-more.x - more.y, more), (first + near) / float(steps));
 }
 
 vec3 normal_of(uint two) {
@@ -30,20 +34,21 @@ vec3 normal_of(uint two) {
 }
 
 struct SkinAt {
+  int face;
+  vec2 nearest;
   vec3 rest_normal, rest_mm, color;
   float weight;
 };
 
-// seen: whether colour and weight of the base layer are wanted.
-SkinAt skin_at(int face, float b1, float b2) {
-  Triangle t = triangle_at(face, b1, b2);
-  SkinAt skin = SkinAt(vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+SkinAt skin_at(int face, vec2 b) {
+  Triangle t = triangle_at(face, b);
+  SkinAt skin = SkinAt(face, t.nearest, vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
   for (int k = 0; k < 3; ++k) {
     uvec4 a = texelFetch(nodes, table_at(2 * t.node[k]), 0);
     uvec4 b = texelFetch(nodes, table_at(2 * t.node[k] + 1), 0);
     vec3 root = vec3(float(a.w & 65535u), float(a.w >> 16), float(b.w)) * (kColorRoot / 65535.0);
     skin.rest_normal += t.weight[k] * normal_of(a.z);
-    skin.rest_mm += t.weight[k] * uintBitsToFloat(b.xyz);
+    skin.rest_mm += t.of_place[k] * uintBitsToFloat(b.xyz);
     skin.color += t.weight[k] * root * root;
     skin.weight += t.weight[k] * base_weight(a.y);
   }
@@ -57,8 +62,9 @@ mat3 turn_of(uint knot) {
 }
 
 // A normal turned as lib/warp's light/normal_transport.h says; of any length.
-vec3 turned(vec3 normal, int face, float b1, float b2) {
-  vec3 b = vec3(1.0 - b1 - b2, b1, b2);
+vec3 turned(SkinAt skin) {
+  vec3 normal = skin.rest_normal, b = vec3(1.0 - skin.nearest.x - skin.nearest.y, skin.nearest);
+  int face = skin.face;
   uvec4 corners = texelFetch(nodes, table_at(first_knot + 2 * face), 0);
   if (knots == 3)
     return b.x * (turn_of(corners.x) * normal) + b.y * (turn_of(corners.y) * normal) +
