@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Skin fades into the background beside where it ends: finishing/border_fade.h.
-layout(location = 0) out vec4 shown;
 uniform highp usampler2D across;
 uniform int fade;
 uniform vec3 background;
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
-  gl_FragDepth = depth_at(at);
+void finish(ivec2 at) {
   if (is_open(shown)) return;
   int sum = 0, all = fade * fade * fade * fade;
   for (int d = 1 - fade; d < fade; ++d) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the finishing passes share: a picture whose alpha tells what each pixel shows (Cover), and
-// the depth of its skin.
+// the depth of its skin. Those that change the picture have a finish(), called by pass.glsl.
 uniform highp sampler2D colors, depths;
 uniform vec2 picture;
 

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An open pixel with five covered neighbours or more gets their mean (finishing/hole_fill.h).
-layout(location = 0) out vec4 shown;
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
-  gl_FragDepth = depth_at(at);
+
+void finish(ivec2 at) {
   if (!is_open(shown)) return;
   ivec3 sum = ivec3(0);
   int count = 0;

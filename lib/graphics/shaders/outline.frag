@@ -2,7 +2,6 @@
 // Both sides of a border are blended by the share of the pixel that the skin in front covers, by
 // the stretches into which the border falls: finishing/outline.h (Reshetov 2009, "Morphological
 // antialiasing"). What a stretch longer than kLongest does beyond it, nobody sees.
-layout(location = 0) out vec4 shown;
 uniform highp usampler2D edges;
 const int kLongest = 96;
 
@@ -78,10 +77,7 @@ float change_at(ivec2 at, ivec2 pair, bool column, bool second) {
   return float(int(254.0 * (is_skin ? -areas.y : areas.x))) / 254.0;
 }
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
-  gl_FragDepth = depth_at(at);
+void finish(ivec2 at) {
   float change = 0.0;
   for (int k = 0; k < 8; ++k) {
     bool column = k < 4, second = (k & 1) != 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What instruments do to skin by the light at the scope, before they are drawn: they throw shadows,
 // darken what they nearly touch, and are mirrored in its wet film: finishing/tool_shadows.cpp.
-layout(location = 0) out vec4 shown;
 uniform highp sampler2D solids;  // as solids.frag has them
 uniform int solid_count;
 uniform vec4 solid_box;  // pixels, with their shadows
@@ -69,19 +68,15 @@ void shade_by(Capsule capsule, Skin skin, inout vec2 shade) {
   shade.y = max(shade.y, min(fresnel, 0.4) * seen);
 }
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
-  float depth = depth_at(at);
-  gl_FragDepth = depth;
+void finish(ivec2 at) {
   if (any(lessThan(gl_FragCoord.xy, solid_box.xy)) || any(greaterThan(gl_FragCoord.xy, solid_box.zw))) return;
-  if (is_open(shown) || depth >= 1.0) return;
+  if (is_open(shown) || depth_at(at) >= 1.0) return;
   Skin skin = Skin(place_at(at), normal_at(at));
   vec2 shade = vec2(1.0, 0.0);
   for (int k = 0; k < solid_count; ++k) {
-    vec4 a = texelFetch(solids, ivec2(0, k), 0), b = texelFetch(solids, ivec2(1, k), 0);
-    vec4 c = texelFetch(solids, ivec2(2, k), 0);
-    float color = dot(texelFetch(solids, ivec2(3, k), 0).rgb, vec3(1.0 / 3.0));
+    vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
+    vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
+    float color = dot(texelFetch(solids, table_at(4 * k + 3), 0).rgb, vec3(1.0 / 3.0));
     shade_by(Capsule(a.xyz, b.xyz, a.w, color), skin, shade);
     if (b.w == 0.0) continue;
     shade_by(Capsule(b.xyz, c.xyz, a.w, color), skin, shade);

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slits of at most kWidestSlit open pixels between skin (finishing/slit_fill.h), one way.
-layout(location = 0) out vec4 shown;
 uniform ivec2 back;
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
-  gl_FragDepth = depth_at(at);
+
+void finish(ivec2 at) {
   if (!is_open(shown)) return;
   int before = 0, after = 0;
   for (int k = 1; k <= int(kWidestSlit) && before == 0; ++k)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instruments, lit from the eye, hidden where tissue is nearer: finishing/solids.cpp, four rays a
 // pixel.
-layout(location = 0) out vec4 shown;
-uniform highp sampler2D solids;  // five texels each, in the view's frame, mm
+uniform highp sampler2D solids;  // four texels each, in the view's frame, mm
 uniform int solid_count;
 uniform vec4 solid_box;  // pixels
 uniform vec4 view_lens;
@@ -65,11 +64,8 @@ vec3 shade(Hit hit, vec3 d) {
   return min(hit.color * lamp + sqrt(dot(hit.color, vec3(1.0 / 3.0))) * line, 1.0);
 }
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  shown = color_at(at);
+void finish(ivec2 at) {
   float tissue = depth_at(at);
-  gl_FragDepth = tissue;
   vec2 place = gl_FragCoord.xy;
   if (any(lessThan(place, solid_box.xy)) || any(greaterThan(place, solid_box.zw))) return;
   float tissue_mm = tissue < 1.0 ? tissue * reach : 1e30, depth = 1e30;
@@ -80,9 +76,9 @@ void main() {
     vec3 d = vec3((pixel - view_lens.zw) / view_lens.xy, 1.0);
     Hit hit = Hit(1e30, vec3(0.0), 1.0, vec3(0.0));
     for (int k = 0; k < solid_count; ++k) {
-      vec4 a = texelFetch(solids, ivec2(0, k), 0), b = texelFetch(solids, ivec2(1, k), 0);
-      vec4 c = texelFetch(solids, ivec2(2, k), 0);
-      vec3 color = texelFetch(solids, ivec2(3, k), 0).rgb;
+      vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
+      vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
+      vec3 color = texelFetch(solids, table_at(4 * k + 3), 0).rgb;
       hit_capsule(d, a.xyz, b.xyz, a.w, color, hit);
       if (b.w == 0.0) continue;
       hit_capsule(d, b.xyz, c.xyz, a.w, color, hit);

@@ -9,12 +9,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kSolidTexels = 4, kFillRounds = 4;
-
-Eigen::Vector4f lens_of(const View& view) {
-  const Intrinsics& k = view.camera.intrinsics;
-  return Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>();
-}
+constexpr int kFillRounds = 4;
 
 }  // namespace
 
@@ -96,17 +91,7 @@ void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
     add(solid.corner ? Eigen::Vector3d(pose * *solid.corner) : Eigen::Vector3d::Zero(), 0);
     add(solid.color.cast<double>(), 0);
   }
-  const auto rows = static_cast<GLsizei>(solids.size());
-  glBindTexture(GL_TEXTURE_2D, solid_table_.name());
-  if (rows != solid_rows_) {
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, kSolidTexels, rows, 0, GL_RGBA, GL_FLOAT,
-                 solid_numbers_.data());
-    set_nearest(GL_TEXTURE_2D);
-    solid_rows_ = rows;
-  } else {
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSolidTexels, rows, GL_RGBA, GL_FLOAT,
-                    solid_numbers_.data());
-  }
+  solid_table_.fill(solid_numbers_);
 }
 
 void Finishing::pass_solids(const Program& program, const View& view,
@@ -115,11 +100,11 @@ void Finishing::pass_solids(const Program& program, const View& view,
   if (blocks.empty()) return;
   PixelBox box;
   for (const SolidBlock& block : blocks) box = united(box, block.box);
-  program.set_texture("solids", GL_TEXTURE_2D, solid_table_.name());
+  program.set_texture("solids", GL_TEXTURE_2D, solid_table_.texture());
   program.set("solid_count", static_cast<int>(wide.size()));
   program.set("solid_box",
               Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
-  program.set("view_lens", lens_of(view));
+  program.set("view_lens", lens_of(view.camera.intrinsics));
   program.set("reach", scale.reach_mm);
   pass(program, targets);
 }

@@ -47,8 +47,7 @@ class Finishing {
   static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
 
   Program open_, slits_, holes_, across_, fade_, shadows_, solids_, edges_, outline_;
-  TextureName solid_table_;
-  int solid_rows_ = 0;
+  Table solid_table_{Table::Texel::floats};
   std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;
   int next_ = 0;  // of targets.finished

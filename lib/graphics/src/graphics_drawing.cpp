@@ -2,13 +2,14 @@
 #include "organbake/graphics/graphics_drawing.h"
 
 #include <cstdint>
+#include <limits>
 
-#include "first_picture.h"
 #include "opengl.h"
 #include "organ_passes.h"
 #include "organbake/core/stopwatch.h"
+#include "organbake/core/text.h"
+#include "organbake/image/difference.h"
 #include "organbake/warp/last_drawing.h"
-#include "read_back.h"
 
 namespace organbake {
 namespace {
@@ -26,6 +27,18 @@ void leave_context() {
   glBindTexture(GL_TEXTURE_2D, 0);
   glDisable(GL_DEPTH_TEST);
   glDepthFunc(GL_LESS);
+}
+
+// Throws where a frame agrees too little with the processor's picture of the same.
+void check_agreement(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                     const DrawOptions& options, const Frame& frame) {
+  constexpr double kLeast_db = GraphicsDrawing::kLeastAgreement_db;
+  Frame reference;
+  JointDrawing().draw(organs, view, options, reference);
+  const double psnr_db = compare_images(reference.color, frame.color).psnr_db;
+  if (psnr_db < kLeast_db)
+    throw GraphicsError("the graphics hardware's picture is not the processor's: they agree to " +
+                        to_text(psnr_db, 1) + " dB, less than " + to_text(kLeast_db, 0));
 }
 
 // Rows of pictures run from the top, those of the context's own framebuffer from the bottom.
@@ -67,13 +80,15 @@ GraphicsDevice current_graphics_device() {
 struct GraphicsDrawing::Impl {
   ShaderDialect dialect = dialect_of_context();
   OrganPasses passes{dialect};
-  ReadBack read_back;
+  std::vector<std::uint8_t> pixels;          // read back
   LastDrawing last{std::uint64_t{1} << 63};  // a module of its own counts the processor's
   bool agreed;                               // with the processor, or that was not asked
   Pictures pictures;
 
   Impl(FirstPicture first, Pictures to) : agreed(first == FirstPicture::trusted), pictures(to) {}
   DrawReport report() const;
+  void read(const Targets::Picture& picture, const DrawOptions& options, Frame& frame,
+            DrawReport& report);
 };
 
 DrawReport GraphicsDrawing::Impl::report() const {
@@ -82,6 +97,32 @@ DrawReport GraphicsDrawing::Impl::report() const {
   for (const PlacedOrgan& organ : passes.organs())
     report.texel_mm = std::max(report.texel_mm, static_cast<float>(organ.texel_mm));
   return report;
+}
+
+// Colour and cover, depth where `options` keep it; counts covered pixels.
+void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const DrawOptions& options,
+                                 Frame& frame, DrawReport& report) {
+  const int width = passes.targets().width, height = passes.targets().height;
+  const std::size_t count = std::size_t(width) * height;
+  frame.serial = 0;
+  frame.color.width = width, frame.color.height = height;
+  frame.color.pixels.resize(3 * count);
+  frame.cover.resize(count);
+  frame.depth_mm.resize(options.keep_depth ? count : 0);
+  frame.shown.clear(), frame.bound.clear(), frame.organ.clear();
+  pixels.resize(4 * count);
+  glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.name());
+  glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int c = 0; c < 3; ++c) frame.color.pixels[3 * i + c] = pixels[4 * i + c];
+    frame.cover[i] = static_cast<Cover>(pixels[4 * i + 3]);
+    report.sample_pixels += frame.cover[i] == Cover::samples;
+    report.base_pixels += frame.cover[i] == Cover::base;
+  }
+  if (!options.keep_depth) return;
+  glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, frame.depth_mm.data());
+  for (float& depth : frame.depth_mm)
+    depth = depth < 1 ? depth * passes.reach_mm() : std::numeric_limits<float>::infinity();
 }
 
 GraphicsDrawing::GraphicsDrawing(FirstPicture first, Pictures pictures)
@@ -110,8 +151,7 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   const Targets::Picture& picture = impl_->passes.draw(organs, view, options);
   DrawReport report = impl_->report();
   const bool shown = shows_pictures();
-  if (!shown || !impl_->agreed)
-    impl_->read_back.read(impl_->passes, picture, options, frame, report);
+  if (!shown || !impl_->agreed) impl_->read(picture, options, frame, report);
   if (shown) show(picture, view.camera.intrinsics);
   leave_context();
   throw_errors();

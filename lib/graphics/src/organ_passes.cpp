@@ -44,7 +44,7 @@ void OrganPasses::PlacedPatches::reserve(int patches) {
 OrganPasses::OrganPasses(ShaderDialect dialect)
     : dialect_(dialect),
       place_(dialect, files_of("place")),
-      reduce_(dialect, files_of("reduce")),
+      largest_(dialect, files_of("largest")),
       splat_(dialect, files_of("splat")),
       base_(dialect, files_of("base")),
       resolve_(dialect, files_of("resolve")),
@@ -147,7 +147,7 @@ void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
   const Intrinsics& k = view.camera.intrinsics;
   program.set("rotation", Eigen::Matrix3f(pose.rotation.cast<float>()));
   program.set("translation", Eigen::Vector3f((pose * organ.tables->origin()).cast<float>()));
-  program.set("lens", Eigen::Vector4f(Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>()));
+  program.set("lens", lens_of(k));
   program.set("picture", Eigen::Vector2f(float(k.width), float(k.height)));
   program.set("near_mm", static_cast<float>(view.near_mm));
   organ.tables->bind_shell(program);
@@ -175,10 +175,10 @@ void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
     glEndTransformFeedback();
   }
   glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
+  glBindVertexArray(nothing_.name());
+  stretches_.find_largest(largest_, organ.tables->faces());
   glBlendEquation(GL_FUNC_ADD);
   glDisable(GL_BLEND);
-  glBindVertexArray(nothing_.name());
-  stretches_.reduce(reduce_);
   glEnable(GL_DEPTH_TEST);
 }
 
@@ -210,7 +210,7 @@ namespace {
 
 void set_active(const Program& program, const PlacedOrgan& organ) {
   constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
-  std::array<std::uint32_t, 3> cameras{};
+  Eigen::Matrix<std::uint32_t, 3, 1> cameras;
   Eigen::Vector3f shares;
   for (int i = 0; i < 3; ++i) {
     cameras[i] = std::min(organ.weights.cameras[i], kUnseen);
@@ -244,7 +244,7 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
                                  const DrawOptions& options, double reference_mm) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
   resolve_.use();
-  std::array<int, 3> first_patch{}, first_smooth{}, by_share = {0, 1, 2};
+  Eigen::Vector3i first_patch(0, 0, 0), first_smooth(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
   constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
   for (int l = 0; l < Targets::kLayers; ++l) {
@@ -255,7 +255,7 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
     shares[l] = layer.share;
   }
   // Of equal shares the first layer comes last, and stands: DominantSamples.
-  std::sort(by_share.begin(), by_share.begin() + organ.layer_count,
+  std::sort(by_share.data(), by_share.data() + organ.layer_count,
             [&](int a, int b) { return shares[a] != shares[b] ? shares[a] < shares[b] : a > b; });
   set_active(resolve_, organ);
   organ.tables->bind_nodes(resolve_);

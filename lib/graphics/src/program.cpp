@@ -2,6 +2,7 @@
 #include "program.h"
 
 #include <algorithm>
+#include <array>
 
 #include "opengl.h"
 #include "organbake/warp/organ_source.h"
@@ -106,38 +107,22 @@ void Program::set_texture(std::string_view name, unsigned target, unsigned textu
 
 void Program::set(std::string_view name, int value) const { glUniform1i(at(name), value); }
 void Program::set(std::string_view name, float value) const { glUniform1f(at(name), value); }
-void Program::set(std::string_view name, const Eigen::Vector2f& value) const {
-  glUniform2fv(at(name), 1, value.data());
-}
-void Program::set(std::string_view name, const Eigen::Vector3f& value) const {
-  glUniform3fv(at(name), 1, value.data());
-}
-void Program::set(std::string_view name, const Eigen::Vector4f& value) const {
-  glUniform4fv(at(name), 1, value.data());
-}
 void Program::set(std::string_view name, const Eigen::Matrix3f& value) const {
   glUniformMatrix3fv(at(name), 1, GL_FALSE, value.data());
 }
-void Program::set(std::string_view name, const Eigen::Vector2i& value) const {
-  glUniform2iv(at(name), 1, value.data());
+
+// Of the sizes that shaders have.
+void Program::upload(std::string_view name, const float* numbers, int size, int count) const {
+  if (size == 2) glUniform2fv(at(name), count, numbers);
+  if (size == 3) glUniform3fv(at(name), count, numbers);
+  if (size == 4) glUniform4fv(at(name), count, numbers);
 }
-void Program::set(std::string_view name, const std::array<int, 3>& value) const {
-  glUniform3iv(at(name), 1, value.data());
+void Program::upload(std::string_view name, const int* numbers, int size, int count) const {
+  if (size == 2) glUniform2iv(at(name), count, numbers);
+  if (size == 3) glUniform3iv(at(name), count, numbers);
 }
-void Program::set(std::string_view name, const std::array<std::uint32_t, 3>& value) const {
-  glUniform3uiv(at(name), 1, value.data());
-}
-void Program::set(std::string_view name, std::span<const Eigen::Vector2f> values) const {
-  if (!values.empty())
-    glUniform2fv(at(name), static_cast<GLsizei>(values.size()), values.front().data());
-}
-void Program::set(std::string_view name, std::span<const Eigen::Vector3f> values) const {
-  if (!values.empty())
-    glUniform3fv(at(name), static_cast<GLsizei>(values.size()), values.front().data());
-}
-void Program::set(std::string_view name, std::span<const Eigen::Vector4f> values) const {
-  if (!values.empty())
-    glUniform4fv(at(name), static_cast<GLsizei>(values.size()), values.front().data());
+void Program::upload(std::string_view name, const unsigned* numbers, int, int count) const {
+  glUniform3uiv(at(name), count, numbers);
 }
 
 }  // namespace organbake

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "gl_names.h"
+#include "organbake/geometry/camera.h"
 #include "shader_texts.h"
 
 namespace organbake {
@@ -25,16 +25,15 @@ class Program {
   // Of the program in use.
   void set(std::string_view name, int value) const;
   void set(std::string_view name, float value) const;
-  void set(std::string_view name, const Eigen::Vector2f& value) const;
-  void set(std::string_view name, const Eigen::Vector3f& value) const;
-  void set(std::string_view name, const Eigen::Vector4f& value) const;
   void set(std::string_view name, const Eigen::Matrix3f& value) const;
-  void set(std::string_view name, const Eigen::Vector2i& value) const;
-  void set(std::string_view name, const std::array<int, 3>& value) const;
-  void set(std::string_view name, const std::array<std::uint32_t, 3>& value) const;
-  void set(std::string_view name, std::span<const Eigen::Vector2f> values) const;
-  void set(std::string_view name, std::span<const Eigen::Vector3f> values) const;
-  void set(std::string_view name, std::span<const Eigen::Vector4f> values) const;
+  template <class Number, int size>
+  void set(std::string_view name, const Eigen::Matrix<Number, size, 1>& value) const {
+    upload(name, value.data(), size, 1);
+  }
+  template <class Number, int size>
+  void set(std::string_view name, std::span<const Eigen::Matrix<Number, size, 1>> values) const {
+    if (!values.empty()) upload(name, values.front().data(), size, static_cast<int>(values.size()));
+  }
   // Binds a texture to a unit of its own, and the sampler to that.
   void set_texture(std::string_view name, unsigned target, unsigned texture) const;
 
@@ -46,9 +45,16 @@ class Program {
   void read_uniforms();
   const Uniform* find(std::string_view name) const;
   int at(std::string_view name) const;
+  void upload(std::string_view name, const float* numbers, int size, int count) const;
+  void upload(std::string_view name, const int* numbers, int size, int count) const;
+  void upload(std::string_view name, const unsigned* numbers, int size, int count) const;
 
   ProgramName program_;
   std::vector<Uniform> uniforms_;
 };
+
+inline Eigen::Vector4f lens_of(const Intrinsics& k) {
+  return Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>();
+}
 
 }  // namespace organbake

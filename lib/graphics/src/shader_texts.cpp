@@ -40,7 +40,6 @@ std::string constants() {
   text += line("kSlots", std::to_string(SampleSource::kSlots));
   text += line("kTableBits", std::to_string(Table::kBits));
   text += line("kTableColumns", std::to_string(Table::kColumns));
-  text += line("kReduce", std::to_string(kReduce));
   text += line("kColorRoot", number(kColorRoot));
   text += line("kCoverSamples", number(double(Cover::samples)));
   text += line("kCoverBase", number(double(Cover::base)));
@@ -82,19 +81,19 @@ std::span<const ProgramFiles> program_files() {
   static constexpr std::array<ProgramFiles, 14> kFiles = {{
       {"place", "tables.glsl shell.glsl place.vert", "place.frag",
        "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
-      {"reduce", "screen.vert", "reduce.frag"},
+      {"largest", "tables.glsl largest.vert", "place.frag"},
       {"splat", "tables.glsl splat.vert", "splat.frag"},
       {"base", "tables.glsl shell.glsl weight.glsl base.vert", "base.frag"},
       {"resolve", "screen.vert", "tables.glsl weight.glsl skin.glsl light.glsl resolve.frag"},
-      {"open", "screen.vert", "finish.glsl open.frag"},
-      {"slits", "screen.vert", "finish.glsl slits.frag"},
-      {"holes", "screen.vert", "finish.glsl holes.frag"},
+      {"open", "screen.vert", "finish.glsl pass.glsl open.frag"},
+      {"slits", "screen.vert", "finish.glsl pass.glsl slits.frag"},
+      {"holes", "screen.vert", "finish.glsl pass.glsl holes.frag"},
       {"across", "screen.vert", "finish.glsl across.frag"},
-      {"fade", "screen.vert", "finish.glsl fade.frag"},
-      {"shadows", "screen.vert", "finish.glsl shadows.frag"},
-      {"solids", "screen.vert", "finish.glsl solids.frag"},
+      {"fade", "screen.vert", "finish.glsl pass.glsl fade.frag"},
+      {"shadows", "screen.vert", "tables.glsl finish.glsl pass.glsl shadows.frag"},
+      {"solids", "screen.vert", "tables.glsl finish.glsl pass.glsl solids.frag"},
       {"edges", "screen.vert", "finish.glsl edges.frag"},
-      {"outline", "screen.vert", "finish.glsl outline.frag"},
+      {"outline", "screen.vert", "finish.glsl pass.glsl outline.frag"},
   }};
   return kFiles;
 }

@@ -15,12 +15,11 @@ Eigen::Vector3f vector_of(const std::array<float, 3>& v) { return {v[0], v[1], v
 
 void SkinLightUniforms::set(const Program& program, const Warper& warper, const Lighting* lighting,
                             const View& view, DrawnLight light, double reference_mm) {
-  const Intrinsics& k = view.camera.intrinsics;
   program.set("light", lighting ? static_cast<int>(light) : 0);
   if (!has_noise_) fill_noise();
   program.set_texture("noise", GL_TEXTURE_3D, noise_.name());
   if (!lighting || light == DrawnLight::baked) return;
-  program.set("view_lens", Eigen::Vector4f(Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>()));
+  program.set("view_lens", lens_of(view.camera.intrinsics));
   program.set("world_from_view",
               Eigen::Matrix3f(view.camera.camera_from_world.rotation.transpose().cast<float>()));
   program.set("above", Eigen::Vector3f(lighting->ambient_above.cast<float>()));

@@ -11,20 +11,10 @@ namespace {
 
 constexpr std::size_t kRowNumbers = std::size_t{4} * Table::kColumns;
 
-std::size_t whole_rows(std::size_t numbers) {
-  return std::max<std::size_t>(1, (numbers + kRowNumbers - 1) / kRowNumbers) * kRowNumbers;
-}
-
 }  // namespace
 
-void Table::fill(std::vector<float>& numbers) {
-  numbers.resize(whole_rows(numbers.size()));
-  upload(numbers.data(), numbers.size());
-}
-
-void Table::fill(std::vector<std::uint32_t>& numbers) {
-  numbers.resize(whole_rows(numbers.size()));
-  upload(numbers.data(), numbers.size());
+std::size_t Table::whole_rows(std::size_t numbers) {
+  return std::max<std::size_t>(1, (numbers + kRowNumbers - 1) / kRowNumbers) * kRowNumbers;
 }
 
 void Table::upload(const void* numbers, std::size_t count) {

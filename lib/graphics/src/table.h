@@ -10,7 +10,6 @@
 
 namespace organbake {
 
-inline constexpr int kReduce = 16;       // texels a side that become one
 inline constexpr double kColorRoot = 2;  // the largest root of a colour that a table holds
 
 // A table that shaders read by texelFetch(…, table_at(i), 0): a texture of kColumns texels a row.
@@ -21,13 +20,18 @@ class Table {
   enum class Texel : std::uint8_t { floats, words };  // four of 32 bits each
 
   explicit Table(Texel texel) : texel_(texel) {}
-  // Four numbers a texel; what is not a whole row is padded in `numbers`.
-  void fill(std::vector<float>& numbers);
-  void fill(std::vector<std::uint32_t>& numbers);
+  // Four numbers a texel, floats or words; what is not a whole row is padded in `numbers`.
+  template <class Number>
+  void fill(std::vector<Number>& numbers) {
+    static_assert(sizeof(Number) == 4);
+    numbers.resize(whole_rows(numbers.size()));
+    upload(numbers.data(), numbers.size());
+  }
   unsigned texture() const { return texture_.name(); }
   std::size_t bytes() const { return std::size_t{16} * kColumns * rows_; }
 
  private:
+  static std::size_t whole_rows(std::size_t numbers);
   void upload(const void* numbers, std::size_t count);
 
   Texel texel_;

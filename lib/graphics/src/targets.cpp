@@ -14,19 +14,10 @@ struct Format {
   GLenum format, type;
 };
 
-Format format_of(Target::Kind kind) {
-  switch (kind) {
-    case Target::Kind::color:
-      return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
-    case Target::Kind::depth:
-      return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
-    case Target::Kind::key:
-      return {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT};
-    case Target::Kind::edges:
-      break;
-  }
-  return {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE};
-}
+constexpr std::array<Format, 4> kFormats = {{{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
+                                             {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT},
+                                             {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT},
+                                             {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE}}};
 
 void check_framebuffer() {
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
@@ -46,7 +37,7 @@ void bind_targets(const FramebufferName& framebuffer, const Target& color, const
 unsigned Target::target() const { return layers_ > 0 ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D; }
 
 void Target::resize(int width, int height) {
-  const auto [internal, format, type] = format_of(kind_);
+  const auto [internal, format, type] = kFormats[static_cast<std::size_t>(kind_)];
   glBindTexture(target(), texture_.name());
   if (layers_ > 0) {
     glTexImage3D(target(), 0, internal, width, height, layers_, 0, format, type, nullptr);
@@ -80,41 +71,34 @@ void Targets::resize(int new_width, int new_height) {
   bind_targets(edge_picture, edges, nullptr);
 }
 
-void Stretches::resize(int faces) {
-  const int rows = (faces + Table::kColumns - 1) / Table::kColumns;
-  if (rows == rows_) return;
-  rows_ = rows;
-  int width = Table::kColumns, height = rows;
-  for (last_ = 0;; ++last_) {
-    Level& level = levels_[last_];
-    level.width = width, level.height = height;
-    glBindTexture(GL_TEXTURE_2D, level.texture.name());
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-    set_nearest(GL_TEXTURE_2D);
-    glBindFramebuffer(GL_FRAMEBUFFER, level.framebuffer.name());
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
-                           level.texture.name(), 0);
-    check_framebuffer();
-    if (width == 1 && height == 1) return;
-    width = (width + kReduce - 1) / kReduce, height = (height + kReduce - 1) / kReduce;
-  }
+void Stretches::Picture::resize(int new_width, int new_height) {
+  if (new_width == width && new_height == height) return;
+  width = new_width, height = new_height;
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  set_nearest(GL_TEXTURE_2D);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
+  check_framebuffer();
 }
 
-void Stretches::begin() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, levels_[0].framebuffer.name());
-  glViewport(0, 0, levels_[0].width, levels_[0].height);
+void Stretches::Picture::begin() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glViewport(0, 0, width, height);
   constexpr std::array<float, 4> kNone = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, kNone.data());
 }
 
-void Stretches::reduce(const Program& program) const {
+void Stretches::resize(int faces) {
+  table_.resize(Table::kColumns, (faces + Table::kColumns - 1) / Table::kColumns);
+  largest_.resize(1, 1);
+}
+
+void Stretches::find_largest(const Program& program, int faces) const {
+  largest_.begin();
   program.use();
-  for (int l = 1; l <= last_; ++l) {
-    glBindFramebuffer(GL_FRAMEBUFFER, levels_[l].framebuffer.name());
-    glViewport(0, 0, levels_[l].width, levels_[l].height);
-    program.set_texture("stretches", GL_TEXTURE_2D, levels_[l - 1].texture.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-  }
+  program.set_texture("stretches", GL_TEXTURE_2D, table());
+  glDrawArrays(GL_POINTS, 0, faces);
 }
 
 }  // namespace organbake

@@ -11,12 +11,8 @@ namespace organbake {
 // A texture of a picture's size, or one of its layers, to draw into and to read.
 class Target {
  public:
-  enum class Kind : std::uint8_t {
-    color,
-    depth,
-    key,
-    edges
-  };  // four bytes; 32F; two words; a byte
+  // Of four bytes, a float, two words, a byte.
+  enum class Kind : std::uint8_t { color, depth, key, edges };
 
   Target(Kind kind, int layers = 0) : kind_(kind), layers_(layers) {}  // 0: no array
   void resize(int width, int height);
@@ -53,26 +49,27 @@ struct Targets {
   void resize(int new_width, int new_height);
 };
 
-// The largest splat of each face, as a table, and of all of them in the last of a row of ever
-// smaller pictures.
+// The largest splat of each face, as a table, and of all of them, in one pixel.
 class Stretches {
  public:
   void resize(int faces);
-  int rows() const { return rows_; }
-  void begin() const;  // binds the table, empty
-  // `program` takes the largest of kReduce² texels.
-  void reduce(const class Program& program) const;
-  unsigned table() const { return levels_[0].texture.name(); }
-  unsigned largest() const { return levels_[last_].texture.name(); }
+  int rows() const { return table_.height; }
+  void begin() const { table_.begin(); }  // binds the table, empty
+  // `program` draws a point for each face; the larger wins.
+  void find_largest(const class Program& program, int faces) const;
+  unsigned table() const { return table_.texture.name(); }
+  unsigned largest() const { return largest_.texture.name(); }
 
  private:
-  struct Level {
+  struct Picture {
     TextureName texture;
     FramebufferName framebuffer;
     int width = 0, height = 0;
+
+    void resize(int new_width, int new_height);
+    void begin() const;
   };
-  std::array<Level, 5> levels_;
-  int rows_ = 0, last_ = 0;
+  Picture table_, largest_;
 };
 
 }  // namespace organbake
