@@ -58,7 +58,7 @@ OrganPasses::OrganPasses(ShaderDialect dialect)
 
 OrganTables& OrganPasses::tables_of(const OrganSource& source) {
   for (OrganTables& one : tables_)
-    if (one.id() == source.id) return one;
+    if (one.whole_id() == source.whole_id) return one;
   return tables_.emplace_back(source);
 }
 
@@ -91,8 +91,9 @@ const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>
   organs_.clear();
   for (const JointDrawing::Organ& organ : all) organs_.push_back(take(organ, view, options));
   std::erase_if(tables_, [&](const OrganTables& one) {
-    return std::none_of(organs_.begin(), organs_.end(),
-                        [&](const PlacedOrgan& organ) { return organ.source.id == one.id(); });
+    return std::none_of(organs_.begin(), organs_.end(), [&](const PlacedOrgan& organ) {
+      return organ.source.whole_id == one.whole_id();
+    });
   });
   for (PlacedOrgan& organ : organs_) organ.tables = &tables_of(organ.source);
   set_scale(view);
@@ -234,7 +235,7 @@ void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   base_.set_texture("largest_stretch", GL_TEXTURE_2D, stretches_.largest());
   base_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
   base_.set("layers", organ.layer_count);
-  base_.set("cut", int(organ.source.cut));
+  base_.set("cut", int(!organ.source.parted.empty()));
   base_.set("inverse_reach", 1 / scale_.reach_mm);
   const int steps = organ.tables->steps();
   glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "opengl.h"
@@ -40,45 +41,94 @@ void add_patch(const SampleSource::Patch& patch, std::vector<std::uint32_t>& wor
   words.insert(words.end(), {bits_of(patch.sine), bits_of(patch.cosine), patch.face, patch.count});
 }
 
+// Hands put(first, last) the runs of what is not as it was: parted now, or before, or new.
+template <class Put>
+void put_changed(std::vector<std::uint8_t>& before, std::vector<std::uint8_t> now, bool anew,
+                 const Put& put) {
+  const auto changed = [&](std::size_t i) {
+    return anew || i >= before.size() || before[i] || now[i];
+  };
+  for (std::size_t first = 0, last = 0; first < now.size(); first = ++last) {
+    for (last = first; last < now.size() && changed(last);) ++last;
+    if (last > first) put(first, last);
+  }
+  before = std::move(now);
+}
+
+// For what a cut that goes on adds.
+std::size_t with_room(std::size_t count, bool cut) { return cut ? count + count / 8 : count; }
+
 }  // namespace
 
-SampleTable::SampleTable(const SampleSource& source)
-    : patches(static_cast<int>(source.patches.size())), texel_mm(source.texel_mm) {
-  const std::size_t slots = source.b1.size();
+void SampleTable::take(const SampleSource& source, std::span<const std::uint8_t> parted) {
+  const std::size_t count = source.patches.size();
+  std::vector<std::uint8_t> now(count, 0);
+  if (!parted.empty())
+    for (std::size_t p = 0; p < count; ++p) now[p] = parted[source.patches[p].face];
+  const bool anew = count > room_;
+  if (anew) {
+    room_ = with_room(count, !parted.empty());
+    first_smooth = static_cast<int>(room_ * SampleSource::kSlots);
+    first_patch = source.smooth.empty() ? first_smooth : 2 * first_smooth;
+    table.reserve(first_patch + 4 * room_);
+  }
+  put_changed(parted_, std::move(now), anew,
+              [&](std::size_t first, std::size_t last) { put(source, first, last); });
+  patches = static_cast<int>(count);
+  texel_mm = source.texel_mm;
+}
+
+void SampleTable::put(const SampleSource& source, std::size_t first, std::size_t last) {
+  constexpr std::size_t kSlots = SampleSource::kSlots;
   std::vector<std::uint32_t> words;
-  words.reserve(4 * (slots + source.smooth.size() + 4 * source.patches.size()) +
-                std::size_t{4} * Table::kColumns);
-  for (std::size_t i = 0; i < slots; ++i) {
-    const bool used = i % SampleSource::kSlots < source.patches[i / SampleSource::kSlots].count;
+  words.reserve(4 * kSlots * (last - first));
+  for (std::size_t i = kSlots * first; i < kSlots * last; ++i) {
+    const bool used = i % kSlots < source.patches[i / kSlots].count;
     words.insert(words.end(), {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used),
                                static_cast<std::uint32_t>(source.detail[i]),
                                static_cast<std::uint32_t>(source.detail[i] >> 32)});
   }
-  first_smooth = static_cast<int>(words.size() / 4);
-  for (const auto& detail : source.smooth) words.insert(words.end(), detail.begin(), detail.end());
-  first_patch = static_cast<int>(words.size() / 4);
-  for (const SampleSource::Patch& patch : source.patches) add_patch(patch, words);
-  table.fill(words);
+  table.put(kSlots * first, words);
+  words.clear();
+  if (!source.smooth.empty())
+    for (const auto& detail : source.smooth.subspan(kSlots * first, kSlots * (last - first)))
+      words.insert(words.end(), detail.begin(), detail.end());
+  table.put(first_smooth + kSlots * first, words);
+  words.clear();
+  for (std::size_t p = first; p < last; ++p) add_patch(source.patches[p], words);
+  table.put(first_patch + 4 * first, words);
 }
 
 OrganTables::OrganTables(const OrganSource& source, std::size_t kept_bytes)
-    : id_(source.id),
+    : whole_id_(source.whole_id),
       origin_(source.at_rest.center()),
-      faces_(static_cast<int>(source.shells.size())),
       steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0),
-      kept_bytes_(kept_bytes) {
-  fill_nodes(source);
+      kept_bytes_(kept_bytes) {}
+
+void OrganTables::take_nodes(const OrganSource& source) {
+  const std::size_t count = source.base.face_count;
+  const bool anew = count > node_room_;
+  if (anew) {
+    node_room_ = with_room(count, !source.parted.empty());
+    first_knot_ = static_cast<int>(2 * node_room_ * source.base.nodes_per_face());
+    nodes_.reserve(first_knot_ + 2 * node_room_);
+  }
+  std::vector<std::uint8_t> now(source.parted.begin(), source.parted.end());
+  now.resize(count);
+  put_changed(node_parted_, std::move(now), anew,
+              [&](std::size_t first, std::size_t last) { put_nodes(source, first, last); });
+  knots_ = source.knots;
 }
 
-// Each node: height, seen by, normal, red and green; place at rest, blue. Then each face's knots.
-void OrganTables::fill_nodes(const OrganSource& source) {
+// Each node: height, seen by, normal, red and green; place at rest, blue. Apart, each face's knots.
+void OrganTables::put_nodes(const OrganSource& source, std::size_t first, std::size_t last) {
   const BaseLayer& base = source.base;
+  const bool lit = source.lighting != nullptr;
   std::vector<std::uint32_t> words;
-  for (std::uint32_t f = 0; f < base.face_count; ++f) {
+  for (std::size_t f = first; f < last; ++f) {
     each_node(base.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      const std::size_t at = std::size_t(f) * base.nodes_per_face() + node;
+      const std::size_t at = f * base.nodes_per_face() + node;
       const Eigen::Vector3f& color = base.color[at];
-      const bool lit = source.lighting != nullptr;
       Eigen::Vector3f place = Eigen::Vector3f::Zero();
       if (lit)
         place = shell_point(source.rest_shells[f], double(i) / base.steps, double(j) / base.steps,
@@ -90,19 +140,26 @@ void OrganTables::fill_nodes(const OrganSource& source) {
                                  bits_of(place.y()), bits_of(place.z()), root_of(color[2])});
     });
   }
-  first_knot_ = static_cast<int>(words.size() / 4);
-  for (const auto& knots : source.knots_of_face) {
+  nodes_.put(2 * first * base.nodes_per_face(), words);
+  if (!lit) return;
+  words.clear();
+  for (const auto& knots : source.knots_of_face.subspan(first, last - first)) {
     words.insert(words.end(), knots.begin(), knots.end());
     words.insert(words.end(), {0, 0});
   }
-  knots_ = source.knots;
-  nodes_.fill(words);
+  nodes_.put(first_knot_ + 2 * first, words);
 }
 
 void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions,
                        bool lit) {
   ++picture_;
-  const bool moved = posed_ != positions;
+  parted_ = source.parted;
+  const bool moved = id_ != source.id || posed_ != positions;
+  if (id_ != source.id) {
+    id_ = source.id;
+    faces_ = static_cast<int>(source.shells.size());
+    take_nodes(source);
+  }
   if (moved) {
     posed_ = positions;
     turned_ = false;
@@ -132,18 +189,18 @@ void OrganTables::fill_shells(const OrganSource& source) {
 }
 
 const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
-  auto found = cameras_.find(camera);
-  if (found == cameras_.end()) {
-    SampleTable made(warper.samples(camera));
-    make_room(made.table.bytes());
-    found = cameras_.emplace(camera, Camera{std::move(made), 0}).first;
-  }
-  found->second.used_in = picture_;
-  return found->second.samples;
+  Camera& one = cameras_[camera];
+  one.used_in = picture_;
+  if (one.of == id_) return one.samples;
+  one.samples.take(warper.samples(camera), parted_);
+  one.of = id_;
+  make_room();
+  return one.samples;
 }
 
 // Those that no view asked for the longest go first.
-void OrganTables::make_room(std::size_t bytes) {
+void OrganTables::make_room() {
+  std::size_t bytes = 0;
   for (const auto& [camera, one] : cameras_) bytes += one.samples.table.bytes();
   while (bytes > kept_bytes_) {
     const auto oldest = std::min_element(

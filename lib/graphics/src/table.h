@@ -20,23 +20,28 @@ class Table {
   enum class Texel : std::uint8_t { floats, words };  // four of 32 bits each
 
   explicit Table(Texel texel) : texel_(texel) {}
-  // Four numbers a texel, floats or words; what is not a whole row is padded in `numbers`.
+  // Room for so many texels. Where there was less, what was in it is lost.
+  void reserve(std::size_t texels);
+  // Four numbers a texel, floats or words, into the room from a texel on.
   template <class Number>
-  void fill(std::vector<Number>& numbers) {
+  void put(std::size_t first, const std::vector<Number>& numbers) {
     static_assert(sizeof(Number) == 4);
-    numbers.resize(whole_rows(numbers.size()));
-    upload(numbers.data(), numbers.size());
+    upload(first, numbers.data(), numbers.size() / 4);
+  }
+  template <class Number>
+  void fill(const std::vector<Number>& numbers) {
+    reserve(numbers.size() / 4);
+    put(0, numbers);
   }
   unsigned texture() const { return texture_.name(); }
   std::size_t bytes() const { return std::size_t{16} * kColumns * rows_; }
 
  private:
-  static std::size_t whole_rows(std::size_t numbers);
-  void upload(const void* numbers, std::size_t count);
+  void upload(std::size_t first, const void* numbers, std::size_t texels);
 
   Texel texel_;
   TextureName texture_;
-  int rows_ = 0;
+  std::size_t rows_ = 0;
 };
 
 }  // namespace organbake

@@ -62,7 +62,7 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
 }  // namespace
 
 struct Warper::Impl {
-  const std::uint64_t id = next_id();
+  const std::uint64_t id = next_id(), whole_id;
   // The organ.
   PosedShell shell;
   Bounds organ;  // at rest
@@ -72,7 +72,8 @@ struct Warper::Impl {
   std::optional<RelitSkin> relit;   // when the bundle knows its light
   std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
   bool was_near = false;            // the last picture
-  bool cut = false;                 // tissue beside cuts opens gaps between samples anywhere
+  // By face, once blades have cut: tissue beside cuts opens gaps between samples anywhere.
+  std::vector<std::uint8_t> parted;
   LastDrawing last;
   // What the passes of a frame make; the next frame goes on with it, or takes its memory.
   ActiveCameras active;
@@ -118,15 +119,29 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   };
 }
 
+// Whether each face is a part of a cut one, or new, or lies otherwise than in the whole organ.
+std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
+                                       const std::vector<ShellMatrix>& whole,
+                                       const CutOrgan::FaceParts& parts) {
+  std::vector<std::uint8_t> parted(now.size(), 1);
+  for (std::size_t f = 0; f < whole.size(); ++f) parted[f] = now[f] != whole[f];
+  for (const auto& [face, pieces] : parts) {
+    parted[face] = 1;
+    for (const CutOrgan::FacePart& piece : pieces) parted[piece.face] = 1;
+  }
+  return parted;
+}
+
 }  // namespace
 
 Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
                    const CutOrgan::FaceParts& parts)
-    : shell(bundle.shell()),
+    : whole_id(whole ? whole->id : id),
+      shell(bundle.shell()),
       manifold(bundle.cameras.manifold),
       rest(shell.matrices()),
       store(std::move(samples)),
-      cut(whole != nullptr),
+      parted(whole ? parted_faces(rest, whole->rest, parts) : std::vector<std::uint8_t>{}),
       base(bundle.base, rest),
       post_process((bundle.lighting ? bundle.lighting->scope : std::nullopt)
                        .value_or(ScopeLight())
@@ -212,7 +227,8 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
                               VisibilitySummary& visibility) {
   std::vector<std::uint8_t> may_have_gaps = visibility.stretched;
   const bool near = report.largest_stretch_px >= kNearSplat;
-  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= shell.two_sided(f) || cut;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    may_have_gaps[f] |= shell.two_sided(f) || !parted.empty();
   if (near) may_have_gaps.assign(faces.size(), BaseDrawing::kDrawnWhole);
   if (near != was_near)
     dirty_cells.mark({0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height});
@@ -311,11 +327,12 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
   impl_->last = LastDrawing();  // what is posed here is drawn elsewhere
   impl_->shell.pose(positions);
   OrganSource source{.id = impl_->id,
+                     .whole_id = impl_->whole_id,
                      .manifold = impl_->manifold,
                      .at_rest = impl_->organ,
                      .shells = impl_->shell.matrices(),
                      .two_sided = impl_->shell.two_sided(),
-                     .cut = impl_->cut,
+                     .parted = impl_->parted,
                      .base = impl_->base.layer()};
   if (!impl_->relit) return source;
   RelitSkin& relit = *impl_->relit;

@@ -324,6 +324,37 @@ TEST_F(GraphicsDrawingTest, KeepsTheSamplesOfTheLastViewsAlone) {
   EXPECT_EQ(few.bytes(), all.bytes());
 }
 
+// Of an organ that is cut further, or whole again, only what changes is uploaded: pictures are
+// those of whoever never saw it before.
+TEST_F(GraphicsDrawingTest, ACutThatGrowsIsDrawnAsOneThatWasThereBefore) {
+  const Bundle& bundle = tested_organ();
+  Warper whole(bundle);
+  // Faces whose edges are lips, which are wet.
+  const auto cut_at = [&](std::uint32_t from, std::uint32_t to) {
+    CutOrgan::FaceParts parts;
+    for (std::uint32_t face = from; face < to; ++face)
+      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {true, true, true}}};
+    return whole.cut(bundle, parts);
+  };
+  Warper cut = cut_at(0, 60), further = cut_at(0, 120), elsewhere = cut_at(100, 200);
+  const View view = view_at(bundle, {1, 0.3, 0.5}, 130);
+  const OffscreenContext context;
+  GraphicsDrawing drawing;
+  Rgb8Image last;
+  for (Warper* warper : {&whole, &cut, &further, &elsewhere, &whole}) {
+    const std::vector<JointDrawing::Organ> organs = {
+        {*warper, bundle.proxy.vertices, bundle.proxy, bundle.lighting}};
+    DrawOptions options;
+    options.light = DrawnLight::scope;
+    Frame frame, anew;
+    drawing.draw(organs, view, options, frame);
+    GraphicsDrawing().draw(organs, view, options, anew);
+    EXPECT_EQ(frame.color.pixels, anew.color.pixels);
+    EXPECT_NE(frame.color.pixels, last.pixels);
+    last = frame.color;
+  }
+}
+
 TEST_F(GraphicsDrawingTest, LeavesAPictureThatStaysAlone) {
   const Bundle& bundle = tested_organ();
   Warper warper(bundle);

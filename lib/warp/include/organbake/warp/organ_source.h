@@ -44,12 +44,15 @@ struct SampleSource {
 
 // A posed organ.
 struct OrganSource {
-  std::uint64_t id = 0;  // of the Warper: another organ, or one cut further, has another
+  std::uint64_t id = 0;        // of the Warper: another organ, or one cut further, has another
+  std::uint64_t whole_id = 0;  // of the Warper that blades have cut it from, or its own
   const ViewManifold& manifold;
   Bounds at_rest;
   std::span<const ShellMatrix> shells;      // by face, world mm
   std::span<const std::uint8_t> two_sided;  // by face: both of its sides are skin
-  bool cut = false;                         // gaps may open anywhere
+  // By face: not as in the whole organ. Patches on other faces are the same, and so are the base
+  // layer's nodes. Empty: nothing is cut; else gaps may open anywhere.
+  std::span<const std::uint8_t> parted = {};
   const BaseLayer& base;
   // Null where the bundle cannot be lit anew, and all below empty.
   const Lighting* lighting = nullptr;
