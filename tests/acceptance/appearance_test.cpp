@@ -72,14 +72,6 @@ void add_distance(const std::string& what, const std::vector<TissueAppearancePar
   expect({what, "× two real frames", mean_distance(times), target});
 }
 
-Rgb8Image side_by_side(const Rgb8Image& a, const Rgb8Image& b) {
-  Rgb8Image both(a.width + b.width, std::max(a.height, b.height));
-  for (const auto& [image, x0] : {std::pair(&a, 0), std::pair(&b, a.width)})
-    for (int y = 0; y < image->height; ++y)
-      std::copy_n(image->at(0, y), 3 * image->width, both.at(x0, y));
-  return both;
-}
-
 // As liver.yaml bakes it.
 constexpr const char* kLiver =
     "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth_mm: 1.5, largest: 1}\n"

@@ -27,9 +27,9 @@ const Vector3f kBarColor = {0.01f, 0.02f, 0.9f};  // no tissue is blue
 class FlatScene {
  public:
   FlatScene(const TriangleMesh& surface, std::size_t organ_faces, const OrganPhantom& phantom)
-      : scene_(surface), organ_faces_(organ_faces), phantom_(phantom) {}
+      : surface_(surface), organ_faces_(organ_faces), phantom_(phantom) {}
 
-  const RayScene& rays() const { return scene_; }
+  const TracedSurface& surface() const { return surface_; }
   bool is_organ(const RayHit& hit) const { return hit.face < organ_faces_; }
   Vector3f albedo(const RayHit& hit, const Vector3d& point) const {
     return is_organ(hit) ? phantom_.albedo(point) : kBarColor;
@@ -82,7 +82,7 @@ class FlatScene {
     return camera.through(x + (k % kSide + 0.5) / kSide, y + (k / kSide + 0.5) / kSide);
   }
 
-  RayScene scene_;
+  TracedSurface surface_;
   std::size_t organ_faces_;
   const OrganPhantom& phantom_;
 };
@@ -99,24 +99,24 @@ constexpr float kSeenWeight = 0.02f;
 
 class Sights {
  public:
-  Sights(const TriangleMesh& surface, const RayScene& rays, const std::vector<Photo>& photos)
-      : rays_(rays), normals_(surface) {
+  Sights(const TracedSurface& surface, const std::vector<Photo>& photos) : surface_(surface) {
     for (const Photo& photo : photos) {
       cameras_.push_back(photo.camera);
-      views_.emplace_back(photo, rays, normals_, bounds(surface).center());
+      views_.emplace_back(photo, surface);
     }
   }
 
   bool used(const RayHit& hit, const Vector3d& point) const {
     float weight = 0;
     for (const PhotoView& view : views_)
-      weight += view.look_at_point(point, normals_.at(hit)).weight;
+      weight += view.look_at_point(point, surface_.normals.at(hit)).weight;
     return weight >= kSeenWeight;
   }
   bool in_sight(const RayHit& hit, const Vector3d& point) const {
     return std::any_of(cameras_.begin(), cameras_.end(), [&](const PosedCamera& camera) {
       const Vector3d eye = camera.center_world_mm(), in_camera = camera.camera_from_world * point;
-      if (in_camera.z() <= 0 || !normals_.faces_against(hit.face, point - eye)) return false;
+      if (in_camera.z() <= 0 || !surface_.normals.faces_against(hit.face, point - eye))
+        return false;
       const Eigen::Vector2d pixel = project(camera.intrinsics, in_camera);
       if (pixel.minCoeff() < 0 || pixel.x() > camera.intrinsics.width ||
           pixel.y() > camera.intrinsics.height)
@@ -124,14 +124,13 @@ class Sights {
       // Short of the point by more than the margin that occluded() keeps.
       const Ray ray{eye, point - eye, 0, 1 - 1e-4};
       std::uint8_t hidden = 0;
-      rays_.occluded({&ray, 1}, {&hidden, 1});
+      surface_.rays.occluded({&ray, 1}, {&hidden, 1});
       return hidden == 0;
     });
   }
 
  private:
-  const RayScene& rays_;
-  SmoothNormals normals_;
+  const TracedSurface& surface_;
   std::vector<PosedCamera> cameras_;
   std::vector<PhotoView> views_;
 };
@@ -152,7 +151,7 @@ std::vector<ColorProbe> probes_of(const CaptureResult& captured, const CaptureSc
       const int x = static_cast<int>(texel % maps.width), y = static_cast<int>(texel / maps.width);
       const Ray ray = CameraRays(scene.cameras[c]).through(x + 0.5, y + 0.5);
       RayHit hit;
-      flat.rays().first_hits({&ray, 1}, {&hit, 1});
+      flat.surface().rays.first_hits({&ray, 1}, {&hit, 1});
       if (hit.face == kNoHit || !flat.is_organ(hit)) continue;
       const Vector3d point = ray.origin + hit.t * ray.direction;
       probes[i] = {maps.color[texel], flat.true_color(scene.cameras[c], x, y, hit.t),
@@ -196,8 +195,8 @@ TEST(CaptureColor, OfPhotographsIsTheAlbedo) {
   const CaptureScenario scene = capture_scenario(8, 512);
   const FlatScene flat(scene.surface, scene.surface.faces.size(), phantom);
   const std::vector<Photo> photos = photographs(flat, phantom.photo_cameras());
-  const auto color = make_photo_color(scene.surface, flat.rays(), photos);
-  const Sights sights(scene.surface, flat.rays(), photos);
+  const auto color = make_photo_color(flat.surface(), photos);
+  const Sights sights(flat.surface(), photos);
   for (const int side : {1, 2, 3, 4}) {
     CaptureOptions options;
     options.rays_per_texel_side = side;
@@ -254,8 +253,8 @@ TEST(CaptureColor, OfAnOccluderBleedsOnNothing) {
   scene.surface.colors.clear();
   const FlatScene flat(scene.surface, organ_faces, phantom);
   const std::vector<Photo> photos = photographs(flat, cameras);
-  const auto color = make_photo_color(scene.surface, flat.rays(), photos);
-  const Sights sights(scene.surface, flat.rays(), photos);
+  const auto color = make_photo_color(flat.surface(), photos);
+  const Sights sights(flat.surface(), photos);
   const CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
   // The bar is far bluer than tissue: a tenth of it shows as this much.
   const float bled = 0.1f * kBarColor[2];

@@ -2,6 +2,7 @@
 #include "organbake/image/channel_image.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "organbake/core/error.h"
 
@@ -38,11 +39,10 @@ const std::vector<std::uint32_t>& ChannelImage::uints(std::string_view name,
 }
 
 Rgb8Image side_by_side(const Rgb8Image& left, const Rgb8Image& right) {
-  Rgb8Image both(left.width + right.width, left.height);
-  for (int y = 0; y < both.height; ++y) {
-    std::copy_n(left.at(0, y), 3 * left.width, both.at(0, y));
-    std::copy_n(right.at(0, y), 3 * right.width, both.at(left.width, y));
-  }
+  Rgb8Image both(left.width + right.width, std::max(left.height, right.height));
+  for (const auto& [image, x] : {std::pair(&left, 0), std::pair(&right, left.width)})
+    for (int y = 0; y < image->height; ++y)
+      std::copy_n(image->at(0, y), 3 * image->width, both.at(x, y));
   return both;
 }
 

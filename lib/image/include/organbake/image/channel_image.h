@@ -47,7 +47,7 @@ struct Rgb8Image {
   const std::uint8_t* at(int x, int y) const { return &pixels[3 * (std::size_t(y) * width + x)]; }
 };
 
-// Of two pictures of one height.
+// Two pictures, their upper edges in one line.
 Rgb8Image side_by_side(const Rgb8Image& left, const Rgb8Image& right);
 
 }  // namespace organbake
