@@ -17,21 +17,25 @@ namespace {
 
 constexpr int kStill = 1000;  // times as many when nothing changes: one alone is too short to time
 
-// The part of the proxy's area whose skin a dent of these vertices moves: their own faces, and
-// those round them, whose normals turn.
-double moved_share(const TriangleMesh& proxy, const std::vector<bool>& dent) {
-  std::vector<bool> turned(dent);
-  for (const Face& face : proxy.faces) {
-    const bool touched = std::any_of(face.begin(), face.end(), [&](auto v) { return dent[v]; });
+// The part of the skin's area that these positions of the proxy's vertices move: the faces of what
+// moves, and those round them, whose normals turn.
+double moved_share(const ShellSurface& shell, const std::vector<Eigen::Vector3d>& positions) {
+  const TriangleMesh& skin = shell.at_rest();
+  std::vector<Eigen::Vector3d> posed;
+  shell.pose(positions, posed);
+  const auto moves = [&](auto v) { return posed[v] != skin.vertices[v]; };
+  std::vector<bool> turned(posed.size(), false);
+  for (const Face& face : skin.faces) {
+    const bool touched = std::any_of(face.begin(), face.end(), moves);
     for (const auto v : face) turned[v] = turned[v] || touched;
   }
   double moved_mm2 = 0;
-  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
-    const Face& face = proxy.faces[f];
+  for (std::size_t f = 0; f < skin.faces.size(); ++f) {
+    const Face& face = skin.faces[f];
     if (std::any_of(face.begin(), face.end(), [&](auto v) { return turned[v]; }))
-      moved_mm2 += face_area(proxy, f);
+      moved_mm2 += face_area(skin, f);
   }
-  return moved_mm2 / surface_area(proxy);
+  return moved_mm2 / surface_area(skin);
 }
 
 // A round dent where the proxy is nearest to camera 0: as wide as a share of the surface allows,
@@ -42,19 +46,20 @@ struct Dent {
   double share = 0;  // of the surface, that it moves
 
   Dent(const Bundle& bundle, double most) : front(bundle.cameras.manifold.directions.front()) {
-    const auto& positions = bundle.proxy.vertices;
+    const ShellSurface shell = bundle.shell();
+    const auto& at_rest = bundle.proxy.vertices;
     const Eigen::Vector3d foremost = *std::max_element(
-        positions.begin(), positions.end(),
+        at_rest.begin(), at_rest.end(),
         [&](const auto& a, const auto& b) { return a.dot(front) < b.dot(front); });
-    std::vector<std::size_t> order(positions.size());
+    std::vector<std::size_t> order(at_rest.size());
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return (positions[a] - foremost).norm() < (positions[b] - foremost).norm();
+      return (at_rest[a] - foremost).norm() < (at_rest[b] - foremost).norm();
     });
-    vertices.assign(positions.size(), false);
+    vertices.assign(at_rest.size(), false);
     for (const std::size_t v : order) {
       vertices[v] = true;
-      const double wider = moved_share(bundle.proxy, vertices);
+      const double wider = moved_share(shell, positions(bundle, 1));
       if (wider > most && v != order.front()) {
         vertices[v] = false;
         return;
