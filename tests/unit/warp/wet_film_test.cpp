@@ -49,7 +49,7 @@ std::vector<float> film_on_bulge(int side, double pixel_mm) {
         const double up = std::sqrt(kRadius_mm * kRadius_mm - across.squaredNorm());
         const Vector3f normal = ((across + Vector3d(0, 0, up)) / kRadius_mm).cast<float>();
         for (int c = 0; c < 3; ++c) {
-          span.skin.normals.of[c][i] = span.lit.normal.of[c][i] = normal[c];
+          span.skin.normals.of[c][i] = normal[c];
           span.at_rest.normals.of[c][i] = normal[c];
           span.at_rest.places_mm.of[c][i] = float(kRadius_mm) * normal[c];
           span.lit.half_way.of[c][i] = c == 2;

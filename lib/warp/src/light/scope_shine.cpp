@@ -101,7 +101,6 @@ ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float
     lit.share[i] = share;
     lit.shows[i] = at_most_1(positive((near - least_cosine) * inverse_fade)) *
                    at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
-    lit.normal.of[0][i] = nx, lit.normal.of[1][i] = ny, lit.normal.of[2][i] = nz;
     lit.half_way.of[0][i] = hx, lit.half_way.of[1][i] = hy, lit.half_way.of[2][i] = hz;
 
     const float grazing = 1 - at_most_1(nx * ex + ny * ey + nz * ez);

@@ -69,9 +69,9 @@ struct ScopeSkinAtRest {
 
 // What is worked out for all pixels, and asked for again where gloss may show.
 struct ScopeLit {
-  alignas(64) float share[kSpan];   // of full exposure
-  alignas(64) float shows[kSpan];   // 0…1, of gloss
-  SkinDirections normal, half_way;  // unit
+  alignas(64) float share[kSpan];  // of full exposure
+  alignas(64) float shows[kSpan];  // 0…1, of gloss
+  SkinDirections half_way;         // unit
 };
 
 // A span lit from the scope but for its film, which is narrower than the distance of knots.

@@ -225,7 +225,7 @@ inline float wet_bumps(float wetness) {
 
 struct FilmPlanes {
   const float *share, *shows, *white, *depth;
-  SkinVectors normal, seen, half_way, rest_normal, rest_mm;  // seen: the side of the normal that is
+  SkinVectors normal, half_way, rest_normal, rest_mm;
 };
 
 // Some whole vectors from pixel `first` on.
@@ -233,8 +233,7 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
                                         const Wave* hills, const ShineLobe& of_film,
                                         float inverse_pixel, std::size_t first, int count,
                                         const std::array<float*, 3>& planes) {
-  const SkinVectors n = in.normal, seen_side = in.seen, half = in.half_way, m = in.rest_normal,
-                    p = in.rest_mm;
+  const SkinVectors n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
   const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
   const float* const depths = in.depth;
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
@@ -244,9 +243,9 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
     const std::size_t i = first + j;
     const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
     const float rest[3] = {unit * m.x[i], unit * m.y[i], unit * m.z[i]};
-    const float turned =
-        n.x[i] * seen_side.x[i] + n.y[i] * seen_side.y[i] + n.z[i] * seen_side.z[i];
-    const float of_normal = (turned < 0 ? -1.f : 1.f) /
+    // On the side that is seen.
+    const float facing = n.x[i] * half.x[i] + n.y[i] * half.y[i] + n.z[i] * half.z[i];
+    const float of_normal = (facing < 0 ? -1.f : 1.f) /
                             std::sqrt(n.x[i] * n.x[i] + n.y[i] * n.y[i] + n.z[i] * n.z[i] + 1e-20f);
     const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
     const float place[3] = {p.x[i], p.y[i], p.z[i]};
@@ -284,7 +283,6 @@ void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, in
                              colors.white,
                              span.skin.depth_mm,
                              SkinVectors(span.skin.normals),
-                             SkinVectors(lit.normal),
                              SkinVectors(lit.half_way),
                              SkinVectors(span.at_rest.normals),
                              SkinVectors(span.at_rest.places_mm)};
