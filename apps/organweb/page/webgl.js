@@ -19,7 +19,7 @@ const kMade = ["Buffer", "Framebuffer", "Texture", "VertexArray"];
 // Kinds of numbers by the names of OpenGL, and by the letters of its uniforms.
 const kKinds = { 0x1400: Int8Array, 0x1401: Uint8Array, 0x1405: Uint32Array, 0x1406: Float32Array,
                  f: Float32Array, i: Int32Array, ui: Uint32Array };
-const kColor = 0x1800, kRenderer = 0x1F01, kLogLength = 0x8B84, kContextLost = 0x0507;
+const kColor = 0x1800, kRenderer = 0x1F01, kContextLost = 0x0507;
 
 export class WebGl {
   #gl = null;
@@ -50,10 +50,10 @@ export class WebGl {
     for (const kind of ["Shader", "Program"]) {
       calls[`glCreate${kind}`] = (...values) => this.#keep(this.#gl[`create${kind}`](...values));
       calls[`glDelete${kind}`] = (name) => this.#drop(`delete${kind}`, name);
-      const log = (name) => this.#gl[`get${kind}InfoLog`](named(name)) ?? "";
-      calls[`glGet${kind}iv`] = (name, what, at) => this.#put(Int32Array, at, [
-        what === kLogLength ? log(name).length + 1 : Number(this.#gl[`get${kind}Parameter`](named(name), what))]);
-      calls[`glGet${kind}InfoLog`] = (name, room, length, at) => this.#write(log(name), at, room);
+      calls[`glGet${kind}iv`] = (name, what, at) =>
+        this.#put(Int32Array, at, [Number(this.#gl[`get${kind}Parameter`](named(name), what))]);
+      calls[`glGet${kind}InfoLog`] = (name, room, length, at) =>
+        this.#write(this.#gl[`get${kind}InfoLog`](named(name)) ?? "", at, room);
     }
     for (const [ending, size] of [["2f", 2], ["3f", 3], ["4f", 4], ["2i", 2], ["3i", 3], ["3ui", 3]]) {
       const Kind = kKinds[ending.slice(1)];
@@ -68,12 +68,6 @@ export class WebGl {
           .replace(/^@(.*)\n/gm, (line, name) => files.get(name))),
       glTransformFeedbackVaryings: (program, count, texts, mode) =>
         this.#gl.transformFeedbackVaryings(named(program), this.#texts(count, texts), mode),
-      glGetActiveUniform: (program, number, room, length, size, type, at) => {
-        const info = this.#gl.getActiveUniform(named(program), number);
-        this.#put(Int32Array, size, [info.size]);
-        this.#put(Uint32Array, type, [info.type]);
-        this.#write(info.name, at, room);
-      },
       glGetUniformLocation: (program, at) => {
         const place = this.#gl.getUniformLocation(named(program), this.#text(at));
         return place ? this.#keep(place) : -1;

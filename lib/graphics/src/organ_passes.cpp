@@ -13,6 +13,13 @@ namespace {
 constexpr int kPlacedNumbers = 36;  // that place.vert captures of a patch
 constexpr int kGuard_px = 64;       // kMostSplat: round the picture, so that no splat is lost there
 
+// From now on into these targets, in which nothing is nearer than the farthest.
+void begin_depths(const FramebufferName& framebuffer) {
+  constexpr float kFarthest = 1;
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+}
+
 }  // namespace
 
 void PlacedOrgan::measure_texels() {
@@ -125,12 +132,10 @@ void OrganPasses::begin(const DrawOptions& options) {
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE), glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   if (dialect_ == ShaderDialect::desktop) glEnable(kProgramPointSize);
-  glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
+  begin_depths(targets_.resolved.framebuffer);
   const auto& [red, green, blue] = options.background;
   const std::array<float, 4> background = {red / 255.0f, green / 255.0f, blue / 255.0f, 0};
-  constexpr float kFarthest = 1;
   glClearBufferfv(GL_COLOR, 0, background.data());
-  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
 }
 
 void OrganPasses::draw_organ(const PlacedOrgan& organ, const View& view, const DrawOptions& options,
@@ -184,7 +189,6 @@ void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
 }
 
 void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest) {
-  constexpr float kFarthest = 1;
   glDepthFunc(GL_LESS);
   glViewport(-kGuard_px, -kGuard_px, targets_.width + 2 * kGuard_px,
              targets_.height + 2 * kGuard_px);
@@ -196,8 +200,7 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
   splat_.set("inverse_reach", 1 / scale_.reach_mm);
   for (int l = 0; l < organ.layer_count; ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
-    glBindFramebuffer(GL_FRAMEBUFFER, targets_.layers[l].name());
-    glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+    begin_depths(targets_.layers[l]);
     if (samples.patches == 0) continue;
     splat_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
     glBindVertexArray(placed_[l].array.name());
@@ -224,9 +227,7 @@ void set_active(const Program& program, const PlacedOrgan& organ) {
 }  // namespace
 
 void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
-  constexpr float kFarthest = 1;
-  glBindFramebuffer(GL_FRAMEBUFFER, targets_.base.name());
-  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+  begin_depths(targets_.base);
   base_.use();
   set_view(base_, organ, view);
   set_active(base_, organ);

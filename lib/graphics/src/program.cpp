@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program.h"
 
-#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "opengl.h"
 #include "organbake/warp/organ_source.h"
@@ -10,14 +10,7 @@
 namespace organbake {
 namespace {
 
-std::string words_of(unsigned name, void (*length_of)(unsigned, GLint*),
-                     void (*read)(unsigned, GLsizei, char*)) {
-  GLint length = 0;
-  length_of(name, &length);
-  std::string words(std::max(1, length), '\0');
-  read(name, length, words.data());
-  return words.substr(0, words.find('\0'));
-}
+using Log = std::array<char, 4096>;  // what a driver says, as far as anybody reads
 
 // A compiled shader, which the program keeps alone once it is linked.
 unsigned compile(GLenum kind, const std::string& text, const std::string& name) {
@@ -28,11 +21,11 @@ unsigned compile(GLenum kind, const std::string& text, const std::string& name) 
   GLint compiled = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
   if (compiled == GL_TRUE) return shader;
-  const std::string reason = words_of(
-      shader, [](unsigned s, GLint* n) { glGetShaderiv(s, GL_INFO_LOG_LENGTH, n); },
-      [](unsigned s, GLsizei n, char* to) { glGetShaderInfoLog(s, n, nullptr, to); });
+  Log log{};
+  glGetShaderInfoLog(shader, log.size(), nullptr, log.data());
   glDeleteShader(shader);
-  throw GraphicsError("the graphics driver does not compile the shader '" + name + "': " + reason);
+  throw GraphicsError("the graphics driver does not compile the shader '" + name +
+                      "': " + log.data());
 }
 
 }  // namespace
@@ -54,53 +47,29 @@ Program::Program(ShaderDialect dialect, const ProgramFiles& files) {
   glLinkProgram(program);
   GLint linked = GL_FALSE;
   glGetProgramiv(program, GL_LINK_STATUS, &linked);
-  if (linked != GL_TRUE) {
-    throw GraphicsError(
-        "the graphics driver does not link the shaders '" + std::string(files.name) + "': " +
-        words_of(
-            program, [](unsigned p, GLint* n) { glGetProgramiv(p, GL_INFO_LOG_LENGTH, n); },
-            [](unsigned p, GLsizei n, char* to) { glGetProgramInfoLog(p, n, nullptr, to); }));
-  }
-  read_uniforms();
+  if (linked == GL_TRUE) return;
+  Log log{};
+  glGetProgramInfoLog(program, log.size(), nullptr, log.data());
+  throw GraphicsError("the graphics driver does not link the shaders '" + std::string(files.name) +
+                      "': " + log.data());
 }
 
-void Program::read_uniforms() {
-  GLint count = 0;
-  glGetProgramiv(program_.name(), GL_ACTIVE_UNIFORMS, &count);
-  use();
-  int units = 0;
-  for (GLint i = 0; i < count; ++i) {
-    std::array<char, 64> name;
-    GLint size = 0;
-    GLenum type = 0;
-    glGetActiveUniform(program_.name(), i, name.size(), nullptr, &size, &type, name.data());
-    Uniform uniform{name.data(), glGetUniformLocation(program_.name(), name.data())};
-    uniform.name = uniform.name.substr(0, uniform.name.find('['));
-    const bool sampler = type == GL_SAMPLER_2D || type == GL_UNSIGNED_INT_SAMPLER_2D ||
-                         type == GL_SAMPLER_2D_ARRAY || type == GL_UNSIGNED_INT_SAMPLER_2D_ARRAY ||
-                         type == GL_INT_SAMPLER_3D;
-    if (sampler) glUniform1i(uniform.location, uniform.unit = units++);
-    uniforms_.push_back(std::move(uniform));
-  }
+Program::Uniform& Program::find(std::string_view name) const {
+  const auto found = uniforms_.find(name);
+  if (found != uniforms_.end()) return found->second;
+  const std::string text(name);
+  return uniforms_[text] = {glGetUniformLocation(program_.name(), text.c_str())};
 }
 
-const Program::Uniform* Program::find(std::string_view name) const {
-  const auto found = std::find_if(uniforms_.begin(), uniforms_.end(),
-                                  [&](const Uniform& u) { return u.name == name; });
-  return found == uniforms_.end() ? nullptr : &*found;
-}
-
-int Program::at(std::string_view name) const {
-  const Uniform* const uniform = find(name);
-  return uniform ? uniform->location : -1;
-}
+int Program::at(std::string_view name) const { return find(name).location; }
 
 void Program::use() const { glUseProgram(program_.name()); }
 
 void Program::set_texture(std::string_view name, unsigned target, unsigned texture) const {
-  const Uniform* const sampler = find(name);
-  if (!sampler) return;
-  glActiveTexture(GL_TEXTURE0 + sampler->unit);
+  Uniform& sampler = find(name);
+  if (sampler.location < 0) return;
+  if (sampler.unit < 0) glUniform1i(sampler.location, sampler.unit = units_++);
+  glActiveTexture(GL_TEXTURE0 + sampler.unit);
   glBindTexture(target, texture);
   glActiveTexture(GL_TEXTURE0);
 }

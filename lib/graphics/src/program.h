@@ -2,10 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "gl_names.h"
@@ -34,23 +35,24 @@ class Program {
   void set(std::string_view name, std::span<const Eigen::Matrix<Number, size, 1>> values) const {
     if (!values.empty()) upload(name, values.front().data(), size, static_cast<int>(values.size()));
   }
-  // Binds a texture to a unit of its own, and the sampler to that.
+  // Binds a texture to a unit of its own, and the sampler to that. Before the program first draws
+  // all its samplers must be set: those that are not share a unit.
   void set_texture(std::string_view name, unsigned target, unsigned texture) const;
 
  private:
   struct Uniform {
-    std::string name;
     int location = -1, unit = -1;  // of a sampler
   };
-  void read_uniforms();
-  const Uniform* find(std::string_view name) const;
+  Uniform& find(std::string_view name) const;
   int at(std::string_view name) const;
   void upload(std::string_view name, const float* numbers, int size, int count) const;
   void upload(std::string_view name, const int* numbers, int size, int count) const;
   void upload(std::string_view name, const unsigned* numbers, int size, int count) const;
 
   ProgramName program_;
-  std::vector<Uniform> uniforms_;
+  // Those that were asked for.
+  mutable std::map<std::string, Uniform, std::less<>> uniforms_;
+  mutable int units_ = 0;
 };
 
 inline Eigen::Vector4f lens_of(const Intrinsics& k) {
