@@ -45,7 +45,7 @@ class FlatScene {
         for (int k = 0; k < kRays; ++k) rays.push_back(ray_in(camera_rays, x, y, k));
       }
       std::vector<RayHit> hits(rays.size());
-      scene_.first_hits(rays, hits);
+      surface_.rays.first_hits(rays, hits);
       for (int x = 0; x < photo.image.width; ++x) {
         Vector3f sum = Vector3f::Zero();
         for (std::size_t r = std::size_t(x) * kRays; r < std::size_t(x + 1) * kRays; ++r) {
@@ -64,7 +64,7 @@ class FlatScene {
     std::vector<Ray> rays;
     for (int k = 0; k < kRays; ++k) rays.push_back(ray_in(camera_rays, x, y, k));
     std::vector<RayHit> hits(rays.size());
-    scene_.first_hits(rays, hits);
+    surface_.rays.first_hits(rays, hits);
     Vector3f sum = Vector3f::Zero();
     int count = 0;
     const double same_mm = 6 * depth_mm / camera_rays.focal_px();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "organbake/core/files.h"
+#include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
 #ifdef ORGANBAKE_GRAPHICS
 #include "organbake/graphics/graphics_drawing.h"
@@ -186,7 +187,10 @@ bool OrganView::draw_right_eye() {
   if (state_.beside != Beside::right_eye) return false;
   DrawOptions options = session_.drawn(state_.drawing);
   const View view = right_eye(session_.view(), state_.eyes_mm);
-  return !player_.draw(view, session_.drawn(state_.drawing), right_frame_).unchanged;
+  Stopwatch watch;
+  const DrawReport report = player_.draw(view, session_.drawn(state_.drawing), right_frame_);
+  last_.draw_ms += watch.lap();
+  return !report.unchanged;
 }
 
 // The lens's distortion is left out: what is touched lies under the pointer.

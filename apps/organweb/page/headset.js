@@ -44,9 +44,10 @@ function show_eyes(layer, space) {
       // Headsets show 72 pictures a second or more; time goes by in sixtieths.
       if (now - stepped > kStep) organ.passTime(), stepped = Math.max(stepped + kStep, now - kStep);
       for (const view of viewer.views) {
-        const { x, y, width, height } = layer.getViewport(view);
-        webgl.showIn(layer, { x, y });
-        organ.look(view, width, height);
+        const place = layer.getViewport(view);
+        if (!place) continue;
+        webgl.showIn(layer, place);
+        organ.look(view, place.width, place.height);
       }
       if (!organ.graphics) session.end();
     } catch (error) {

@@ -26,8 +26,9 @@ GraphicsDevice current_graphics_device();
 //   base     the base layer's triangles where the cameras hardly see the skin or leave it open
 //   resolve  the three cameras' layers and the base layer blended by depth and weight, and lit
 //   finish   slits and holes filled, instruments drawn, outlines smoothed
-// What stays is uploaded once: the samples of a camera when a view first needs them; the posed
-// shell, and how normals turn, whenever the organ has moved.
+// What stays is uploaded once: the samples of a camera when a view first needs them, and of those
+// what blades have changed; the posed shell, and how normals turn, whenever the organ has moved. A
+// second eye finds all of it there.
 //
 // All calls, and the end, while the context that it was made in is current, which is left as a
 // new one is: with no program, framebuffer or texture bound. One draw() at a time.
