@@ -5,7 +5,7 @@ ivec2 table_at(int i) { return ivec2(i & (kTableColumns - 1), i >> kTableBits); 
 struct Patch {
   vec3 center, extent, along_u, along_v;
   float sine, cosine;
-  int face, count;
+  int face;
 };
 
 Patch patch_of(highp usampler2D samples, int first_patch, int number) {
@@ -14,7 +14,7 @@ Patch patch_of(highp usampler2D samples, int first_patch, int number) {
   uvec4 c = texelFetch(samples, table_at(at + 2), 0), d = texelFetch(samples, table_at(at + 3), 0);
   vec4 x = uintBitsToFloat(a), y = uintBitsToFloat(b), z = uintBitsToFloat(c);
   return Patch(x.xyz, vec3(x.w, y.xy), vec3(y.zw, z.x), z.yzw, uintBitsToFloat(d.x),
-               uintBitsToFloat(d.y), int(d.z), int(d.w));
+               uintBitsToFloat(d.y), int(d.z));
 }
 
 int signed_low(uint word) { return int(word << 16) >> 16; }
