@@ -19,17 +19,13 @@ constexpr std::array<Format, 4> kFormats = {{{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYT
                                              {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT},
                                              {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE}}};
 
-void check_framebuffer() {
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw GraphicsError("the graphics driver refuses a picture of this size and kind");
-}
-
 void bind_targets(const FramebufferName& framebuffer, const Target& color, const Target* depth,
                   int layer = 0) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
   color.attach(layer);
   if (depth) depth->attach(layer);
-  check_framebuffer();
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw GraphicsError("the graphics driver refuses a picture of this size and kind");
 }
 
 }  // namespace
@@ -74,12 +70,8 @@ void Targets::resize(int new_width, int new_height) {
 void Stretches::Picture::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;
   width = new_width, height = new_height;
-  glBindTexture(GL_TEXTURE_2D, texture.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-  set_nearest(GL_TEXTURE_2D);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
-  check_framebuffer();
+  color.resize(width, height);
+  bind_targets(framebuffer, color, nullptr);
 }
 
 void Stretches::Picture::begin() const {

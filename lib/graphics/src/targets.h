@@ -57,12 +57,12 @@ class Stretches {
   void begin() const { table_.begin(); }  // binds the table, empty
   // `program` draws a point for each face; the larger wins.
   void find_largest(const class Program& program, int faces) const;
-  unsigned table() const { return table_.texture.name(); }
-  unsigned largest() const { return largest_.texture.name(); }
+  unsigned table() const { return table_.color.texture(); }
+  unsigned largest() const { return largest_.color.texture(); }
 
  private:
   struct Picture {
-    TextureName texture;
+    Target color{Target::Kind::color};
     FramebufferName framebuffer;
     int width = 0, height = 0;
 
