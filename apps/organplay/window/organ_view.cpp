@@ -185,7 +185,6 @@ void OrganView::advance(Display& display) {
 
 bool OrganView::draw_right_eye() {
   if (state_.beside != Beside::right_eye) return false;
-  DrawOptions options = session_.drawn(state_.drawing);
   const View view = right_eye(session_.view(), state_.eyes_mm);
   Stopwatch watch;
   const DrawReport report = player_.draw(view, session_.drawn(state_.drawing), right_frame_);
@@ -272,7 +271,7 @@ void OrganView::show_panels() {
 void OrganView::follow_asks(Display& display) {
   const WindowState::Asks asks = std::exchange(state_.asks, {});
   const Rgb8Image& picture = session_.frame().color;
-  const bool two = state_.beside == Beside::right_eye;
+  const bool two = state_.beside == Beside::right_eye && right_frame_.color.width == picture.width;
   if (asks.picture)
     save_picture(two ? side_by_side(picture, right_frame_.color) : picture, "frame");
   if (asks.window)
