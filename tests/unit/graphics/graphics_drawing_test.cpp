@@ -12,61 +12,19 @@
 #include <filesystem>
 #include <optional>
 
-#include "organ_tables.h"
-#include "organbake/core/error.h"
 #include "organbake/graphics/offscreen_context.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/png.h"
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/warper.h"
+#include "small_organ.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
-using Positions = std::vector<Vector3d>;
-
-// Wet tissue in a lamp's light, for a light at the scope.
-Lighting tissue_light() {
-  Lighting light;
-  light.ambient_above = {0.5, 0.5, 0.5};
-  light.ambient_below = {0.3, 0.3, 0.3};
-  light.lamps.push_back({Vector3d(1, -2, 2).normalized(), {0.5, 0.5, 0.5}});
-  light.gloss = wet_gloss();
-  light.scope = ScopeLight();
-  light.finish.relief_slope = 0.2;
-  light.finish.softness = {0.3, 0.2, 0.15};
-  light.finish.rim = 0.5;
-  light.finish.grain = {0.08, 0.1, 0.1};
-  light.finish.border_fade_rad = 0.02;
-  return light;
-}
-
-Bundle small_organ(const Vector3d& center, int map_size) {
-  SyntheticOptions options;
-  options.organ.center = center;
-  options.organ.lump_share = 0.06;
-  options.map_size = map_size;
-  options.proxy_subdivisions = 2;
-  Bundle bundle = make_synthetic_bundle(options);
-  bundle.lighting = tissue_light();
-  return bundle;
-}
-
-const Bundle& tested_organ() {
-  static const Bundle bundle = small_organ({10, -20, 30}, 256);
-  return bundle;
-}
-
-View view_at(const Bundle& bundle, const Vector3d& direction, double away_mm) {
-  View view;
-  view.camera.intrinsics = {640, 360, 420, 420, 320, 180};
-  const Vector3d center = bundle.cameras.manifold.center_world_mm;
-  view.camera.camera_from_world =
-      look_at(center + away_mm * direction.normalized(), center, Vector3d::UnitZ());
-  return view;
-}
+using GraphicsDrawingTest = GraphicsTest;
 
 Positions twisted(const TriangleMesh& proxy) {
   const Vector3d center = bounds(proxy).center();
@@ -78,18 +36,9 @@ Positions twisted(const TriangleMesh& proxy) {
   return turned;
 }
 
-// Both ways of drawing organs, side by side; no value where there is no EGL.
+// Both ways of drawing organs, side by side.
 class BothWays {
  public:
-  static std::string missing() {
-    try {
-      const OffscreenContext context;
-      return {};
-    } catch (const UsageError& error) {
-      return error.what();
-    }
-  }
-
   struct Pair {
     Frame processor, graphics;
     ImageDifference difference;
@@ -158,14 +107,6 @@ void expect_alike(const BothWays::Pair& pair, const std::string& name, std::size
   EXPECT_GE(pair.similarity, kLeastSimilarity) << name;
   EXPECT_LE(pair.apart, most_apart) << name;
 }
-
-class GraphicsDrawingTest : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::string missing = BothWays::missing();
-    if (!missing.empty()) GTEST_SKIP() << "nothing was drawn with graphics hardware: " << missing;
-  }
-};
 
 TEST_F(GraphicsDrawingTest, LooksAsTheProcessorsPicture) {
   const Bundle& bundle = tested_organ();
@@ -297,63 +238,6 @@ TEST_F(GraphicsDrawingTest, OpenGlEsDrawsTheSame) {
         .draw(organs, view, options, frames[static_cast<int>(kind)]);
   }
   EXPECT_GT(compare_images(frames[0].color, frames[1].color).psnr_db, 50);
-}
-
-TEST_F(GraphicsDrawingTest, KeepsTheSamplesOfTheLastViewsAlone) {
-  const Bundle& bundle = tested_organ();
-  const Positions& positions = bundle.proxy.vertices;
-  Warper warper(bundle);
-  const OffscreenContext context;
-  const OrganSource source = warper.pose(positions, false);
-  constexpr std::size_t kFew_bytes = 3'000'000;
-  OrganTables all(source), few(source, kFew_bytes);
-  const std::size_t without = few.bytes();
-  for (std::size_t camera = 0; camera + 1 < bundle.cameras.cameras.size(); ++camera) {
-    for (OrganTables* tables : {&all, &few}) {
-      tables->pose(source, positions, false);
-      const int patches = tables->samples(warper, camera).patches;
-      EXPECT_EQ(tables->samples(warper, camera + 1).patches > 0, patches > 0);
-    }
-  }
-  EXPECT_GT(all.bytes(), 2 * few.bytes());
-  EXPECT_LT(few.bytes(), without + kFew_bytes + 200'000) << "with the pose";
-  // What a picture asks for stays until its end, though it be more.
-  few.pose(source, positions, false);
-  for (std::size_t camera = 0; camera < bundle.cameras.cameras.size(); ++camera)
-    few.samples(warper, camera);
-  EXPECT_EQ(few.bytes(), all.bytes());
-}
-
-// Of an organ that is cut further, or whole again, only what changes is uploaded: pictures are
-// those of whoever never saw it before.
-TEST_F(GraphicsDrawingTest, ACutThatGrowsIsDrawnAsOneThatWasThereBefore) {
-  const Bundle& bundle = tested_organ();
-  Warper whole(bundle);
-  // Faces whose edges are lips, which are wet.
-  const auto cut_at = [&](std::uint32_t from, std::uint32_t to) {
-    CutOrgan::FaceParts parts;
-    for (std::uint32_t face = from; face < to; ++face)
-      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {true, true, true}}};
-    return whole.cut(bundle, parts);
-  };
-  Warper cut = cut_at(0, 120), elsewhere = cut_at(100, 200);
-  View view = view_at(bundle, {1, 0.3, 0.5}, 130);
-  view.camera.intrinsics = {320, 180, 210, 210, 160, 90};
-  const OffscreenContext context;
-  GraphicsDrawing drawing;
-  Rgb8Image last;
-  for (Warper* warper : {&whole, &cut, &elsewhere, &whole}) {
-    const std::vector<JointDrawing::Organ> organs = {
-        {*warper, bundle.proxy.vertices, bundle.proxy, bundle.lighting}};
-    DrawOptions options;
-    options.light = DrawnLight::scope;
-    Frame frame, anew;
-    drawing.draw(organs, view, options, frame);
-    GraphicsDrawing().draw(organs, view, options, anew);
-    EXPECT_EQ(frame.color.pixels, anew.color.pixels);
-    EXPECT_NE(frame.color.pixels, last.pixels);
-    last = frame.color;
-  }
 }
 
 TEST_F(GraphicsDrawingTest, LeavesAPictureThatStaysAlone) {
