@@ -10,6 +10,8 @@
 namespace organbake {
 namespace {
 
+constexpr float kTone = 0.65f;  // of a share, the largest octave's deviation
+
 // Where octave k of the grain looks a pixel up. Each octave has its axes in another order, a
 // little askew, so that no two repeat together.
 struct GrainPlaces {
@@ -33,7 +35,7 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
                                               float grain_px, const std::array<float, 3>& shares,
                                               int count, const std::array<float*, 3>& planes) {
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
-  constexpr float kPart = 0.65f / GrainTable::kDeviation, kLeast = 0.15f;
+  constexpr float kPart = kTone / GrainTable::kDeviation, kLeast = 0.15f;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
     const float px = grain_px / depths[i];
@@ -55,8 +57,9 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
 }  // namespace
 
 bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
-  constexpr float kLeast_px = 2;
-  return grain_mm_ > 0 && grain_mm_ * inverse_pixel > kLeast_px * depth_mm;
+  constexpr float kLeast = 0.01f;  // deviation, of the light on it
+  const float share = *std::max_element(shares_.begin(), shares_.end());
+  return grain_mm_ > 0 && kTone * share * resolved(grain_mm_ * inverse_pixel / depth_mm) > kLeast;
 }
 
 void SkinGrain::add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float inverse_pixel,
