@@ -22,16 +22,12 @@ std::vector<std::vector<std::uint32_t>> faces_around(const TriangleMesh& skin) {
 
 std::vector<WetRim::Lip> lips_of(const TriangleMesh& skin, std::uint32_t face,
                                  const std::vector<CutOrgan::FacePart>& parts) {
-  const auto [a, b, c] = skin.faces[face];
-  const auto place_mm = [&](const Eigen::Vector2d& at) -> Eigen::Vector3d {
-    return (1 - at.sum()) * skin.vertices[a] + at[0] * skin.vertices[b] + at[1] * skin.vertices[c];
-  };
   std::vector<WetRim::Lip> lips;
   for (const CutOrgan::FacePart& part : parts) {
     for (int k = 0; k < 3; ++k) {
       if (!part.lip[k]) continue;
-      const Eigen::Vector3d from_mm = place_mm(part.at[(k + 1) % 3]);
-      lips.push_back({from_mm, place_mm(part.at[(k + 2) % 3]) - from_mm});
+      const Eigen::Vector3d from_mm = WetRim::place_mm(skin, face, part.at[(k + 1) % 3]);
+      lips.push_back({from_mm, WetRim::place_mm(skin, face, part.at[(k + 2) % 3]) - from_mm});
     }
   }
   return lips;
@@ -45,6 +41,13 @@ double squared_distance(const WetRim::Lip& lip, const Eigen::Vector3d& place_mm)
 }
 
 }  // namespace
+
+Eigen::Vector3d WetRim::place_mm(const TriangleMesh& skin, std::uint32_t face,
+                                 const Eigen::Vector2d& at) {
+  const Face& corners = skin.faces[face];
+  return (1 - at.sum()) * skin.vertices[corners[0]] + at[0] * skin.vertices[corners[1]] +
+         at[1] * skin.vertices[corners[2]];
+}
 
 WetRim::WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts) {
   const std::vector<std::vector<std::uint32_t>> around = faces_around(skin);

@@ -26,6 +26,9 @@ class WetRim {
   // them.
   const std::map<std::uint32_t, std::vector<Lip>>& lips() const { return lips_; }
 
+  // A place in a face, b1 and b2.
+  static Eigen::Vector3d place_mm(const TriangleMesh& skin, std::uint32_t face,
+                                  const Eigen::Vector2d& at);
   // How far off lips wet what is measured in pieces of a size, a texel's say.
   static double reach_mm(double piece_mm) { return kWidth_mm + piece_mm / 2; }
   // Those of some lips that come as near as that to a place.
