@@ -122,7 +122,8 @@ ORGANBAKE_MULTIVERSION void add_smooth_layer(const LayerSpan& __restrict row,
   const auto within = [](float v) { return v > -0.5f ? (v < 0.5f ? v : 0.5f) : -0.5f; };
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
-    const auto [c00, c10, c01, c11] = detail[i];
+    const SmoothDetail& texel = detail[i];
+    const std::uint32_t c00 = texel[0], c10 = texel[1], c01 = texel[2], c11 = texel[3];
     const float u = within(row.u[i]), v = within(row.v[i]);
     const float s = u + 0.5f, t = v + 0.5f, w11 = s * t, w10 = s - w11, w01 = t - w11;
     const float w00 = 1 - s - w01;
