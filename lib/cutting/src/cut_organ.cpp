@@ -265,15 +265,16 @@ void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t f
 void CutOrgan::wet_lips() {
   const WetRim rim(skin_, face_parts_);
   const std::uint32_t n = base_.steps;
-  for (const auto& near : rim.lips()) {
-    const std::uint32_t face = near.first;
+  for (std::uint32_t face = 0; face < skin_.faces.size(); ++face) {
+    const std::vector<WetRim::Lip>& lips = rim.lips()[face];
+    if (lips.empty()) continue;
     const auto wet = [&](const FacePart& part) {
       each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
         const Eigen::Vector2d at = within(part.at, {double(i) / n, double(j) / n});
         const Eigen::Vector3d place_mm = WetRim::place_mm(skin_, face, at);
         Eigen::Vector3f& color =
             now_.base.color[std::size_t(part.face) * base_.nodes_per_face() + node];
-        color.array() *= WetRim::kept(WetRim::share(near.second, place_mm, 0)).cast<float>();
+        color.array() *= WetRim::kept(WetRim::share(lips, place_mm, 0)).cast<float>();
       });
     };
     const auto parts = face_parts_.find(face);

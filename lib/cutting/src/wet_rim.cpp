@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 
 namespace organbake {
 namespace {
@@ -49,13 +48,17 @@ Eigen::Vector3d WetRim::place_mm(const TriangleMesh& skin, std::uint32_t face,
          at[1] * skin.vertices[corners[2]];
 }
 
-WetRim::WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts) {
+WetRim::WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts)
+    : lips_(skin.faces.size()) {
   const std::vector<std::vector<std::uint32_t>> around = faces_around(skin);
   for (const auto& [face, of_face] : parts) {
     const std::vector<Lip> lips = lips_of(skin, face, of_face);
     if (lips.empty()) continue;
-    std::set<std::uint32_t> faces;
-    for (const std::uint32_t v : skin.faces[face]) faces.insert(around[v].begin(), around[v].end());
+    std::vector<std::uint32_t> faces;
+    for (const std::uint32_t v : skin.faces[face])
+      faces.insert(faces.end(), around[v].begin(), around[v].end());
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     for (const std::uint32_t f : faces) lips_[f].insert(lips_[f].end(), lips.begin(), lips.end());
   }
 }

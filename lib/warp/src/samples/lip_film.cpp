@@ -91,9 +91,9 @@ class PatchFilm {
 void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples) {
   for (std::uint32_t c = 0; c < samples.chunks.size(); ++c) {
     const Chunk& chunk = samples.chunks[c];
-    const auto lips = rim.lips().find(chunk.patch.face);
-    if (lips == rim.lips().end()) continue;
-    const PatchFilm film(skin, chunk.patch, samples.texel_mm, lips->second);
+    const std::vector<WetRim::Lip>& lips = rim.lips()[chunk.patch.face];
+    if (lips.empty()) continue;
+    const PatchFilm film(skin, chunk.patch, samples.texel_mm, lips);
     if (film.none()) continue;
     for (std::size_t slot = std::size_t{c} * kChunk, i = 0; i < chunk.count; ++i, ++slot) {
       const std::array<float, 3> bound = samples.bound(slot);

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <map>
 #include <vector>
 
 #include "organbake/cutting/cut_organ.h"
@@ -22,9 +21,8 @@ class WetRim {
   // skin: of the uncut organ, at rest; of its faces those in `parts` are cut.
   WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts);
 
-  // The lips that may be near, by the faces of the uncut skin: those with lips and those around
-  // them.
-  const std::map<std::uint32_t, std::vector<Lip>>& lips() const { return lips_; }
+  // The lips that may be near, for each face of the uncut skin: its own and those around it.
+  const std::vector<std::vector<Lip>>& lips() const { return lips_; }
 
   // A place in a face, b1 and b2.
   static Eigen::Vector3d place_mm(const TriangleMesh& skin, std::uint32_t face,
@@ -43,7 +41,7 @@ class WetRim {
  private:
   static constexpr double kWidth_mm = 1.0;
 
-  std::map<std::uint32_t, std::vector<Lip>> lips_;
+  std::vector<std::vector<Lip>> lips_;
 };
 
 }  // namespace organbake
