@@ -50,8 +50,8 @@ struct OrganSource {
   Bounds at_rest;
   std::span<const ShellMatrix> shells;      // by face, world mm
   std::span<const std::uint8_t> two_sided;  // by face: both of its sides are skin
-  // By face: not as in the whole organ. Patches on other faces are the same, and so are the base
-  // layer's nodes. Empty: nothing is cut; else gaps may open anywhere.
+  // By face: not as in the whole organ, or wet. Patches on other faces are the same, and so are the
+  // base layer's nodes. Empty: nothing is cut; else gaps may open anywhere.
   std::span<const std::uint8_t> parted = {};
   const BaseLayer& base;
   // Null where the bundle cannot be lit anew, and all below empty.
