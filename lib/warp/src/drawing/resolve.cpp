@@ -227,6 +227,7 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   };
   SkinPixels skin;
   for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
+  skin.fill_up();
   const SpanColors colors{x0, y, count, {sum.red, sum.green, sum.blue}, white, depth};
   ScopeSpan from_scope;
   tile.relit->light(skin, lit, colors, from_scope);

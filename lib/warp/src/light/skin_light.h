@@ -21,6 +21,10 @@ struct SkinPixels {
     b1[count] = at_b1, b2[count] = at_b2;
     ++count;
   }
+  // To whole vectors, which are looked up: with a place that there is.
+  void fill_up() {
+    for (unsigned i = count; i < whole_vectors(count); ++i) face[i] = 0, b1[i] = b2[i] = 0;
+  }
 };
 
 // The colours of a span: `count` pixels of the picture's row y from column x0 on. Gloss is added
