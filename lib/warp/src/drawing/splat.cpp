@@ -122,10 +122,6 @@ void splat_large(const PlacedSamples& placed, std::uint32_t first_slot, const Ch
   }
 }
 
-}  // namespace
-
-namespace {
-
 // Of a chunk's samples, from its first slot on.
 template <class Number>
 void prefetch_slots(const std::vector<Number>& numbers, std::size_t first) {
