@@ -8,11 +8,10 @@ namespace organbake {
 std::optional<double> skin_depth_mm(const Player& player, const View& view,
                                     const Eigen::Vector2i& pixel) {
   const PosedCamera& camera = view.camera;
-  const Intrinsics& lens = camera.intrinsics;
   const Eigen::Vector3d eye = camera.center_world_mm();
+  const Eigen::Vector2d middle = pixel.cast<double>() + Eigen::Vector2d(0.5, 0.5);
   const Eigen::Vector3d ray =
-      camera.camera_from_world.rotation.transpose() *
-      Eigen::Vector3d((pixel.x() - lens.cx) / lens.fx, (pixel.y() - lens.cy) / lens.fy, 1);
+      camera.camera_from_world.rotation.transpose() * unproject(camera.intrinsics, middle);
   std::optional<double> nearest;
   for (std::size_t o = 0; o < player.organ_count(); ++o) {
     const TriangleMesh skin = player.bundle_now(o).shell().posed(player.proxy_positions(o));
