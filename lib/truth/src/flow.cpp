@@ -7,7 +7,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <utility>
 
 #include "flow_kernels.h"
@@ -17,8 +16,6 @@ namespace organbake {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 
 FlowLens lens_of(const View& view) {
   const Intrinsics& k = view.camera.intrinsics;

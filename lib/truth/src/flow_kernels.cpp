@@ -8,8 +8,6 @@
 namespace organbake {
 namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-
 [[gnu::always_inline]] inline bool finite(float value) {
   return std::abs(value) < std::numeric_limits<float>::infinity();
 }

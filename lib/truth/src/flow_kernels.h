@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace organbake {
 
 // The loops over a row's pixels that flow takes (flow.cpp): plain, over arrays of numbers that do
 // not overlap, so that they run by vectors. A place that is not a number is none.
 
+inline constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
 inline constexpr unsigned kFlowLanes = 8, kFlowSpan = 128;
 
 // shell_point() along one axis for points of one face, whose matrix has its columns four numbers

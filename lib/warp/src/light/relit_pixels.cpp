@@ -46,7 +46,7 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, std::int32_t 
     // The quad's other triangle, from its far corner; on the face's long edge there is none.
     const bool other = (along + down > 1) & (i + j + 2 <= steps);
     const float a = within(along), d = within(down), beyond = a + d - 1;
-    const float over = !other & (beyond > 0) ? 0.5f * beyond : 0;
+    const float over = (!other & (beyond > 0)) ? 0.5f * beyond : 0;
     out.along[k] = other ? 1 - d : a - over;
     out.down[k] = other ? 1 - a : d - over;
     out.own_along[k] = other ? 1 - down : along;
