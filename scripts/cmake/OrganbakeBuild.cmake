@@ -107,25 +107,24 @@ function(organbake_optimize_files_for_build_time)
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# organbake_module(<name> [RUNTIME] [ROOMS ...] [SOURCES ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
+# organbake_module(<name> [RUNTIME] [ROOMS ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
 # Declares organbake::<name>, the folder that calls it:
 #   include/organbake/<name>/*.h  what others may include, as "organbake/<name>/...";
-#   src/**                        the rest, which no other target sees; SOURCES: these of it alone,
-#                                 as pages need them, which alone have what is in src/web.
+#   src/**                        the rest, which no other target sees. Of src/native, which opens
+#                                 files and the like, pages have nothing; of src/web, they alone.
 # RUNTIME modules are what organplay needs: they are exported, and the headers that INSTALL names
 # are installed. ROOMS are folders of src in the order in which they use each other, which
 # scripts/check_layers holds.
 function(organbake_module name)
-  cmake_parse_arguments(arg "RUNTIME" "" "ROOMS;SOURCES;INSTALL;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "RUNTIME" "" "ROOMS;INSTALL;PUBLIC;PRIVATE" ${ARGN})
   set(target organbake_${name})
   set(include ${CMAKE_CURRENT_SOURCE_DIR}/include)
   file(GLOB headers CONFIGURE_DEPENDS ${include}/organbake/${name}/*.h)
-  if(arg_SOURCES)
-    list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/src/)
-    set(sources ${arg_SOURCES})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp
+       ${CMAKE_CURRENT_SOURCE_DIR}/src/*.h)
+  if(ORGANBAKE_WEB)
+    list(FILTER sources EXCLUDE REGEX /src/native/)
   else()
-    file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp
-         ${CMAKE_CURRENT_SOURCE_DIR}/src/*.h)
     list(FILTER sources EXCLUDE REGEX /src/web/)
   endif()
   add_library(${target} STATIC ${sources} ${headers})

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "ideal_picture.h"
+#include "native/ideal_picture.h"
 #include "organ_to_play.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/orbit.h"

@@ -45,15 +45,16 @@ void rasterise_values(const MeasuredSurface& surface, const View& view, Values& 
     const Eigen::Vector2d pixel = project(view.camera.intrinsics, at);
     corners[v] = SnappedCorner({pixel.x(), pixel.y(), 1 / at.z()});
   }
-  for (const auto& [a, b, c] : surface.posed.faces) {
-    const SnappedTriangle triangle(corners[a], corners[b], corners[c]);
+  for (const Face& face : surface.posed.faces) {
+    const SnappedTriangle triangle(corners[face[0]], corners[face[1]], corners[face[2]]);
     if (triangle.doubled_area >= 0) continue;  // turns away from the eye
     rasterise(triangle, picture, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t i = std::size_t(y) * picture.x1 + x;
       if (!(depth < seen.depth[i])) return;
       seen.depth[i] = static_cast<float>(depth);
-      seen.value[i] = static_cast<float>(w[0] * surface.values[a] + w[1] * surface.values[b] +
-                                         w[2] * surface.values[c]);
+      seen.value[i] =
+          static_cast<float>(w[0] * surface.values[face[0]] + w[1] * surface.values[face[1]] +
+                             w[2] * surface.values[face[2]]);
     });
   }
 }
