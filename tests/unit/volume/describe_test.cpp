@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/volume/describe.h"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
-
-using ::testing::HasSubstr;
 
 TEST(Describe, NamesThePatientsSidesThatTheAxesRunTowards) {
   const auto orientation = [](const Eigen::Matrix3d& d) {
@@ -34,23 +32,6 @@ TEST(Describe, GivesTheFigures) {
   EXPECT_LT((figures.min_mm - Eigen::Vector3d(-40, 21.25, 110)).norm(), 1e-12);
   EXPECT_LT((figures.max_mm - Eigen::Vector3d(-36.8, 25, 116)).norm(), 1e-12);
   EXPECT_EQ(figures.range.max, value_range(volume).max);
-}
-
-TEST(Describe, PutsThemIntoWords) {
-  Volume volume = ramp_volume(oblique_direction());
-  volume.warnings = {"something was mended"};
-  const std::string text = describe_volume(volume);
-  EXPECT_THAT(text, HasSubstr("5×4×3 voxels"));
-  EXPECT_THAT(text, HasSubstr("0.800 × 1.250 × 3.000 mm"));
-  EXPECT_THAT(text, HasSubstr("oblique by "));
-  EXPECT_THAT(text, HasSubstr("warning      something was mended"));
-}
-
-TEST(Describe, ListsTheLabelsOfAMask) {
-  Volume mask = ramp_volume();
-  mask.voxels.assign(60, 0);
-  mask.voxels[1] = mask.voxels[2] = 5;
-  EXPECT_THAT(describe_volume(mask), HasSubstr("labels       1: 5 (0.0 ml)"));
 }
 
 }  // namespace

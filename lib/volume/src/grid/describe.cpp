@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "organbake/core/text.h"
-#include "organbake/volume/label_figures.h"
 
 namespace organbake {
 namespace {
@@ -17,21 +16,8 @@ char side_towards(const Eigen::Vector3d& axis) {
   return axis[along] >= 0 ? "LPS"[along] : "RAI"[along];
 }
 
-std::string triple(const Eigen::Vector3d& v, int digits, const char* between) {
-  return to_text(v.x(), digits) + between + to_text(v.y(), digits) + between +
-         to_text(v.z(), digits);
-}
-
-std::string labels_line(const Volume& volume) {
-  const std::vector<LabelCount> labels = count_labels(volume);
-  constexpr std::size_t kShown = 12;
-  std::string line = "labels       " + std::to_string(labels.size()) + ":";
-  const double voxel_ml = volume.spacing_mm.prod() / 1000;
-  for (std::size_t i = 0; i < std::min(labels.size(), kShown); ++i) {
-    line += (i ? ", " : " ") + std::to_string(labels[i].label) + " (" +
-            to_text(static_cast<double>(labels[i].voxels) * voxel_ml, 1) + " ml)";
-  }
-  return line + (labels.size() > kShown ? ", …\n" : "\n");
+std::string triple(const Eigen::Vector3d& v) {
+  return to_text(v.x(), 1) + ", " + to_text(v.y(), 1) + ", " + to_text(v.z(), 1);
 }
 
 }  // namespace
@@ -58,25 +44,7 @@ VolumeFigures volume_figures(const Volume& volume) {
 
 std::string world_range_text(const Volume& volume) {
   const VolumeFigures f = volume_figures(volume);
-  return triple(f.min_mm, 1, ", ") + " … " + triple(f.max_mm, 1, ", ");
-}
-
-std::string describe_volume(const Volume& volume) {
-  const VolumeFigures f = volume_figures(volume);
-  std::string text = "size         " + std::to_string(f.size[0]) + "×" + std::to_string(f.size[1]) +
-                     "×" + std::to_string(f.size[2]) + " voxels\n";
-  text += "spacing      " + triple(f.spacing_mm, 3, " × ") + " mm\n";
-  text += "extent       " + triple(f.extent_mm, 1, " × ") + " mm\n";
-  text += "centres      " + world_range_text(volume) + " mm (LPS)\n";
-  text += "orientation  " + f.orientation;
-  constexpr double kWorthTelling = 0.05;
-  if (f.oblique_degrees > kWorthTelling)
-    text += ", oblique by " + to_text(f.oblique_degrees, 1) + "°";
-  text += f.left_handed ? ", left-handed\n" : "\n";
-  text += "values       " + to_text(f.range.min) + "…" + to_text(f.range.max) + "\n";
-  if (looks_like_mask(volume)) text += labels_line(volume);
-  for (const std::string& warning : volume.warnings) text += "warning      " + warning + "\n";
-  return text;
+  return triple(f.min_mm) + " … " + triple(f.max_mm);
 }
 
 }  // namespace organbake

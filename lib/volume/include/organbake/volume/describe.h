@@ -29,7 +29,4 @@ VolumeFigures volume_figures(const Volume& volume);
 // "-149.5, -61.5, -842.5 … 249.5, …": the box of the voxel centres in world millimetres.
 std::string world_range_text(const Volume& volume);
 
-// One figure a line, and the reader's warnings below.
-std::string describe_volume(const Volume& volume);
-
 }  // namespace organbake
