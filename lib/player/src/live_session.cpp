@@ -18,11 +18,6 @@ constexpr double kTurnPerPicture_rad = std::numbers::pi;  // a drag across the s
 constexpr double kZoomPerStep = 0.9;
 constexpr double kNearest = 0.35, kFarthest = 4;  // of the virtual cameras' distance
 constexpr double kHighest_rad = 1.5;
-constexpr double kCutDepth_mm = 8, kBlade_mm = 40, kBladeRadius_mm = 0.4;
-constexpr double kNeedle_mm = 60, kNeedleRadius_mm = 0.6;
-constexpr double kSnipDepth_mm = 6, kScissors_mm = 24, kScissorsRadius_mm = 0.8;
-constexpr double kWidestOpening_mm = 20;
-constexpr double kLeastDrag_mm = 1;  // shorter ones have no direction yet
 constexpr double kNarrowest_deg = 5, kWidest_deg = 120;
 constexpr double kSeek_ms = 10;  // of a picture's time
 
@@ -119,88 +114,47 @@ void LiveSession::set_view_angle_deg(double angle_deg) {
 }
 
 bool LiveSession::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) {
-  if (seeking() || !find_touched(at_px)) return false;
-  go_on_from_here();
-  take_tool(kind);
-  return true;
-}
-
-bool LiveSession::find_touched(const Eigen::Vector2d& at_px) {
   const Intrinsics& picture = view_.camera.intrinsics;
   const Eigen::Vector2i pixel = at_px.array().floor().cast<int>();
-  if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= picture.width || pixel.y() >= picture.height) {
+  if (seeking() || pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= picture.width ||
+      pixel.y() >= picture.height) {
     return false;
   }
   const std::optional<Seen> seen = seen_at(pixel);
   if (!seen || !std::isfinite(seen->depth_mm)) return false;
-  const RigidTransform world_from_camera = view_.camera.camera_from_world.inverse();
-  const Eigen::Vector3d ray = unproject(picture, at_px);
-  touched_mm_ = world_from_camera * Eigen::Vector3d(double(seen->depth_mm) * ray);
-  sight_ = (world_from_camera.rotation * ray).normalized();
-  touched_px_ = pointer_px_ = at_px;
-  touch_view_ = view_;
+  go_on_from_here();
+  pointer_.emplace(view_, at_px, seen->depth_mm);
+  take_tool(kind);
   return true;
 }
 
 void LiveSession::take_tool(const InstrumentKind& kind) {
-  pushed_mm_ = opening_mm_ = 0;
-  holding_ = true;
-  Instrument tool{touched_mm_, tool_radius_mm_, kind, true};
-  double length_mm = 0;
-  if (tool.is<Blade>()) tool.radius_mm = kBladeRadius_mm, length_mm = kBlade_mm;
-  if (tool.is<Needle>()) tool.radius_mm = kNeedleRadius_mm, length_mm = kNeedle_mm;
-  if (tool.is<Scissors>()) tool.radius_mm = kScissorsRadius_mm, length_mm = kScissors_mm;
+  Instrument tool = pointer_->tool(kind, tool_radius_mm_);
   if (Blade* blade = std::get_if<Blade>(&tool.kind)) blade->cut_width_mm = cut_width_mm_;
-  tool.axis_mm = -length_mm * sight_;
   tips_.push_back(tool);
-  const Eigen::Matrix3d world_from_camera = view_.camera.camera_from_world.inverse().rotation;
   InstrumentPath record;
   record.name = mode_of(kind);
   record.instrument = tool;
-  if (Scissors* scissors = std::get_if<Scissors>(&record.instrument.kind)) {
-    scissors->opening_mm = world_from_camera.col(0);
-  }
   record_.begin_touch(std::move(record));
 }
 
-void LiveSession::drag(const Eigen::Vector2d& to_px) { pointer_px_ = to_px; }
-
-void LiveSession::push(double mm) { pushed_mm_ += mm; }
-
-// Across the view, at the depth of the place touched; world.
-Eigen::Vector3d LiveSession::dragged_mm() const {
-  const RigidTransform& camera_from_world = touch_view_.camera.camera_from_world;
-  const double z = (camera_from_world * touched_mm_).z();
-  const Eigen::Vector2d moved_mm =
-      z / touch_view_.camera.intrinsics.fx * (pointer_px_ - touched_px_);
-  return camera_from_world.rotation.transpose() * Eigen::Vector3d(moved_mm.x(), moved_mm.y(), 0);
+void LiveSession::drag(const Eigen::Vector2d& to_px) {
+  if (pointer_) pointer_->drag(to_px);
 }
 
-// The ball touches the skin from the eye's side, and goes on from there.
-Eigen::Vector3d LiveSession::tip_position_mm() const {
-  const Eigen::Vector3d touching = touched_mm_ - tips_.back().radius_mm * sight_;
-  const Eigen::Vector3d dragged = dragged_mm();
-  const Instrument& tool = tips_.back();
-  if (tool.is<Grasper>()) return touching + dragged + pushed_mm_ * sight_;
-  if (tool.is<Blade>()) return touched_mm_ + dragged + (kCutDepth_mm + pushed_mm_) * sight_;
-  if (tool.is<Scissors>()) return touched_mm_ + (kSnipDepth_mm + pushed_mm_) * sight_;
-  return touching + (dragged.norm() + pushed_mm_) * sight_;
+void LiveSession::push(double mm) {
+  if (pointer_) pointer_->push(mm);
 }
 
-// Along the drag as it began, by twice its length: either blade goes with the pointer.
-void LiveSession::open_scissors() {
-  const Eigen::Vector3d dragged = dragged_mm();
-  Eigen::Vector3d& along = std::get<Scissors>(record_.last_touch().instrument.kind).opening_mm;
-  if (opening_mm_ == 0 && dragged.norm() >= kLeastDrag_mm) along = dragged;
-  if (opening_mm_ > 0 || dragged.norm() >= kLeastDrag_mm)
-    opening_mm_ = std::clamp(2 * dragged.dot(along.normalized()), 0.0, kWidestOpening_mm);
-  std::get<Scissors>(tips_.back().kind).opening_mm = opening_mm_ * along.normalized();
+void LiveSession::move_tool() {
+  pointer_->move(tips_.back());
+  if (Scissors* scissors = std::get_if<Scissors>(&record_.last_touch().instrument.kind))
+    scissors->opening_mm = pointer_->opens_along();
 }
 
 void LiveSession::let_go() {
-  if (!holding_) return;
-  holding_ = false;
-  depth_mm_ = 0;
+  if (!holds()) return;
+  pointer_.reset();
   tips_.back().active = false;
   record_.end_touch();
   tips_.resize(record_.touch_count());
@@ -208,11 +162,11 @@ void LiveSession::let_go() {
 
 void LiveSession::record_step() {
   std::optional<Waypoint> held;
-  if (holding_) {
+  if (holds()) {
     held.emplace();
     held->time_s = record_.time_s(steps_);
     held->position_mm = tips_.back().position_mm;
-    held->opening_mm = opening_mm_;
+    held->opening_mm = pointer_->opening_mm();
   }
   record_.add_step(pose_, held);
   ++steps_;
@@ -249,11 +203,7 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, const DrawOpt
 
 PlayedFrame LiveSession::pass_time(bool step) {
   PlayedFrame played;
-  if (holding_) {
-    tips_.back().position_mm = tip_position_mm();
-    if (tips_.back().is<Scissors>()) open_scissors();
-    depth_mm_ = (tips_.back().position_mm - touched_mm_).dot(sight_) + tips_.back().radius_mm;
-  }
+  if (holds()) move_tool();
   Stopwatch watch;
   if (target_) {
     played.step = approach_target();
@@ -279,7 +229,7 @@ void LiveSession::draw(int width, int height, const DrawOptions& options, double
   solids_ = tools_.solids(tips_, view_, time_s);
   const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
   solids_.insert(solids_.end(), placed.begin(), placed.end());
-  if (holding_) record_.last_touch().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
+  if (holds()) record_.last_touch().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
   played.draw = player_->draw(view_, drawn(options), frame_);
   ahead_.reset();
 }

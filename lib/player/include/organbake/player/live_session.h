@@ -10,6 +10,7 @@
 #include "organbake/player/held_tools.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
+#include "organbake/player/pointer_tool.h"
 #include "organbake/player/script.h"
 #include "organbake/player/session_record.h"
 
@@ -45,7 +46,7 @@ class LiveSession {
   void drag(const Eigen::Vector2d& to_px);
   void push(double mm);  // a held tool along the line of sight, away from the eye when > 0
   void let_go();
-  bool holds() const { return holding_; }
+  bool holds() const { return pointer_.has_value(); }
   double tool_radius_mm() const { return tool_radius_mm_; }
   void set_tool_radius_mm(double radius_mm) { tool_radius_mm_ = radius_mm; }  // of the next touch
   // How wide a strip of tissue the next one that cuts takes away.
@@ -94,7 +95,8 @@ class LiveSession {
   void stop_replay() { replaying_ = false; }
 
   const View& view() const { return view_; }
-  double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
+  // Of the held tool below the place it touched.
+  double depth_mm() const { return pointer_ ? pointer_->depth_mm() : 0; }
 
  private:
   // What the last picture shows at a pixel, and how far away; nothing before there is one.
@@ -103,11 +105,8 @@ class LiveSession {
     float depth_mm;
   };
   std::optional<Seen> seen_at(const Eigen::Vector2i& pixel) const;
-  bool find_touched(const Eigen::Vector2d& at_px);
   void take_tool(const InstrumentKind& kind);
-  Eigen::Vector3d dragged_mm() const;
-  Eigen::Vector3d tip_position_mm() const;
-  void open_scissors();
+  void move_tool();
   void record_step();
   StepReport step_live();
   StepReport step_recorded();
@@ -130,12 +129,7 @@ class LiveSession {
   HeldTools tools_, placed_tools_;
   std::vector<Instrument> tips_;  // one for each touch so far; the last may be active
   std::vector<Instrument> placed_;
-  bool holding_ = false;
-  Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();
-  Eigen::Vector3d touched_mm_ = Eigen::Vector3d::Zero();  // the skin there, world
-  Eigen::Vector3d sight_ = Eigen::Vector3d::UnitZ();      // unit, from the eye to it
-  View touch_view_;
-  double pushed_mm_ = 0, depth_mm_ = 0, opening_mm_ = 0;
+  std::optional<PointerTool> pointer_;  // while a tool is held
   SessionRecord record_;
   std::size_t steps_ = 0;
   std::optional<std::size_t> target_, stopped_at_;
