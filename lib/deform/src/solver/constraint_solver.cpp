@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
+
+#include "body/enclosed_volume.h"
 
 namespace organbake::deform {
 namespace {
@@ -16,13 +17,6 @@ constexpr double kSettled_mm = 2e-4;  // largest change of a sweep, far below a 
 // friction gives in one step is never taken back: skin would creep under a tip that holds still.
 constexpr double kGrasperGive = 1e-3;
 constexpr double kContactGive = 1e-5;
-// A pressure that moves nothing (flat or anchored skin) is left alone below this softness.
-constexpr double kNoSoftness = 1e-300;
-// Of a body's size: the volume is linearised about the shape that a step starts from, and a
-// pressure that moves its skin farther than this tells nothing of the volume there. Taken at its
-// word it may swell the body, be answered by a larger one in the next round, and so on without end.
-// What is left is for the next steps.
-constexpr double kLinearWithin = 0.5;
 
 // Coulomb: no pull, and no more friction than the push allows.
 Double4 into_cone(const Double4& force, const Double4& normal, double friction) {
@@ -42,61 +36,21 @@ Double4 along_shaft(const Double4& force, const Double4& shaft, double most) {
 
 }  // namespace
 
-ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume,
-                                   double friction)
+ConstraintSolver::ConstraintSolver(const Tissue& tissue, BodyPressures& pressures, double friction)
     : tissue_(tissue),
-      volume_(volume),
+      pressures_(pressures),
       friction_(friction),
       columns_(tissue),
-      gradient_(tissue.size(), PaddedVector::Zero()),
-      response_(tissue.size(), PaddedVector::Zero()),
-      pressure_(volume.bodies().size(), 0.0),
-      softness_(volume.bodies().size(), 0.0),
-      most_pressure_(volume.bodies().size(), 0.0),
-      volume_gap_(volume.bodies().size(), 0.0),
       given_(tissue.give().none()),
       relaxed_(given_),
       give_by_place_(given_.size(), 0.0) {}
-
-void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
-
-void ConstraintSolver::begin_step(const PaddedVectors& x_start) {
-  if (pressure_.empty()) return;
-  volume_.gradient(x_start, gradient_);
-  response_ = gradient_;
-  response_due_ = true;
-}
-
-void ConstraintSolver::solve_along(PaddedVector* rows) {
-  if (!response_due_) return tissue_.factor().solve_points(rows);
-  tissue_.factor().solve_points(rows, response_.data());
-  response_due_ = false;
-  measure_softness();
-}
-
-void ConstraintSolver::measure_softness() {
-  for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
-  std::fill(most_pressure_.begin(), most_pressure_.end(), 0.0);
-  for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
-    const std::uint32_t body = volume_.body_of_slot(i);
-    if (body == EnclosedVolume::kNoBody) continue;
-    softness_[body] += gradient_[i].dot(response_[i]);
-    most_pressure_[body] = std::max(most_pressure_[body], response_[i].squaredNorm());
-  }
-  for (std::size_t b = 0; b < softness_.size(); ++b) {
-    const double farthest = std::sqrt(most_pressure_[b]);  // mm per unit of pressure
-    const double size_mm = std::cbrt(std::abs(volume_.bodies()[b].rest_mm3));
-    most_pressure_[b] =
-        farthest > 0 ? kLinearWithin * size_mm / farthest : std::numeric_limits<double>::infinity();
-  }
-}
 
 void ConstraintSolver::solve(const PaddedVectors& x_start, const PaddedVectors& x_free,
                              std::vector<Contact>& contacts, PaddedVectors& x) {
   complete_carriers(contacts);
   gather(x_start, x_free, contacts);
   couple();
-  if (!pressure_.empty()) measure_volume_gap(x_free, x);
+  if (!pressures_.none()) pressures_.measure_gaps(x_free, x);
   iterate(contacts);
   apply(x_free, x);
   give_way(x);
@@ -188,13 +142,13 @@ PaddedVector ConstraintSolver::aim_of(const Contact& c, const PaddedVectors& x_s
 // What the pressure in the body of some of its parts does to the constrained point.
 void ConstraintSolver::add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const {
   if (first == end) return;
-  const std::uint32_t body = volume_.body_of_slot(parts_[first].slot);
+  const std::uint32_t body = pressures_.body_of_slot(parts_[first].slot);
   if (body == EnclosedVolume::kNoBody) return;
   Side& side = u.sides[u.side_count++];
   side = {body, PaddedVector::Zero()};
   for (std::uint32_t k = first; k < end; ++k) {
     const auto& [slot, local, weight] = parts_[k];
-    if (weight != 0) side.volume_move += weight * response_[slot];
+    if (weight != 0) side.volume_move += weight * pressures_.move_of(slot);
   }
 }
 
@@ -239,25 +193,6 @@ void ConstraintSolver::couple_give(std::size_t i) {
   for (std::uint32_t k = u.first_give; k < u.end_give; ++k) give_by_place_[give_[k].slot] = 0;
 }
 
-void ConstraintSolver::measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x) {
-  volume_.measure(x, volumes_);
-  for (std::size_t b = 0; b < volumes_.size(); ++b) {
-    volume_gap_[b] = volume_.bodies()[b].rest_mm3 - volumes_[b];
-  }
-  const Double4* gradient = as_double4(gradient_.data());
-  const Double4* free = as_double4(x_free.data());
-  const Double4* at = as_double4(x.data());
-  const auto count = static_cast<std::uint32_t>(tissue_.free_count());
-  for (std::uint32_t i = 0; i < count;) {  // by runs of one body
-    const std::uint32_t body = volume_.body_of_slot(i);
-    Double4 products{};
-    for (; i < count && volume_.body_of_slot(i) == body; ++i)
-      products += gradient[i] * (free[i] - at[i]);
-    if (body != EnclosedVolume::kNoBody)
-      volume_gap_[body] -= products[0] + products[1] + products[2];
-  }
-}
-
 void ConstraintSolver::iterate(std::vector<Contact>& contacts) {
   force_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) force_[i] = contacts[i].force;
@@ -281,7 +216,7 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
     Double4 point = *as_double4(&u.free_point);
     for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
     for (int s = 0; s < u.side_count; ++s)
-      point += pressure_[u.sides[s].body] * *as_double4(&u.sides[s].volume_move);
+      point += pressures_.pressure(u.sides[s].body) * *as_double4(&u.sides[s].volume_move);
 
     Double4 next = force[i] - u.per_own * (point - *as_double4(&u.aim));
     if (const OnNeedle* on_needle = c.as<OnNeedle>()) {
@@ -299,19 +234,16 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
 
 double ConstraintSolver::sweep_pressures() {
   double largest = 0;
-  for (std::uint32_t b = 0; b < pressure_.size(); ++b) {
-    if (!(softness_[b] > kNoSoftness)) continue;
-    double gap = volume_gap_[b] - softness_[b] * pressure_[b];
+  for (std::uint32_t b = 0; b < pressures_.count(); ++b) {
+    if (!pressures_.acts(b)) continue;
+    double gap = pressures_.gap(b);
     for (std::size_t i = 0; i < unknowns_.size(); ++i) {
       for (int s = 0; s < unknowns_[i].side_count; ++s) {
         const Side& side = unknowns_[i].sides[s];
         if (side.body == b) gap -= side.volume_move.dot(force_[i]);
       }
     }
-    const double most = most_pressure_[b];
-    const double next = std::clamp(pressure_[b] + gap / softness_[b], -most, most);
-    const double change = next - pressure_[b];
-    pressure_[b] = next;
+    const double change = pressures_.close(b, gap);
     for (const Unknown& u : unknowns_) {
       for (int s = 0; s < u.side_count; ++s) {
         if (u.sides[s].body == b)
@@ -330,14 +262,9 @@ void ConstraintSolver::apply(const PaddedVectors& x_free, PaddedVectors& x) cons
       if (parts_[k].weight != 0) force[parts_[k].local] += parts_[k].weight * force_[i];
     }
   }
+  pressures_.move(x_free, x);
   const std::size_t moving = tissue_.moving_count();
-  const Double4* from = as_double4(x_free.data());
-  const Double4* swell = as_double4(response_.data());
   Double4* to = as_double4(x.data());
-  for (std::uint32_t i = 0; i < moving; ++i) {
-    const std::uint32_t body = volume_.body_of_slot(i);
-    to[i] = body == EnclosedVolume::kNoBody ? from[i] : from[i] + pressure_[body] * swell[i];
-  }
   const auto add = [&](const double* column, const PaddedVector& by) {
     const Double4 f = *as_double4(&by);
     for (std::size_t i = 0; i < moving; ++i) to[i] += column[i] * f;
@@ -354,27 +281,6 @@ void ConstraintSolver::give_way(PaddedVectors& x) {
       given_[give_[k].slot] +=
           tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight * force_[i];
   tissue_.give().move_points(given_, x);
-}
-
-double ConstraintSolver::energy() const {
-  double twice = 0;
-  for (std::size_t b = 0; b < pressure_.size(); ++b) {
-    twice += volume_.bodies()[b].compliance * pressure_[b] * pressure_[b];
-  }
-  return twice / 2;
-}
-
-double ConstraintSolver::volume_error(const PaddedVectors& x) {
-  if (pressure_.empty()) return 0;
-  volume_.measure(x, volumes_);
-  double largest = 0;
-  for (std::size_t b = 0; b < volumes_.size(); ++b) {
-    const auto& body = volume_.bodies()[b];
-    if (body.rest_mm3 == 0 || !(softness_[b] > kNoSoftness)) continue;
-    const double error = volumes_[b] + body.compliance * pressure_[b] - body.rest_mm3;
-    largest = std::max(largest, std::abs(error / body.rest_mm3));
-  }
-  return largest;
 }
 
 }  // namespace organbake::deform

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "body/enclosed_volume.h"
 #include "body/tissue.h"
 #include "contact/contact.h"
+#include "solver/body_pressures.h"
 #include "solver/compliance_columns.h"
 
 namespace organbake::deform {
@@ -18,23 +18,14 @@ namespace organbake::deform {
 // among its unknowns, so that keeping the volume and holding off the tip cannot fight.
 class ConstraintSolver {
  public:
-  ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume, double friction);
+  ConstraintSolver(const Tissue& tissue, BodyPressures& pressures, double friction);
 
   // A step begins: the skin that instruments held before has begun to come back.
   void relax_give() { tissue_.give().relax(relaxed_ = given_); }
-  // Takes ∇V at the shape a step starts from.
-  void begin_step(const PaddedVectors& x_start);
-  // Replaces three right sides by A⁻¹ times them. The step's first one solves the A⁻¹∇V that its
-  // pressures act along, too, in little more time; it has to come before the first solve().
-  void solve_along(PaddedVector* rows);
+  // The pressures' begin_step() and solve_along() come before a step's first one.
   // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
   void solve(const PaddedVectors& x_start, const PaddedVectors& x_free,
              std::vector<Contact>& contacts, PaddedVectors& x);
-  // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
-  double volume_error(const PaddedVectors& x);
-  // What soft pressures hold (µJ): ½ compliance p².
-  double energy() const;
-  void reset();
   // How far the skin has given way (SkinGive): not at all, or as before another cut.
   void forget_give() { given_ = tissue_.give().none(); }
   void take_give(const ConstraintSolver& before, PaddedVectors& x) {
@@ -63,7 +54,6 @@ class ConstraintSolver {
     double per_own;  // its reciprocal; 0 for a point that nothing moves
     double kept;     // of a force: the rest is give
   };
-  void measure_softness();
   void complete_carriers(std::vector<Contact>& contacts);
   void gather(const PaddedVectors& x_start, const PaddedVectors& x_free,
               const std::vector<Contact>& contacts);
@@ -74,7 +64,6 @@ class ConstraintSolver {
   void couple();
   void couple_give(std::size_t contact);
   void add_coupling(std::size_t contact, double force, const double* column);
-  void measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x);
   void iterate(std::vector<Contact>& contacts);
   double sweep_contacts(const std::vector<Contact>& contacts);
   double sweep_pressures();
@@ -82,7 +71,7 @@ class ConstraintSolver {
   void apply(const PaddedVectors& x_free, PaddedVectors& x) const;
 
   const Tissue& tissue_;
-  const EnclosedVolume& volume_;
+  BodyPressures& pressures_;
   double friction_;
   ComplianceColumns columns_;
   std::vector<Unknown> unknowns_;
@@ -91,15 +80,8 @@ class ConstraintSolver {
   PaddedVectors force_;                // one per contact, mN
   std::vector<std::uint32_t> slots_;   // of all levers, increasing
   std::vector<double> coupling_;       // w_ij, mm/mN, row-major
-  PaddedVectors gradient_, response_;  // ∇V (mm²) and A⁻¹∇V
-  bool response_due_ = false;          // response_ holds ∇V still
-  std::vector<double> pressure_;       // mN/mm², one per body
-  std::vector<double> softness_;  // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
-  std::vector<double> most_pressure_;  // that the linearised volume can be asked about
-  std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
   PaddedVectors given_, relaxed_;      // by place, mm: now, and if nothing pressed in this step
   std::vector<double> give_by_place_;  // of one contact, mm/mN
-  std::vector<double> volumes_;
 };
 
 }  // namespace organbake::deform

@@ -68,10 +68,10 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
     : options_(options),
       diagonal_mm_(largest_diagonal(bodies)),
       tissue_(make_tissue(bodies, options)),
-      volume_(*tissue_, kept_volumes(bodies, options)),
+      pressures_(*tissue_, {*tissue_, kept_volumes(bodies, options)}),
       skin_(*tissue_, checked_skins(bodies)),
       search_(skin_, *tissue_),
-      constraints_(*tissue_, volume_, options.friction) {
+      constraints_(*tissue_, pressures_, options.friction) {
   for (const DeformBody& body : bodies) grasp_strength_n_.push_back(body.mechanics.grasp_slip_n);
   if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
   force_.assign(tissue_->size(), PaddedVector::Zero());
@@ -83,7 +83,7 @@ void ShapeSolver::to_rest() {
   x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
   velocity_.assign(tissue_->size(), PaddedVector::Zero());
   contacts_.clear(), punctures_.clear();
-  constraints_.reset();
+  pressures_.reset();
   constraints_.forget_give();
   if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;
@@ -173,7 +173,7 @@ Penetration ShapeSolver::pull(const std::vector<InstrumentSweep>& sweeps) {
     contacts_ = before;
     if (sides) tissue_search_->go_back_to(*sides);
     x_ = x_start_;
-    constraints_.reset();
+    pressures_.reset();
     tip_too_fast_ = touched_on_the_way_ = false;
     find_faces(sweeps);
     ++slipped_;
@@ -183,7 +183,7 @@ Penetration ShapeSolver::pull(const std::vector<InstrumentSweep>& sweeps) {
 }
 
 Penetration ShapeSolver::move(const std::vector<InstrumentSweep>& sweeps) {
-  constraints_.begin_step(x_start_);
+  pressures_.begin_step(x_start_);
   advance(sweeps);
   const Penetration deepest = close_gaps(sweeps);
   tip_too_fast_ = tip_too_fast_ || (touched_on_the_way_ && !tools_touch());
@@ -211,7 +211,7 @@ void ShapeSolver::advance(const std::vector<InstrumentSweep>& sweeps) {
 
 // Of the step's motion, the tissue, its volume and the load (µJ).
 double ShapeSolver::energy() const {
-  double sum = tissue_->energy(x_, x_start_) + constraints_.energy();
+  double sum = tissue_->energy(x_, x_start_) + pressures_.energy();
   for (std::size_t i = 0; i < load_.size(); ++i) sum -= load_[i].dot(x_[i] - tissue_->rest()[i]);
   return sum;
 }
@@ -250,7 +250,7 @@ void ShapeSolver::solve(const std::vector<InstrumentSweep>& sweeps, bool with_fo
 void ShapeSolver::move_freely(const PaddedVectors& from) {
   tissue_->local_step(from, x_start_, x_coasted_, force_);
   for (std::size_t i = 0; i < load_.size(); ++i) force_[i] += load_[i];
-  constraints_.solve_along(force_.data());
+  pressures_.solve_along(force_.data());
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) x_free_[i] = from[i] + force_[i];
   tissue_->embedding().carry_positions(tissue_->rest(), x_free_);
 }
@@ -298,7 +298,7 @@ Penetration ShapeSolver::close_gaps(const std::vector<InstrumentSweep>& sweeps) 
   for (int round = 0; round < kFinalRounds; ++round) {
     deepest = refresh(sweeps, 1);
     const bool closed = std::max(deepest.in_tips, deepest.in_tissue) < kContactWithin_mm;
-    if (closed && constraints_.volume_error(x_) < kVolumeWithin) break;
+    if (closed && pressures_.volume_error(x_) < kVolumeWithin) break;
     constraints_.solve(x_start_, x_free_, contacts_, x_);
   }
   return deepest;
@@ -334,7 +334,7 @@ void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
   }
   tissue_->embedding().carry_positions(tissue_->rest(), x_);
   contacts_.clear(), punctures_.clear();
-  constraints_.reset();
+  pressures_.reset();
   constraints_.forget_give();
   if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "body/enclosed_volume.h"
 #include "body/skin.h"
 #include "body/tissue.h"
 #include "contact/contact_search.h"
 #include "contact/pull.h"
 #include "contact/tissue_contacts.h"
 #include "organbake/deform/deformer.h"
+#include "solver/body_pressures.h"
 #include "solver/constraint_solver.h"
 
 namespace organbake::deform {
@@ -94,7 +94,7 @@ class ShapeSolver {
   double diagonal_mm_;
   std::unique_ptr<const Tissue> tissue_;
   GraspStrengths grasp_strength_n_;  // by organ
-  EnclosedVolume volume_;
+  BodyPressures pressures_;
   Skin skin_;
   ContactSearch search_;
   std::optional<TissueContacts> tissue_search_;
