@@ -321,6 +321,25 @@ TEST(ScopeLight, GrainShowsFromNearAsWidelyAsItsDeviationSays) {
   EXPECT_EQ(deviation(0.1), 0);
 }
 
+// Where it only just shows: of no pixel does it depend on the others that are drawn with it.
+TEST(ScopeLight, FaintGrainIsTheSameHoweverAPictureIsSharedOut) {
+  SkinFinish grainy;
+  grainy.grain = {0.05, 0.05, 0.05}, grainy.grain_mm = 4;
+  const Bundle bundle = organ_in(scope_light(grainy), 0.4f);
+  Warper warper(bundle), shared_warper(bundle);
+  Frame frame, shared;
+  for (double zoom = 0.6; zoom < 0.9; zoom += 0.02) {
+    const View view = front_of(bundle, zoom);
+    const auto draw = [&](int threads, Warper& by, Frame& to) {
+      const ThreadLimit limit(threads);
+      by.draw(bundle.proxy.vertices, view, from_scope(), to);
+    };
+    draw(1, warper, frame);
+    draw(8, shared_warper, shared);
+    EXPECT_EQ(frame.color.pixels, shared.color.pixels) << "zoom " << zoom;
+  }
+}
+
 // Colours run on over texels' borders, or not, in the whole picture: where a poke makes the
 // difference, what did not move is drawn again, too.
 TEST(ScopeLight, APokeThatComesNearLeavesNothingOfTheFrameBefore) {

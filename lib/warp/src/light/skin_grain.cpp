@@ -57,9 +57,7 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
 }  // namespace
 
 bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
-  constexpr float kLeast = 0.01f;  // deviation, of the light on it
-  const float share = *std::max_element(shares_.begin(), shares_.end());
-  return grain_mm_ > 0 && kTone * share * resolved(grain_mm_ * inverse_pixel / depth_mm) > kLeast;
+  return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
 void SkinGrain::add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float inverse_pixel,

@@ -17,7 +17,8 @@ class SkinGrain {
                 static_cast<float>(finish.grain[2])},
         grain_mm_(finish.grain.maxCoeff() > 0 ? static_cast<float>(finish.grain_mm) : 0) {}
 
-  // Whether any shows on skin at that depth. inverse_pixel: pixels to a mm at depth 1 mm.
+  // Whether any shows on skin at that depth, however little: a pixel must not depend on those that
+  // are lit with it. inverse_pixel: pixels to a mm at depth 1 mm.
   bool shows(float depth_mm, float inverse_pixel) const;
   // Multiplies colours by it, of which no skin is nearer than nearest_mm.
   void add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float inverse_pixel,
