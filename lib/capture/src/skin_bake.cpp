@@ -38,8 +38,6 @@ struct SkinTarget {
 
 using Eigen::Vector3d;
 
-// Halves of a node's value come from its neighbours: bumps of a face or two of the skin fade.
-constexpr int kHeightPasses = 2;
 // A face that leans farther against its proxy's face is taken for folded.
 constexpr double kFoldedCosine = 0.1;
 constexpr int kMostUnfoldings = 12;
@@ -66,6 +64,22 @@ std::vector<Vector3d> lifted(const std::vector<Lattice::ShellLine>& lines,
   for (std::size_t n = 0; n < lines.size(); ++n)
     points[n] = lines[n].foot + heights[n] * lines[n].direction;
   return points;
+}
+
+// Lets bumps of a face or two of the skin fade. Smooths the points, not their heights, which have a
+// notch along the proxy's edges: without it the skin would be creased there. What a second pass
+// moves is taken back from the first, lest all that is round shrinks.
+void level(const std::vector<Lattice::ShellLine>& lines, const VertexNeighbours& neighbours,
+           std::vector<double>& heights) {
+  std::vector<Vector3d> once = lifted(lines, heights);
+  smooth(once, neighbours, 1);
+  std::vector<Vector3d> twice = once;
+  smooth(twice, neighbours, 1);
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    const Vector3d& up = lines[n].direction;
+    if (up.isZero(0)) continue;
+    heights[n] = (2 * once[n] - twice[n] - lines[n].foot).dot(up) / up.squaredNorm();
+  }
 }
 
 // Lowers the nodes of folded faces towards the proxy, which has none, until none is left.
@@ -104,7 +118,7 @@ std::vector<SkinTarget> skin_targets(const TriangleMesh& proxy, const Lattice& l
   TriangleMesh skin;
   skin.faces = smooth_skin_faces(proxy, lattice.steps());
   const VertexNeighbours neighbours(skin.faces, lines.size());
-  smooth(heights, neighbours, kHeightPasses);
+  level(lines, neighbours, heights);
   skin.vertices = lifted(lines, heights);
   unfold(proxy, lines, skin, heights);
 
@@ -123,9 +137,10 @@ std::vector<SkinTarget> skin_targets(const TriangleMesh& proxy, const Lattice& l
 }
 
 constexpr std::size_t kPlateVertices = 24;  // that a plate runs through
-constexpr double kTwist = 0.5;         // a turn of 1 rad counts as this share of its vertex's edges
-constexpr double kPlateReach = 1.2;    // of its vertex's longest edge: how far a plate counts
-constexpr double kLeastWeight = 3e-3;  // a smaller one moves no node visibly
+constexpr double kTwist = 0.5;       // a turn of 1 rad counts as this share of its vertex's edges
+constexpr double kPlateReach = 1.0;  // of its vertex's longest edge: how far a plate counts
+// Smaller ones are left out: a step from node to node, which at 3e-3 creases a dent by degrees.
+constexpr double kLeastWeight = 1e-3;
 // Weights whose sizes sum to more than this come from vertices that say too little.
 constexpr double kMostLeverage = 10;
 

@@ -94,7 +94,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
 Stage capture_stage() {
   return {
       .name = "capture",
-      .version = 14,
+      .version = 15,
       .summary = "bake depth, colour and microstructure for each virtual camera",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {"proxy", InputKind::mesh, "the proxy"},

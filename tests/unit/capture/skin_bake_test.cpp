@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_surface.h"
 #include "unit/capture/scenes.h"
@@ -129,6 +132,33 @@ TEST(SmoothSkinBake, LiesOnTheSurface) {
   };
   const ShellSurface shell(proxy, bake_smooth_skin(surface, proxy, 4));
   EXPECT_LT(farthest(shell.at_rest()), 0.5 * farthest(proxy));
+}
+
+// A sphere's skin is as round over the proxy's edges as between them, at rest and in a dent.
+TEST(SmoothSkinBake, NoCreaseLiesOverTheProxysEdges) {
+  static constexpr double kRadius_mm = 40;
+  const TriangleMesh surface = sphere_mesh(kRadius_mm, 5), proxy = sphere_mesh(kRadius_mm, 1);
+  const ShellSurface shell(proxy, bake_smooth_skin(surface, proxy, 5));
+  const auto onto_sphere = [](const Vector3d& p) -> Vector3d {
+    return kRadius_mm * p.normalized();
+  };
+  const Vector3d into = Vector3d(-1, -0.2, -0.3).normalized();
+  for (const Motion& motion :
+       {Motion([](const Vector3d& p) { return p; }), dent(-kRadius_mm * into, into, 20)}) {
+    const TriangleMesh is = shell.posed(moved(proxy.vertices, motion));
+    const TriangleMesh should = bent(bent(shell.at_rest(), onto_sphere), motion);
+    std::vector<double> beyond_deg;
+    MeshEdges(is).for_each([&](std::span<const EdgeUse> uses) {
+      const auto fold_deg = [&](const TriangleMesh& mesh) {
+        const Vector3d one = face_normal(mesh, uses[0].face()).normalized(),
+                       other = face_normal(mesh, uses[1].face()).normalized();
+        return one.cross(other).norm() * 180 / std::numbers::pi;
+      };
+      beyond_deg.push_back(fold_deg(is) - fold_deg(should));
+    });
+    std::sort(beyond_deg.begin(), beyond_deg.end());
+    EXPECT_LT(beyond_deg[beyond_deg.size() * 99 / 100], 4);
+  }
 }
 
 // The figures of an icosphere's 320 faces, half of whose edge is the dent's sigma: what the plates
