@@ -146,7 +146,9 @@ void add_bands(const LabPicture& p, TissueAppearance& a) {
     const cv::Mat coarse = lab_blurred(p.lightness, known, sigma);
     const cv::Mat band = fine - coarse;
     double squares = 0, fourths = 0;
-    const std::vector<double> values = values_where(band, p.matt);
+    // At a mask's rim a band tells of what lies beyond: in frames, of other tissue's edge and glow.
+    const std::vector<double> values =
+        values_where(band, inner(p.tissue, static_cast<int>(sigma)).mul(p.matt));
     for (const double v : values) squares += v * v, fourths += v * v * v * v;
     const auto n = static_cast<double>(std::max<std::size_t>(values.size(), 1));
     a.energy[k] = std::log2(std::max(squares / n, 1e-6));
