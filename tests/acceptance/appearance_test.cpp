@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "measuring/baker.h"
+#include "measuring/scope_views.h"
 #include "measuring/tissue_appearance.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/shading/video_reader.h"
 #include "promises.h"
@@ -33,22 +33,20 @@ std::vector<TissuePicture> real_pictures(const std::filesystem::path& video, std
   return pictures;
 }
 
-// Views of a bundle in which its skin has about the frames' scale.
+// Views of a bundle as a scope has them that shows its skin in the frames' scale. Through a longer
+// lens from farther away light and eye would lie nearly one way from all of the skin, and all that
+// faces them would shine.
 std::vector<TissuePicture> rendered_pictures(Player& player, DrawnLight light) {
-  constexpr double kNearestShare = 0.8;
+  constexpr int kWidth_px = 1280;
+  constexpr double kRange_mm = kFrame_mm_per_pixel * kScopeFocal_widths * kWidth_px;
   std::vector<TissuePicture> pictures;
-  for (const double azimuth_rad : {0.0, 0.5, -0.5, 2.6, 3.6}) {
-    View view = orbit_view(player.bundle().cameras, {azimuth_rad, 0.2}, 1280, 720);
-    // Nearer by a longer lens: the nearest skin then has the scale.
-    const double range_mm =
-        kNearestShare *
-        (view.camera.camera_from_world * bounds(player.bundle().proxy).center()).norm();
-    const double zoom = range_mm / kFrame_mm_per_pixel / view.camera.intrinsics.fx;
-    view.camera.intrinsics.fx *= zoom, view.camera.intrinsics.fy *= zoom;
+  for (const Eigen::Vector3d& toward :
+       {Eigen::Vector3d(-0.2, -1, 0.1), {0.5, -0.8, -0.3}, {-0.6, -0.7, 0.4}, {0.1, -0.9, 0.5}}) {
     DrawOptions options;
     options.light = light;
     Frame frame;
-    player.draw(view, options, frame);
+    const ScopeAim aim = scope_aim(player.bundle().proxy, toward);
+    player.draw(scope_view(aim, kRange_mm, kWidth_px), options, frame);
     TissuePicture picture{frame.color, {}, kFrame_mm_per_pixel};
     for (const Cover cover : frame.cover) picture.mask.push_back(cover != Cover::background);
     pictures.push_back(std::move(picture));
