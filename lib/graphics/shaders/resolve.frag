@@ -7,7 +7,7 @@ uniform ivec3 first_patch, first_smooth;  // texels of their tables
 uniform highp usampler2DArray keys;
 uniform highp sampler2DArray depths;
 uniform highp usampler2D base_bound;
-uniform highp sampler2D base_depth, largest_stretch;
+uniform highp sampler2D base_depth;
 uniform int layers;
 uniform vec3 shares;
 uniform ivec3 by_share;  // layers, ascending
@@ -89,12 +89,11 @@ void main() {
   for (int k = 0; k < layers; ++k)
     if (depth_mm[by_share[k]] <= nearest + 2.0 * texel_mm) leading = by_share[k];
 
-  bool smoothed = smooth_colors && texelFetch(largest_stretch, ivec2(0), 0).r * 255.0 >= kSmoothSplat;
   vec3 color = vec3(0.0);
   float weight = 0.0;
   for (int l = 0; l < layers; ++l) {
     if (depth_mm[l] >= kNothing) continue;
-    vec4 one = smoothed ? smooth_at(l, slot[l], offset[l]) : detail_at(l, slot[l], offset[l]);
+    vec4 one = smooth_colors ? smooth_at(l, slot[l], offset[l]) : detail_at(l, slot[l], offset[l]);
     float w = shares[l] * one.a * surface_share(depth_mm[l], nearest);
     color += w * one.rgb;
     weight += w;

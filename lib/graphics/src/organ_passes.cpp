@@ -51,7 +51,6 @@ void OrganPasses::PlacedPatches::reserve(int patches) {
 OrganPasses::OrganPasses(ShaderDialect dialect)
     : dialect_(dialect),
       place_(dialect, files_of("place")),
-      largest_(dialect, files_of("largest")),
       splat_(dialect, files_of("splat")),
       base_(dialect, files_of("base")),
       resolve_(dialect, files_of("resolve")),
@@ -182,7 +181,6 @@ void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
   }
   glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
   glBindVertexArray(nothing_.name());
-  stretches_.find_largest(largest_, organ.tables->faces());
   glBlendEquation(GL_FUNC_ADD);
   glDisable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);
@@ -233,7 +231,6 @@ void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   set_active(base_, organ);
   organ.tables->bind_nodes(base_);
   base_.set_texture("stretches", GL_TEXTURE_2D, stretches_.table());
-  base_.set_texture("largest_stretch", GL_TEXTURE_2D, stretches_.largest());
   base_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
   base_.set("layers", organ.layer_count);
   base_.set("cut", int(!organ.source.parted.empty()));
@@ -267,7 +264,6 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
   resolve_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
   resolve_.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
   resolve_.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
-  resolve_.set_texture("largest_stretch", GL_TEXTURE_2D, stretches_.largest());
   resolve_.set("first_patch", first_patch);
   resolve_.set("first_smooth", first_smooth);
   resolve_.set("shares", shares);

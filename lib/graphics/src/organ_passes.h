@@ -72,7 +72,7 @@ class OrganPasses {
   };
 
   ShaderDialect dialect_;
-  Program place_, largest_, splat_, base_, resolve_;
+  Program place_, splat_, base_, resolve_;
   Finishing finishing_;
   VertexArrayName nothing_;  // for what is drawn by its vertices' numbers
   std::array<PlacedPatches, Targets::kLayers> placed_;

@@ -78,10 +78,9 @@ std::string shader_text(ShaderDialect dialect, std::string_view files) {
 }
 
 std::span<const ProgramFiles> program_files() {
-  static constexpr std::array<ProgramFiles, 14> kFiles = {{
+  static constexpr std::array<ProgramFiles, 13> kFiles = {{
       {"place", "tables.glsl shell.glsl place.vert", "place.frag",
        "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
-      {"largest", "tables.glsl largest.vert", "place.frag"},
       {"splat", "tables.glsl splat.vert", "splat.frag"},
       {"base", "tables.glsl shell.glsl weight.glsl base.vert", "base.frag"},
       {"resolve", "screen.vert", "tables.glsl weight.glsl skin.glsl light.glsl resolve.frag"},

@@ -3,7 +3,6 @@
 
 #include "opengl.h"
 #include "organbake/warp/organ_source.h"
-#include "program.h"
 #include "table.h"
 
 namespace organbake {
@@ -67,30 +66,19 @@ void Targets::resize(int new_width, int new_height) {
   bind_targets(edge_picture, edges, nullptr);
 }
 
-void Stretches::Picture::resize(int new_width, int new_height) {
-  if (new_width == width && new_height == height) return;
-  width = new_width, height = new_height;
-  color.resize(width, height);
-  bind_targets(framebuffer, color, nullptr);
+void Stretches::resize(int faces) {
+  const int rows = (faces + Table::kColumns - 1) / Table::kColumns;
+  if (rows == rows_) return;
+  rows_ = rows;
+  color_.resize(Table::kColumns, rows_);
+  bind_targets(framebuffer_, color_, nullptr);
 }
 
-void Stretches::Picture::begin() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
-  glViewport(0, 0, width, height);
+void Stretches::begin() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
+  glViewport(0, 0, Table::kColumns, rows_);
   constexpr std::array<float, 4> kNone = {0, 0, 0, 0};
   glClearBufferfv(GL_COLOR, 0, kNone.data());
-}
-
-void Stretches::resize(int faces) {
-  table_.resize(Table::kColumns, (faces + Table::kColumns - 1) / Table::kColumns);
-  largest_.resize(1, 1);
-}
-
-void Stretches::find_largest(const Program& program, int faces) const {
-  largest_.begin();
-  program.use();
-  program.set_texture("stretches", GL_TEXTURE_2D, table());
-  glDrawArrays(GL_POINTS, 0, faces);
 }
 
 }  // namespace organbake

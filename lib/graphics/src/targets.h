@@ -49,27 +49,18 @@ struct Targets {
   void resize(int new_width, int new_height);
 };
 
-// The largest splat of each face, as a table, and of all of them, in one pixel.
+// The largest splat of each face, as a table.
 class Stretches {
  public:
   void resize(int faces);
-  int rows() const { return table_.height; }
-  void begin() const { table_.begin(); }  // binds the table, empty
-  // `program` draws a point for each face; the larger wins.
-  void find_largest(const class Program& program, int faces) const;
-  unsigned table() const { return table_.color.texture(); }
-  unsigned largest() const { return largest_.color.texture(); }
+  int rows() const { return rows_; }
+  void begin() const;  // binds it, empty
+  unsigned table() const { return color_.texture(); }
 
  private:
-  struct Picture {
-    Target color{Target::Kind::color};
-    FramebufferName framebuffer;
-    int width = 0, height = 0;
-
-    void resize(int new_width, int new_height);
-    void begin() const;
-  };
-  Picture table_, largest_;
+  Target color_{Target::Kind::color};
+  FramebufferName framebuffer_;
+  int rows_ = 0;
 };
 
 }  // namespace organbake

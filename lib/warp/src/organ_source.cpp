@@ -39,7 +39,6 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kTieTexels", kTieTexels},
                                      {"kMostSplat", kMostSplat},
                                      {"kNearSplat", kNearSplat},
-                                     {"kSmoothSplat", kSmoothSplat},
                                      {"kFullCoordinate", kFullCoordinate},
                                      {"kBaseWeight", kBaseWeight},
                                      {"kSeenEnough", kSeenEnough},

@@ -69,9 +69,8 @@ struct Warper::Impl {
   ViewManifold manifold;
   std::vector<ShellMatrix> rest;
   std::shared_ptr<SampleStore> store;
-  std::optional<RelitSkin> relit;     // when the bundle knows its light
-  std::optional<ScopeLight> scope;    // that the bundle is meant to be seen in
-  bool near = false, smooth = false;  // whether the picture is seen from near, its colours run on
+  std::optional<RelitSkin> relit;   // when the bundle knows its light
+  std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
   // By face, once blades have cut: tissue beside cuts opens gaps between samples anywhere.
   std::vector<std::uint8_t> parted;
   LastDrawing last;
@@ -96,7 +95,6 @@ struct Warper::Impl {
   ViewWeights choose_cameras(const View& view);
   void place_faces(const View& view, const DrawOptions& options, bool continued);
   VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
-  void note_nearness(const View& view, const DrawOptions& options, const DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report,
                   VisibilitySummary& visibility);
   double meter_light(const View& view, const DrawOptions& options) const;
@@ -183,7 +181,6 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   if (continued) post_process.undo(background, frame);
   place_faces(view, options, continued);
   VisibilitySummary visibility = place_samples(view, grid, report);
-  note_nearness(view, options, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
   parallel_both([&] { place_base(view, grid, report, visibility); },
@@ -223,24 +220,14 @@ VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& 
   return active.summarise(faces.size(), report);
 }
 
-// A poke may bring one part of the skin so near that the whole picture is drawn in another way.
-void Warper::Impl::note_nearness(const View& view, const DrawOptions& options,
-                                 const DrawReport& report) {
-  const bool was_near = near, was_smooth = smooth;
-  near = report.largest_stretch_px >= kNearSplat;
-  smooth = options.light == DrawnLight::scope && scope && report.largest_stretch_px >= kSmoothSplat;
-  if (near != was_near || smooth != was_smooth)
-    dirty_cells.mark({0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height});
-}
-
-// From near, samples that lie side by side may leave gaps on any face, through which those of skin
-// behind it would show.
+// From near, samples that lie side by side may leave gaps, through which those of skin behind them
+// would show.
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report,
                               VisibilitySummary& visibility) {
-  std::vector<std::uint8_t> may_have_gaps = visibility.stretched;
+  std::vector<std::uint8_t> may_have_gaps(faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
-    may_have_gaps[f] |= shell.two_sided(f) || !parted.empty();
-  if (near) may_have_gaps.assign(faces.size(), BaseDrawing::kDrawnWhole);
+    may_have_gaps[f] =
+        visibility.near[f] ? BaseDrawing::kDrawnWhole : shell.two_sided(f) || !parted.empty();
   base.place(faces, may_have_gaps, report.weights, view, grid, dirty_cells, visibility);
 }
 
@@ -272,7 +259,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .rest = options.keep_shown ? &rest : nullptr,
                .keep_bound = options.keep_bound,
-               .smooth = smooth,
+               .smooth = options.light == DrawnLight::scope && scope,
                .background = background,
                .measure = options.measure});
   report.tiles_drawn = tiles.draw(grid, dirty_cells, depth, frame);

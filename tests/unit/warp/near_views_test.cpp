@@ -2,13 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include "drawing/near_clip.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/warper.h"
+#include "placing/chunk_frame.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {
@@ -94,6 +97,57 @@ TEST(NearViews, ShowSkinWhereverTheOrganIs) {
   EXPECT_GT(all.inside, 200000);
   EXPECT_EQ(all.background, 0);
   EXPECT_EQ(all.far_side, 0);
+}
+
+// Pixels farther than a quarter of the picture from where a point is seen that differ.
+int differ_away_from(const Vector3d& point, const View& view, const Frame& a, const Frame& b) {
+  const Vector3d at = view.camera.camera_from_world * point;
+  const Intrinsics& k = view.camera.intrinsics;
+  const double x = k.fx * at.x() / at.z() + k.cx, y = k.fy * at.y() / at.z() + k.cy;
+  int differ = 0;
+  for (int i = 0; i < k.width * k.height; ++i) {
+    const double away = std::hypot(i % k.width + 0.5 - x, i / k.width + 0.5 - y);
+    const auto pixel = a.color.pixels.begin() + 3 * i;
+    differ += away > 0.25 * k.width && !std::equal(pixel, pixel + 3, &b.color.pixels[3 * i]);
+  }
+  return differ;
+}
+
+// However near a poke brings its skin, elsewhere nothing is drawn in another way: not when texels
+// become so large that they would be seen as such, and not when the base layer is drawn beneath.
+TEST(NearViews, APokeThatComesNearChangesNothingElsewhere) {
+  SyntheticOptions options;
+  options.base_step_mm = 2;
+  options.proxy_subdivisions = 3;
+  Bundle bundle = make_synthetic_bundle(options);
+  bundle.lighting.emplace();
+  bundle.lighting->scope = ScopeLight{{6, -4, 1}, 150, 0.5, 0.9};
+  View view{bundle.cameras.cameras[0], 1};
+  const Vector3d eye = view.camera.center_world_mm();
+  std::vector<Vector3d> near = bundle.proxy.vertices;
+  Vector3d& nearest = *std::min_element(
+      near.begin(), near.end(),
+      [&](const auto& a, const auto& b) { return (a - eye).norm() < (b - eye).norm(); });
+  nearest += 0.2 * (eye - nearest);
+  const Intrinsics lens = view.camera.intrinsics;
+  DrawOptions by_scope;
+  by_scope.light = DrawnLight::scope;
+  // Zooms at which the poke's largest texel comes to cover three pixels, and kNearSplat.
+  for (const auto& [zoom, least_px] :
+       {std::pair(1.925, 3.0), std::pair(10.3, double(kNearSplat))}) {
+    Intrinsics& k = view.camera.intrinsics = lens;
+    k.width = int(zoom * k.width), k.height = int(zoom * k.height);
+    k.fx *= zoom, k.fy *= zoom, k.cx *= zoom, k.cy *= zoom;
+    Warper warper(bundle);
+    Frame before, after, fresh;
+    EXPECT_LT(warper.draw(bundle.proxy.vertices, view, by_scope, before).largest_stretch_px,
+              least_px);
+    after = before;
+    EXPECT_GE(warper.draw(near, view, by_scope, after).largest_stretch_px, least_px);
+    EXPECT_EQ(differ_away_from(nearest, view, before, after), 0);
+    Warper(bundle).draw(near, view, by_scope, fresh);
+    EXPECT_EQ(after.color.pixels, fresh.color.pixels);
+  }
 }
 
 TEST(ClippedTriangle, KeepsWhatLiesBehindTheNearPlane) {

@@ -340,35 +340,6 @@ TEST(ScopeLight, FaintGrainIsTheSameHoweverAPictureIsSharedOut) {
   }
 }
 
-// Colours run on over texels' borders, or not, in the whole picture: where a poke makes the
-// difference, what did not move is drawn again, too.
-TEST(ScopeLight, APokeThatComesNearLeavesNothingOfTheFrameBefore) {
-  SyntheticOptions options = scope_organ();
-  options.proxy_subdivisions = 3;
-  Bundle bundle = make_synthetic_bundle(options);
-  bundle.lighting = scope_light();
-  const std::vector<Vector3d>& rest = bundle.proxy.vertices;
-  const Vector3d eye = bundle.cameras.cameras[0].center_world_mm();
-  std::vector<Vector3d> near = rest;
-  Vector3d& nearest = *std::min_element(
-      near.begin(), near.end(),
-      [&](const auto& a, const auto& b) { return (a - eye).norm() < (b - eye).norm(); });
-  nearest += 0.2 * (eye - nearest);
-  Warper fresh_warper(bundle);
-  bool found = false;
-  for (double zoom = 1.6; zoom < 2.4 && !found; zoom += 0.1) {
-    const View view = front_of(bundle, zoom);
-    Warper warper(bundle);
-    Frame frame, fresh;
-    const double before_px = warper.draw(rest, view, from_scope(), frame).largest_stretch_px;
-    const double stretch_px = warper.draw(near, view, from_scope(), frame).largest_stretch_px;
-    fresh_warper.draw(near, view, from_scope(), fresh);
-    EXPECT_EQ(frame.color.pixels, fresh.color.pixels) << "zoom " << zoom;
-    found = before_px < 2.5 && stretch_px >= 2.5;
-  }
-  EXPECT_TRUE(found) << "no poke makes the difference";
-}
-
 TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
   SkinFinish rough;
   rough.grain = {0.1, 0.2, 0.1}, rough.grain_mm = 3;

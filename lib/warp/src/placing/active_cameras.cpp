@@ -107,7 +107,7 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
     for (std::size_t fate = 0; fate < samples.size(); ++fate) counts.samples[fate] += samples[fate];
     counts.largest_px = std::max(counts.largest_px, face_px);
     if (samples[0] > 0) flag(visibility.shown[face]);
-    if (face_px >= kMostSplat) flag(visibility.stretched[face]);
+    if (face_px >= kNearSplat) flag(visibility.near[face]);
     const ChunkVisibility fate = samples[0] > 0   ? ChunkVisibility::drawn
                                  : samples[2] > 0 ? ChunkVisibility::outside_view
                                                   : ChunkVisibility::faces_away;
@@ -122,7 +122,7 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
 VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
   VisibilitySummary visibility;
   visibility.shown.assign(faces, 0);
-  visibility.stretched.assign(faces, 0);
+  visibility.near.assign(faces, 0);
   constexpr std::size_t kGrain = 2048;
   ChunkCounts counts;
   std::mutex mutex;

@@ -30,9 +30,8 @@ struct ActiveCamera {
 // What of the organ a frame shows.
 struct VisibilitySummary {
   PixelBox box;  // of all pixels that may show some
-  // By face: whether any of it is drawn, and whether samples of it lie farther apart than the
-  // largest splat.
-  std::vector<std::uint8_t> shown, stretched;
+  // By face: whether any of it is drawn, and some of that seen from near (kNearSplat).
+  std::vector<std::uint8_t> shown, near;
 };
 
 // The up to three cameras that the viewing manifold names for a view, their chunks placed, culled

@@ -32,9 +32,7 @@ struct ChunkFrame {
 // shows between the samples.
 inline constexpr int kMostSplat = 64;
 
-// Pixels of a texel along its longest side from which on a picture counts as seen from near.
-inline constexpr double kNearSplat = 12;
-// From which on colours run on over the borders of texels.
-inline constexpr double kSmoothSplat = 2.5;
+// Pixels of a texel along its longest side from which on its face counts as seen from near.
+inline constexpr int kNearSplat = 12;
 
 }  // namespace organbake
