@@ -64,15 +64,19 @@ TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
   std::array<int, 3> fates{};
   int uncut = 0;
   for (int round = 0; round < 300; ++round) {
-    const FaceFrame face = random_face(random, view);
+    std::vector<FaceFrame> faces(3);
+    for (FaceFrame& face : faces) face = random_face(random, view);
     std::vector<Patch> patches(1 + random.below(kPatchBatch));
-    for (Patch& patch : patches) patch = random_patch(random);
+    for (Patch& patch : patches) {
+      patch = random_patch(random);
+      patch.face = static_cast<std::uint32_t>(random.below(faces.size()));
+    }
     std::vector<ChunkFrame> together(patches.size());
-    place_patches(PatchTable(patches), 0, static_cast<int>(patches.size()), face, view,
+    place_patches(PatchTable(patches), 0, static_cast<int>(patches.size()), faces, view,
                   together.data());
     for (std::size_t i = 0; i < patches.size(); ++i) {
       ChunkFrame alone;
-      place_patches(PatchTable(std::span(&patches[i], 1)), 0, 1, face, view, &alone);
+      place_patches(PatchTable(std::span(&patches[i], 1)), 0, 1, faces, view, &alone);
       ASSERT_EQ(together[i], alone) << round << ' ' << i;
       ++fates[static_cast<int>(alone.visibility)];
       uncut += alone.uncut;
@@ -92,7 +96,7 @@ TEST(PatchFrames, BoxesHoldTheirPatches) {
     const FaceFrame face = random_face(random, view);
     const Patch patch = random_patch(random);
     ChunkFrame frame;
-    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, face, view, &frame);
+    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, std::span(&face, 1), view, &frame);
     if (frame.visibility != ChunkVisibility::drawn) continue;
     ShellMatrix shell = face.metric.topRows<3>().cast<double>();
     for (int corner = 0; corner < 8; ++corner) {
@@ -123,7 +127,7 @@ TEST(PatchFrames, PatchesThatFaceAwayShowNowhere) {
     patch.along_u[2] = patch.along_v[2] = patch.extent[2] = 0;
     patch.cone = NormalCone(0);
     ChunkFrame frame;
-    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, face, view, &frame);
+    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, std::span(&face, 1), view, &frame);
     if (frame.visibility != ChunkVisibility::faces_away) continue;
     ++away;
     const ShellMatrix shell = face.metric.topRows<3>().cast<double>();
@@ -136,21 +140,6 @@ TEST(PatchFrames, PatchesThatFaceAwayShowNowhere) {
     }
   }
   EXPECT_GT(away, 500);
-}
-
-TEST(PatchFrames, BatchesAreOfOneFaceAndOfNoMoreThanFit) {
-  const std::vector<int> face = [] {
-    std::vector<int> faces(3, 0);
-    faces.insert(faces.end(), 100, 1);
-    faces.push_back(2);
-    return faces;
-  }();
-  const auto face_of = [&](std::size_t i) { return face[i]; };
-  EXPECT_EQ(end_of_batch(0, face.size(), face_of), 3u);
-  EXPECT_EQ(end_of_batch(0, 2, face_of), 2u);
-  EXPECT_EQ(end_of_batch(3, face.size(), face_of), 3u + kPatchBatch);
-  EXPECT_EQ(end_of_batch(3 + kPatchBatch, face.size(), face_of), 103u);
-  EXPECT_EQ(end_of_batch(103, face.size(), face_of), 104u);
 }
 
 }  // namespace

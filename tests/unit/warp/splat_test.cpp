@@ -60,7 +60,7 @@ struct Scene {
       for (std::uint32_t i = 0; i < count; ++i)
         (*place)[i] = static_cast<PatchCoordinate>(about(kFullCoordinate));
     }
-    place_patches(PatchTable(std::span(&one.patch, 1)), 0, 1, face, view, &chunk);
+    place_patches(PatchTable(std::span(&one.patch, 1)), 0, 1, std::span(&face, 1), view, &chunk);
   }
 
   // As a deep poke bends it.

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drawing/near_clip.h"
 #include "organbake/core/parallel.h"
@@ -246,25 +247,22 @@ std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(
     std::size_t first, std::size_t last, const PlacedFaces& faces,
     const std::vector<std::uint8_t>& may_have_gaps, const View& view) {
   std::vector<Chosen> chosen;
-  const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
   for (std::size_t end = 0; first < last; first = end) {
-    end = end_of_batch(first, last, face_of);
-    const std::uint32_t face = face_of(first);
-    const bool gaps = may_have_gaps[face] != 0;
-    if (faces.moved(face)) std::fill(&is_placed_[first], &is_placed_[end - 1] + 1, 0);
+    end = std::min<std::size_t>(last, first + kPatchBatch);
+    bool placed = is_placed_[first] && !faces.any_moved(patches_, first, end);
     for (std::size_t b = first; b < end; ++b) {
-      const bool weighing = weighs(blocks_[b]);
+      const std::uint32_t face = patches_.face(b);
+      const bool weighing = weighs(blocks_[b]), gaps = may_have_gaps[face] != 0;
       if (!weighing && !gaps) continue;
-      if (!is_placed_[b]) {
-        place_patches(patches_, first, static_cast<int>(end - first), faces[face], view,
+      if (!std::exchange(placed, true))
+        place_patches(patches_, first, static_cast<int>(end - first), faces.all(), view,
                       &placed_[first]);
-        std::fill(&is_placed_[first], &is_placed_[end - 1] + 1, 1);
-      }
       const ChunkFrame& frame = placed_[b];
       if (frame.visibility == ChunkVisibility::drawn)
         chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps,
                           may_have_gaps[face] == kDrawnWhole});
     }
+    is_placed_[first] = placed;
   }
   return chosen;
 }

@@ -112,7 +112,7 @@ class BaseDrawing {
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
-  // By block: where it lies in this view, and whether that is known.
+  // By block: where it lies in this view, and whether that is known, by the first of each batch.
   std::vector<ChunkFrame> placed_;
   std::vector<std::uint8_t> is_placed_;
   PatchTable patches_;  // theirs, once more

@@ -33,31 +33,27 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
                           DirtyCells& cells) {
   parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
     ActiveCamera& camera = cameras_[number];
-    const std::vector<Chunk>& chunks = camera.set->chunks;
-    camera.chunks.resize(chunks.size());
-    const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
-    const auto place_batch = [&](std::size_t first, std::size_t last) {
-      const std::uint32_t face = face_of(first);
-      if (!faces.moved(face)) return;
-      const std::span placed = std::span(camera.chunks).subspan(first, last - first);
-      const auto mark = [&] {
-        if (!faces.continued()) return;
-        for (const ChunkFrame& chunk : placed) cells.mark(chunk.box);
-      };
-      mark();
-      place_patches(camera.set->patches, first, static_cast<int>(last - first), faces[face], view,
-                    placed.data());
-      mark();
+    const PatchTable& patches = camera.set->patches;
+    camera.chunks.resize(camera.set->chunks.size());
+    const auto mark_moved = [&](std::size_t c, std::size_t last) {
+      if (!faces.continued()) return;
+      for (; c < last; ++c)
+        if (faces.moved(patches.face(c))) cells.mark(camera.chunks[c].box);
     };
-    constexpr std::size_t kGrain = 256;
-    parallel_pieces(std::size_t{0}, chunks.size(), kGrain, [&](std::size_t c, std::size_t last) {
-      while (c < last) {
-        const std::size_t end = end_of_batch(c, last, face_of);
-        place_batch(c, end);
-        c = end;
-      }
-    });
-    camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
+    const auto place_batch = [&](std::size_t first, std::size_t last) {
+      if (!faces.any_moved(patches, first, last)) return;
+      mark_moved(first, last);
+      place_patches(patches, first, static_cast<int>(last - first), faces.all(), view,
+                    &camera.chunks[first]);
+      mark_moved(first, last);
+    };
+    constexpr std::size_t kGrain = 4 * kPatchBatch;
+    parallel_pieces(std::size_t{0}, camera.chunks.size(), kGrain,
+                    [&](std::size_t c, std::size_t last) {
+                      for (; c < last; c += kPatchBatch)
+                        place_batch(c, std::min(last, c + kPatchBatch));
+                    });
+    camera.tiles.build(grid, static_cast<std::uint32_t>(camera.chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });
   });
 }

@@ -29,26 +29,26 @@ struct Triple {
   Triple absolute() const { return {std::abs(x), std::abs(y), std::abs(z)}; }
 };
 
-// One patch's numbers, and what stands still while a face's patches are placed.
+// One patch's numbers, its face's, and the view's.
 struct PatchAt {
   Triple center, extent, along_u, along_v;  // of b1, b2, h
   float sine, cosine;
 };
+struct FaceAt {
+  Triple m[9];  // columns of its shell matrix
+};
 struct Placing {
-  Triple m[9];  // the face's columns
   float fx, fy, cx, cy, near;
   int width, height;
 
-  Placing(const FaceFrame& face, const View& view)
+  explicit Placing(const View& view)
       : fx(static_cast<float>(view.camera.intrinsics.fx)),
         fy(static_cast<float>(view.camera.intrinsics.fy)),
         cx(static_cast<float>(view.camera.intrinsics.cx)),
         cy(static_cast<float>(view.camera.intrinsics.cy)),
         near(static_cast<float>(view.near_mm)),
         width(view.camera.intrinsics.width),
-        height(view.camera.intrinsics.height) {
-    for (int k = 0; k < 9; ++k) m[k] = {face.metric(0, k), face.metric(1, k), face.metric(2, k)};
-  }
+        height(view.camera.intrinsics.height) {}
 };
 
 inline float length(const Triple& t) { return std::sqrt(t.dot(t)); }
@@ -57,30 +57,27 @@ inline float length(const Triple& t) { return std::sqrt(t.dot(t)); }
 // box that surely holds all of it.
 struct PlacedPatch {
   Triple center, by_b1, by_b2, by_h, half;
-  float bend = 0;  // sine of the angle by which normals turn within it, at most
+  float bend;  // sine of the angle by which normals turn within it, at most
 
-  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const Placing& to) {
+  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const FaceAt& on) {
     const float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
-    by_b1 = to.m[1] + to.m[4] * h;
-    by_b2 = to.m[2] + to.m[5] * h;
-    by_h = to.m[3] + to.m[4] * b1 + to.m[5] * b2;
-    center = to.m[0] + to.m[1] * b1 + to.m[2] * b2 + by_h * h;
+    by_b1 = on.m[1] + on.m[4] * h;
+    by_b2 = on.m[2] + on.m[5] * h;
+    by_h = on.m[3] + on.m[4] * b1 + on.m[5] * b2;
+    center = on.m[0] + on.m[1] * b1 + on.m[2] * b2 + by_h * h;
     const float e1 = p.extent.x, e2 = p.extent.y, eh = p.extent.z;
-    // Exact for the shell map, which is linear but for the products h·b.
+    // Exact for a flat face's shell map, which is linear but for the products h·b.
     half = by_b1.absolute() * e1 + by_b2.absolute() * e2 + by_h.absolute() * eh +
-           (to.m[4].absolute() * e1 + to.m[5].absolute() * e2) * eh;
-  }
-  // On a bent face the map's squares come on top.
-  [[gnu::always_inline]] void bend_by(const PatchAt& p, const Placing& to) {
-    const float b1 = p.center.x, b2 = p.center.y, e1 = p.extent.x, e2 = p.extent.y;
-    const Triple bend1 = to.m[6] * b1 + to.m[7] * b2, bend2 = to.m[8] * b2;
+           (on.m[4].absolute() * e1 + on.m[5].absolute() * e2) * eh;
+    // On a bent one its squares come on top.
+    const Triple bend1 = on.m[6] * b1 + on.m[7] * b2, bend2 = on.m[8] * b2;
     center = center + bend1 * b1 + bend2 * b2;
-    const Triple more1 = bend1 + to.m[6] * b1, more2 = bend2 * 2 + to.m[7] * b1;
+    const Triple more1 = bend1 + on.m[6] * b1, more2 = bend2 * 2 + on.m[7] * b1;
     by_b1 = by_b1 + more1, by_b2 = by_b2 + more2;
-    const Triple turn1 = to.m[6].absolute() * (2 * e1) + to.m[7].absolute() * e2,
-                 turn2 = to.m[7].absolute() * e1 + to.m[8].absolute() * (2 * e2);
-    half = half + more1.absolute() * e1 + more2.absolute() * e2 + to.m[6].absolute() * (e1 * e1) +
-           to.m[7].absolute() * (e1 * e2) + to.m[8].absolute() * (e2 * e2);
+    const Triple turn1 = on.m[6].absolute() * (2 * e1) + on.m[7].absolute() * e2,
+                 turn2 = on.m[7].absolute() * e1 + on.m[8].absolute() * (2 * e2);
+    half = half + more1.absolute() * e1 + more2.absolute() * e2 + on.m[6].absolute() * (e1 * e1) +
+           on.m[7].absolute() * (e1 * e2) + on.m[8].absolute() * (e2 * e2);
     bend = length(turn1) / larger(length(by_b1), 1e-30f) +
            length(turn2) / larger(length(by_b2), 1e-30f);
   }
@@ -175,13 +172,6 @@ struct PlacedChunk {
   }
 };
 
-template <bool kBent>
-[[gnu::always_inline]] inline PlacedChunk placed_chunk(const PatchAt& patch, const Placing& to) {
-  PlacedPatch p(patch, to);
-  if constexpr (kBent) p.bend_by(patch, to);
-  return {p, patch, p.along(patch.along_u), p.along(patch.along_v), to};
-}
-
 // A batch's frames, number by number, as a loop over vectors leaves them.
 struct Batch {
   template <class Number>
@@ -192,11 +182,13 @@ struct Batch {
 };
 
 using Numbers = std::array<const float*, PatchTable::kNumbers>;
+// Of each patch's face, number by number.
+using Columns = std::array<std::array<float, kPatchBatch>, 27>;
 
-// By whole vectors: one by one, choosing and placing what a frame draws takes half as long again.
-template <bool kBent>
-[[gnu::always_inline]] inline void place(const Numbers& n, int count, const Placing& to,
-                                         Batch& __restrict out) {
+// By whole vectors, over the borders of faces, of which most have one or two patches: one by one,
+// choosing and placing what a frame draws takes half as long again.
+[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place(const Numbers& n, const Columns& f, int count,
+                                                   Placing to, Batch& __restrict out) {
   const float *const b1 = n[0], *const b2 = n[1], *const h = n[2];
   const float *const e1 = n[3], *const e2 = n[4], *const eh = n[5];
   const float *const u1 = n[6], *const u2 = n[7], *const uh = n[8];
@@ -209,24 +201,24 @@ template <bool kBent>
                         {v1[i], v2[i], vh[i]},
                         sine[i],
                         cosine[i]};
-    const PlacedChunk c = placed_chunk<kBent>(patch, to);
-    const Footprint& f = c.footprint;
-    out.u_x[i] = f.u_x, out.u_y[i] = f.u_y, out.v_x[i] = f.v_x, out.v_y[i] = f.v_y;
-    out.z_u[i] = f.z_u, out.z_v[i] = f.z_v;
-    out.columns[i] = f.columns, out.rows[i] = f.rows;
+    const FaceAt face{{{f[0][i], f[1][i], f[2][i]},
+                       {f[3][i], f[4][i], f[5][i]},
+                       {f[6][i], f[7][i], f[8][i]},
+                       {f[9][i], f[10][i], f[11][i]},
+                       {f[12][i], f[13][i], f[14][i]},
+                       {f[15][i], f[16][i], f[17][i]},
+                       {f[18][i], f[19][i], f[20][i]},
+                       {f[21][i], f[22][i], f[23][i]},
+                       {f[24][i], f[25][i], f[26][i]}}};
+    const PlacedPatch p(patch, face);
+    const PlacedChunk c(p, patch, p.along(patch.along_u), p.along(patch.along_v), to);
+    const Footprint& foot = c.footprint;
+    out.u_x[i] = foot.u_x, out.u_y[i] = foot.u_y, out.v_x[i] = foot.v_x, out.v_y[i] = foot.v_y;
+    out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v;
+    out.columns[i] = foot.columns, out.rows[i] = foot.rows;
     out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
     out.away[i] = c.away, out.uncut[i] = c.uncut;
   }
-}
-
-[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place_flat(const Numbers& n, int count, Placing to,
-                                                        Batch& __restrict out) {
-  place<false>(n, count, to, out);
-}
-
-[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place_bent(const Numbers& n, int count, Placing to,
-                                                        Batch& __restrict out) {
-  place<true>(n, count, to, out);
 }
 
 ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
@@ -246,13 +238,20 @@ ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
 
 }  // namespace
 
-void place_patches(const PatchTable& patches, std::size_t first, int count, const FaceFrame& face,
-                   const View& view, ChunkFrame* frames) {
+void place_patches(const PatchTable& patches, std::size_t first, int count,
+                   std::span<const FaceFrame> faces, const View& view, ChunkFrame* frames) {
   Numbers numbers;
   for (int k = 0; k < PatchTable::kNumbers; ++k) numbers[k] = patches.number(k) + first;
+  alignas(64) Columns columns;
+  for (int i = 0; i < count; ++i) {
+    const ShellColumns& metric = faces[patches.face(first + i)].metric;
+    for (int k = 0; k < 9; ++k)
+      for (int axis = 0; axis < 3; ++axis) columns[3 * k + axis][i] = metric(axis, k);
+  }
   Batch batch;
-  (face.bent ? place_bent : place_flat)(numbers, count, Placing(face, view), batch);
-  for (int i = 0; i < count; ++i) frames[i] = frame_at(batch, i, face.two_sided);
+  place(numbers, columns, count, Placing(view), batch);
+  for (int i = 0; i < count; ++i)
+    frames[i] = frame_at(batch, i, faces[patches.face(first + i)].two_sided);
 }
 
 Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {

@@ -8,6 +8,7 @@
 
 #include "organbake/warp/view.h"
 #include "placing/posed_shell.h"
+#include "samples/patch.h"
 
 namespace organbake {
 
@@ -36,9 +37,16 @@ class PlacedFaces {
 
   std::size_t size() const { return frames_.size(); }
   const FaceFrame& operator[](std::size_t face) const { return frames_[face]; }
+  std::span<const FaceFrame> all() const { return frames_; }
   // Whether only what moved is to be drawn, and whether a face did.
   bool continued() const { return continued_; }
   bool moved(std::size_t face) const { return !continued_ || moved_[face] != 0; }
+  // Whether one of some patches' faces did.
+  bool any_moved(const PatchTable& patches, std::size_t first, std::size_t last) const {
+    for (; first < last; ++first)
+      if (moved(patches.face(first))) return true;
+    return false;
+  }
 
  private:
   std::vector<FaceFrame> frames_, last_frames_;

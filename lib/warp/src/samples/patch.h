@@ -40,6 +40,7 @@ class PatchTable {
  public:
   // What a patch is but for its face: center, extent, along_u, along_v, the cone's sine and cosine.
   static constexpr int kNumbers = 14;
+  std::uint32_t face(std::size_t patch) const { return faces_[patch]; }
 
   PatchTable() = default;
   explicit PatchTable(std::span<const Patch> patches);
@@ -47,6 +48,7 @@ class PatchTable {
   const float* number(int k) const { return numbers_[k].data(); }
 
  private:
+  std::vector<std::uint32_t> faces_;
   std::array<std::vector<float>, kNumbers> numbers_;
 };
 
