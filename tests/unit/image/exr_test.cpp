@@ -118,7 +118,7 @@ TEST_F(Exr, ZipIsUndoneAsOpenExrDoesIt) {
 TEST_F(Exr, EveryLevelHoldsTheSameImageAndHigherOnesAreSmaller) {
   const ChannelImage image = sample(211, 97);
   std::uintmax_t before = 0;
-  for (const int level : {12, 6, 1}) {
+  for (const int level : {12, 6, 1, 0}) {
     write_exr(at("a.exr"), image, {.zip_level = level});
     EXPECT_EQ(read_exr(at("a.exr")).floats("Y", "a"), image.floats("Y", "a"));
     EXPECT_GE(fs::file_size(at("a.exr")), before);
@@ -145,6 +145,7 @@ TEST_F(Exr, Pxr24KeepsDepthWithinItsPromise) {
   const ChannelImage image = sample(37, 21);
   write_exr(at("a.exr"), image, {ExrCompression::pxr24, 4, {}});
   const ChannelImage back = read_exr(at("a.exr"));
+  EXPECT_EQ(back.floats("R", "a"), image.floats("R", "a"));
   constexpr float kPxr24At256Mm = 256.0f / 65536;  // 16 bits of mantissa are kept
   for (std::size_t i = 0; i < image.pixel_count(); ++i) {
     const float a = image.floats("Y", "a")[i], b = back.floats("Y", "a")[i];
@@ -153,6 +154,48 @@ TEST_F(Exr, Pxr24KeepsDepthWithinItsPromise) {
     } else {
       EXPECT_NEAR(a, b, kPxr24At256Mm);
     }
+  }
+}
+
+// Floats of 24 bits as OpenEXR rounds them, those that are no ordinary numbers, too.
+TEST_F(Exr, Pxr24HoldsWhatOpenExrWouldWrite) {
+  constexpr int kWidth = 61, kHeight = 37;
+  ChannelImage image{kWidth, kHeight, {}};
+  RandomStream random(5);
+  const auto random_bits = [&] { return static_cast<std::uint32_t>(random.below(1ull << 32)); };
+  std::vector<float> floats;
+  std::vector<std::uint32_t> numbers;
+  const std::vector<std::uint32_t> special = {0x7f800000, 0xff800000, 0x7f800001, 0x7fc00000,
+                                              0x7f7fffff, 0xff7fff80, 0x00000080, 0x80000001};
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    const std::uint32_t bits = i % 9 == 0 ? special[random.below(special.size())] : random_bits();
+    floats.emplace_back();
+    std::memcpy(&floats.back(), &bits, sizeof(bits));
+    numbers.push_back(i < image.pixel_count() / 2 ? static_cast<std::uint32_t>(i) : random_bits());
+  }
+  image.channels = {{"Z", floats, false}, {"face", numbers, false}};
+  Imf::Header header(kWidth, kHeight);
+  header.compression() = Imf::PXR24_COMPRESSION;
+  Imf::FrameBuffer values;
+  const auto add = [&](const char* name, Imf::PixelType type, void* base) {
+    header.channels().insert(name, Imf::Channel(type));
+    values.insert(name, Imf::Slice(type, static_cast<char*>(base), 4, std::size_t{4} * kWidth));
+  };
+  add("Z", Imf::FLOAT, floats.data());
+  add("face", Imf::UINT, numbers.data());
+  {
+    Imf::OutputFile output(at("b.exr").c_str(), header);
+    output.setFrameBuffer(values);
+    output.writePixels(kHeight);
+  }
+  const ChannelImage expected = read_exr(at("b.exr"));
+  for (const int level : {0, 1, 6}) {
+    write_exr(at("a.exr"), image, {ExrCompression::pxr24, level});
+    const ChannelImage back = read_exr(at("a.exr"));
+    EXPECT_EQ(back.uints("face", "a"), numbers);
+    EXPECT_EQ(std::memcmp(back.floats("Z", "a").data(), expected.floats("Z", "a").data(),
+                          sizeof(float) * image.pixel_count()),
+              0);
   }
 }
 

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "exr_zip.h"
+#include "exr_packer.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 
@@ -128,8 +128,8 @@ void gather(const Imf::FrameBuffer& frame, int width, int first_row, int row_cou
 
 // OpenEXR's own writer, but for the packing: a scan-line file is its header, a table of where the
 // blocks of 16 lines begin, and the blocks.
-void write_zip(MemorySink& stream, const Imf::Header& header, const Imf::FrameBuffer& frame,
-               int level) {
+void write_packed(MemorySink& stream, const Imf::Header& header, const Imf::FrameBuffer& frame,
+                  ExrPacker packer) {
   constexpr int kVersion = 2, kBlockRows = 16;
   header.sanityCheck();
   const Imath::V2i size = header.dataWindow().size() + Imath::V2i(1);
@@ -139,7 +139,8 @@ void write_zip(MemorySink& stream, const Imf::Header& header, const Imf::FrameBu
   const std::uint64_t table = stream.tellp();
   const int blocks = (size.y + kBlockRows - 1) / kBlockRows;
   for (int b = 0; b < blocks; ++b) put<std::uint64_t>(stream, 0);
-  ExrZipPacker packer(level);
+  std::vector<Imf::PixelType> types;
+  for (auto it = frame.begin(); it != frame.end(); ++it) types.push_back(it.slice().type);
   std::vector<char> lines;
   for (int b = 0; b < blocks; ++b) {
     const std::uint64_t start = stream.tellp();
@@ -148,7 +149,8 @@ void write_zip(MemorySink& stream, const Imf::Header& header, const Imf::FrameBu
     stream.seekp(start);
     const int row = b * kBlockRows;
     gather(frame, size.x, row, std::min(kBlockRows, size.y - row), lines);
-    const std::span<const char> packed = packer.pack(lines);
+    const std::span<const char> packed =
+        packer.pack(lines, types, static_cast<std::size_t>(size.x));
     put<std::int32_t>(stream, row);
     put<std::int32_t>(stream, static_cast<std::int32_t>(packed.size()));
     stream.write(packed.data(), static_cast<int>(packed.size()));
@@ -173,7 +175,9 @@ void write_exr(const std::filesystem::path& path, const ChannelImage& image,
   MemorySink stream;
   try {
     if (options.compression == ExrCompression::zip) {
-      write_zip(stream, header, frame, options.zip_level);
+      write_packed(stream, header, frame, {ExrPacker::Method::zip, options.zip_level});
+    } else if (options.compression == ExrCompression::pxr24) {
+      write_packed(stream, header, frame, {ExrPacker::Method::pxr24, options.zip_level});
     } else {
       Imf::OutputFile file(stream, header, 0);
       file.setFrameBuffer(frame);

@@ -53,22 +53,6 @@ void undo_differences(std::span<std::uint8_t> bytes) {
   }
 }
 
-// Into another place, so that both go by whole vectors.
-void split_bytes(const char* __restrict pairs, std::size_t count, std::uint8_t* __restrict even,
-                 std::uint8_t* __restrict odd) {
-  for (std::size_t i = 0; i < count; ++i) {
-    even[i] = static_cast<std::uint8_t>(pairs[2 * i]);
-    odd[i] = static_cast<std::uint8_t>(pairs[2 * i + 1]);
-  }
-}
-
-void take_differences(const std::uint8_t* __restrict bytes, std::size_t count,
-                      std::uint8_t* __restrict differences) {
-  if (count > 0) differences[0] = bytes[0];
-  for (std::size_t i = 1; i < count; ++i)
-    differences[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
-}
-
 std::uint16_t two_bytes(const std::uint8_t* at) {
   std::uint16_t value;
   std::memcpy(&value, at, sizeof(value));
@@ -92,26 +76,6 @@ void join_halves(const std::uint8_t* __restrict even, const std::uint8_t* __rest
 }
 
 }  // namespace
-
-ExrZipPacker::ExrZipPacker(int level) : compressor_(libdeflate_alloc_compressor(level)) {
-  if (!compressor_) throw std::bad_alloc();
-}
-
-ExrZipPacker::~ExrZipPacker() { libdeflate_free_compressor(compressor_); }
-
-std::span<const char> ExrZipPacker::pack(std::span<const char> lines) {
-  const std::size_t half = lines.size() / 2;
-  halves_.resize(lines.size());
-  differences_.resize(lines.size());
-  packed_.resize(lines.size());
-  split_bytes(lines.data(), half, halves_.data(), halves_.data() + half);
-  take_differences(halves_.data(), halves_.size(), differences_.data());
-  // Nothing is written, and 0 the answer, when there is too little room.
-  const std::size_t size = libdeflate_zlib_compress(
-      compressor_, differences_.data(), differences_.size(), packed_.data(), packed_.size());
-  if (size == 0 || size >= lines.size()) return lines;
-  return std::span<const char>(packed_).first(size);
-}
 
 void unpack_exr_zip(std::span<const char> packed, const ExrLines& lines, int first_row,
                     int row_count) {

@@ -6,8 +6,6 @@
 #include <span>
 #include <vector>
 
-struct libdeflate_compressor;
-
 namespace organbake {
 
 // Where one channel lies in the lines of an EXR file, and where its values go.
@@ -29,23 +27,5 @@ struct ExrLines {
 // packed: the block's bytes in the file. Throws std::runtime_error for damaged ones.
 void unpack_exr_zip(std::span<const char> packed, const ExrLines& lines, int first_row,
                     int row_count);
-
-// Does it, for OpenEXR to undo: in two fifths of the time that it takes with zlib, and smaller.
-class ExrZipPacker {
- public:
-  explicit ExrZipPacker(int level);  // of libdeflate, 1…12
-  ~ExrZipPacker();
-  ExrZipPacker(const ExrZipPacker&) = delete;
-  ExrZipPacker& operator=(const ExrZipPacker&) = delete;
-
-  // The block's bytes for the file, valid until the next call: packed, or as they are when they do
-  // not shrink. lines: of values in the file's own format, an even number of bytes.
-  std::span<const char> pack(std::span<const char> lines);
-
- private:
-  libdeflate_compressor* compressor_;
-  std::vector<std::uint8_t> halves_, differences_;
-  std::vector<char> packed_;
-};
 
 }  // namespace organbake
