@@ -13,16 +13,7 @@
 namespace organbake {
 namespace {
 
-// Layers are large and many.
-constexpr int kQuickZip = 1;
-constexpr int kQuickPng = 1;
-
-// To a thousandth of a millimetre, in fact 1/1024: finer than depth is known, and the bytes that
-// say nothing need not be packed.
-float rounded(float value) {
-  constexpr float kSteps = 1024;
-  return std::isfinite(value) ? std::nearbyint(value * kSteps) / kSteps : value;
-}
+constexpr int kQuickest = 0;  // level: layers are large and many
 
 template <class Value, class Of>
 Channel plane(std::string name, std::size_t pixels, Of&& of, bool half = false) {
@@ -32,14 +23,12 @@ Channel plane(std::string name, std::size_t pixels, Of&& of, bool half = false) 
 }
 
 WriteJob exr_job(const std::filesystem::path& file, int width, int height,
-                 std::vector<Channel> channels) {
+                 std::vector<Channel> channels, ExrCompression compression = ExrCompression::zip) {
   // Shared: a std::function copies what it holds.
   const auto image = std::make_shared<ChannelImage>();
   image->width = width, image->height = height, image->channels = std::move(channels);
-  return [file, image] {
-    ExrWriteOptions options;
-    options.zip_level = kQuickZip;
-    write_exr(file, *image, options);
+  return [file, image, compression] {
+    write_exr(file, *image, {.compression = compression, .zip_level = kQuickest});
   };
 }
 
@@ -58,14 +47,20 @@ std::vector<Channel> id_channels(const PixelTruth& t) {
           number("h", &BoundPixel::height_mm)};
 }
 
-// As halves, which are as exact as flow is known up to 50 px or so: packing takes longer than all
-// else that a data set does, and its time goes by the bytes.
+// Finer than flow is known, and bits that say nothing need not be packed.
+float rounded(float px) {
+  constexpr float kSteps = 256;
+  return std::nearbyint(px * kSteps) / kSteps;
+}
+
+// As halves, which are as exact as flow is known up to 50 px or so.
 void add_flow(const std::string& name, const Flow* flow, std::vector<Channel>& channels) {
   if (!flow) return;
   const std::size_t n = flow->px.size();
   for (int k = 0; k < 2; ++k)
     channels.push_back(plane<float>(
-        name + (k == 0 ? ".x" : ".y"), n, [&](std::size_t i) { return flow->px[i][k]; }, true));
+        name + (k == 0 ? ".x" : ".y"), n, [&](std::size_t i) { return rounded(flow->px[i][k]); },
+        true));
   channels.push_back(plane<float>(
       name + ".seen", n, [&](std::size_t i) { return float(flow->seen[i]); }, true));
 }
@@ -77,12 +72,13 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
                                  const PixelTruth& t) {
   const std::size_t n = t.pixels();
   std::vector<WriteJob> jobs;
-  const auto exr = [&](const char* layer, std::vector<Channel> channels) {
+  const auto exr = [&](const char* layer, std::vector<Channel> channels,
+                       ExrCompression compression = ExrCompression::zip) {
     jobs.push_back(exr_job(folder / (before + layer + after + ".exr"), t.width, t.height,
-                           std::move(channels)));
+                           std::move(channels), compression));
   };
-  if (layers.depth)
-    exr("depth", {plane<float>("Z", n, [&](std::size_t i) { return rounded(t.depth_mm[i]); })});
+  // To 16 of a depth's bits: finer than it is known.
+  if (layers.depth) exr("depth", {{"Z", t.depth_mm}}, ExrCompression::pxr24);
   if (layers.normals) {
     std::vector<Channel> channels;
     for (int k = 0; k < 3; ++k)
@@ -93,7 +89,7 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
   if (layers.mask)
     jobs.push_back([file = folder / (before + "mask" + after + ".png"), width = t.width,
                     height = t.height, label = t.label] {
-      write_file_atomically(file, encode_grey_png(width, height, std::span(label), kQuickPng));
+      write_file_atomically(file, encode_grey_png(width, height, std::span(label), kQuickest));
     });
   if (layers.id) exr("id", id_channels(t));
   if (layers.weight)
