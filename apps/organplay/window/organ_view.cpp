@@ -291,8 +291,8 @@ std::filesystem::path OrganView::free_name(const std::string& stem,
 
 void OrganView::save_picture(const Rgb8Image& picture, const std::string& kind) {
   const auto path = free_name(kind, ".png");
-  constexpr int kQuickest = 0;  // PNG level: as the frames of a played script
-  write_png(path, picture, kQuickest);
+  constexpr int kQuick = 1;  // PNG level: as the frames of a played script
+  write_png(path, picture, kQuick);
   std::printf("%s\n", path.c_str());
   std::fflush(stdout);
   state_.message = "saved " + path.string();

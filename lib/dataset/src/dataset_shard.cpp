@@ -109,12 +109,12 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
       if (lens) drawn->cover = scene.picture.cover, drawn->depth_mm = scene.picture.depth_mm;
       writers.run([expose_frame, lens, frame, drawn, view = scene.view, organs,
                    file = folder.path() / frame_file_name(frame)] {
-        constexpr int kQuickest = 0;  // PNG level
+        constexpr int kQuick = 1;  // PNG level
         Rgb8Image seen;
         if (lens) lens->show({*drawn, view, organs}, seen);
         Rgb8Image* const picture = lens ? &seen : &drawn->color;
         expose_frame(frame, false, *picture);
-        write_png(file, *picture, kQuickest);
+        write_png(file, *picture, kQuick);
       });
       recorder.add(player, scene);
       const double done = double(frame + 1) / (shard.clips * spec.clip_frames);

@@ -13,7 +13,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kQuickest = 0;  // level: layers are large and many
+constexpr int kQuick = 1;  // level: layers are large and many
 
 template <class Value, class Of>
 Channel plane(std::string name, std::size_t pixels, Of&& of, bool half = false) {
@@ -28,7 +28,7 @@ WriteJob exr_job(const std::filesystem::path& file, int width, int height,
   const auto image = std::make_shared<ChannelImage>();
   image->width = width, image->height = height, image->channels = std::move(channels);
   return [file, image, compression] {
-    write_exr(file, *image, {.compression = compression, .zip_level = kQuickest});
+    write_exr(file, *image, {.compression = compression, .zip_level = kQuick});
   };
 }
 
@@ -89,7 +89,7 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
   if (layers.mask)
     jobs.push_back([file = folder / (before + "mask" + after + ".png"), width = t.width,
                     height = t.height, label = t.label] {
-      write_file_atomically(file, encode_grey_png(width, height, std::span(label), kQuickest));
+      write_file_atomically(file, encode_grey_png(width, height, std::span(label), kQuick));
     });
   if (layers.id) exr("id", id_channels(t));
   if (layers.weight)

@@ -146,9 +146,9 @@ void TruthRecorder::add(Player& player, const PlayedScene& scene) {
   if (right.lens) right.lens->show({right.picture, view, rest_bounds(player)}, *picture);
   right.run(
       [expose = clip_.expose_right, frame, picture, file = right.folder / frame_file_name(frame)] {
-        constexpr int kQuickest = 0;  // PNG level
+        constexpr int kQuick = 1;  // PNG level
         if (expose) expose(frame, *picture);
-        write_png(file, *picture, kQuickest);
+        write_png(file, *picture, kQuick);
       });
   right.add(frame, player, view, scene.solids, right.picture);
 }

@@ -118,7 +118,7 @@ TEST_F(Exr, ZipIsUndoneAsOpenExrDoesIt) {
 TEST_F(Exr, EveryLevelHoldsTheSameImageAndHigherOnesAreSmaller) {
   const ChannelImage image = sample(211, 97);
   std::uintmax_t before = 0;
-  for (const int level : {12, 6, 1, 0}) {
+  for (const int level : {12, 6, 1}) {
     write_exr(at("a.exr"), image, {.zip_level = level});
     EXPECT_EQ(read_exr(at("a.exr")).floats("Y", "a"), image.floats("Y", "a"));
     EXPECT_GE(fs::file_size(at("a.exr")), before);
@@ -189,7 +189,7 @@ TEST_F(Exr, Pxr24HoldsWhatOpenExrWouldWrite) {
     output.writePixels(kHeight);
   }
   const ChannelImage expected = read_exr(at("b.exr"));
-  for (const int level : {0, 1, 6}) {
+  for (const int level : {1, 6}) {
     write_exr(at("a.exr"), image, {ExrCompression::pxr24, level});
     const ChannelImage back = read_exr(at("a.exr"));
     EXPECT_EQ(back.uints("face", "a"), numbers);

@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <bit>
-
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
@@ -32,29 +29,6 @@ TEST(Png, RoundTripIsExact) {
       EXPECT_EQ(back.pixels, image.pixels);
     }
   }
-}
-
-// Runs of every length, many blocks, and bytes so rare that Huffman's codes would be too long.
-TEST(Png, TheQuickestLevelHoldsWhateverItIsGiven) {
-  const TemporaryFolder folder;
-  const auto comes_back = [&](const Rgb8Image& image) {
-    write_png(folder.path() / "a.png", image, 0);
-    return read_png(folder.path() / "a.png").pixels == image.pixels;
-  };
-  EXPECT_TRUE(comes_back(noise(500, 400)));
-  EXPECT_TRUE(comes_back(Rgb8Image(800, 600)));
-  Rgb8Image runs(700, 300), rare(500, 300);
-  RandomStream random(3);
-  for (std::size_t i = 0, length = 1; i < runs.pixels.size(); i += length++)
-    std::fill_n(runs.pixels.begin() + std::ptrdiff_t(i), std::min(length, runs.pixels.size() - i),
-                static_cast<std::uint8_t>(random.below(256)));
-  EXPECT_TRUE(comes_back(runs));
-  // Differences k, half as often each.
-  for (std::size_t i = 3; i < rare.pixels.size(); ++i) {
-    const auto bits = static_cast<unsigned>(random.below(1u << 20) | 1u << 20);
-    rare.pixels[i] = static_cast<std::uint8_t>(rare.pixels[i - 3] + std::countr_zero(bits));
-  }
-  EXPECT_TRUE(comes_back(rare));
 }
 
 TEST(Png, SameImageSameBytes) {

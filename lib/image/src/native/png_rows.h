@@ -21,9 +21,8 @@ struct PngRows {
   std::size_t row_bytes() const { return pixel_bytes() * std::size_t(width); }
 };
 
-// A PNG file of them, at a level of libdeflate, or 0 for runs and Huffman codes alone: up to 2 with
-// the quickest filter, which suits pictures, beyond with the one that each row suits best. There
-// must be pixels.
+// A PNG file of them, at a level of libdeflate: up to 2 with the quickest filter, which suits
+// pictures, beyond with the one that each row suits best. There must be pixels.
 std::string png_file(const PngRows& rows, int level);
 
 }  // namespace organbake

@@ -17,7 +17,7 @@ enum class ExrCompression { none, zip, piz, pxr24, dwaa };
 
 struct ExrWriteOptions {
   ExrCompression compression = ExrCompression::zip;
-  int zip_level = 6;  // 0…12, of zip and pxr24; higher is smaller and slower; 0 suits films
+  int zip_level = 6;  // 1…12, of zip and pxr24; higher is smaller and slower
   // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
   std::optional<PosedCamera> camera = {};
   std::map<std::string, std::string> notes = {};  // attributes that are texts, by their names

@@ -19,7 +19,7 @@ Rgb8Image read_png(const std::filesystem::path& path, std::size_t max_pixels = 1
 // The same, with linear light where the file has 16 bits. Tags are left to the caller.
 StoredPicture parse_png(std::span<const std::byte> bytes, const std::string& name,
                         std::size_t max_pixels = 1u << 28);
-// The bytes of a PNG file, deterministic; compression_level 0…9 (0 is fast enough to play with).
+// The bytes of a PNG file, deterministic; compression_level 0…9 (1 is fast enough to play with).
 // Throws Error (internal) for an empty image.
 std::string encode_png(const Rgb8Image& image, int compression_level = 6);
 // With alpha, one value a pixel; colours are not multiplied by it.

@@ -18,8 +18,7 @@ class ExrPacker {
  public:
   enum class Method : std::uint8_t { zip, pxr24 };
 
-  // level: of libdeflate, 1…12; 0: by runs and Huffman codes alone, quickest.
-  ExrPacker(Method method, int level);
+  ExrPacker(Method method, int level);  // of libdeflate, 1…12
 
   // The block's bytes for the file, valid until the next call: packed, or as they are when they do
   // not shrink. lines: of so many values of each channel in turn, which are of these types.
@@ -31,7 +30,7 @@ class ExrPacker {
     void operator()(libdeflate_compressor* compressor) const;
   };
   Method method_;
-  std::unique_ptr<libdeflate_compressor, Free> compressor_;  // none: runs alone
+  std::unique_ptr<libdeflate_compressor, Free> compressor_;
   std::vector<std::uint8_t> halves_, differences_;
   std::vector<char> packed_;
 };

@@ -6,8 +6,6 @@
 #include <cstring>
 #include <new>
 
-#include "run_deflate.h"
-
 namespace organbake {
 namespace {
 
@@ -65,7 +63,6 @@ std::uint8_t* put_channel(const char* line, std::size_t width, Imf::PixelType ty
 }  // namespace
 
 ExrPacker::ExrPacker(Method method, int level) : method_(method) {
-  if (level == 0) return;
   compressor_.reset(libdeflate_alloc_compressor(level));
   if (!compressor_) throw std::bad_alloc();
 }
@@ -92,12 +89,10 @@ std::span<const char> ExrPacker::pack(std::span<const char> lines,
       }
     told = told.first(static_cast<std::size_t>(end - told.data()));
   }
-  packed_.resize(run_deflate_bound(lines.size()));
-  // libdeflate's answer is 0 when there is too little room.
-  const std::size_t size = compressor_
-                               ? libdeflate_zlib_compress(compressor_.get(), told.data(),
-                                                          told.size(), packed_.data(), lines.size())
-                               : run_deflate(told, packed_.data());
+  packed_.resize(lines.size());
+  // Nothing is written, and 0 the answer, when there is too little room.
+  const std::size_t size = libdeflate_zlib_compress(compressor_.get(), told.data(), told.size(),
+                                                    packed_.data(), packed_.size());
   if (size == 0 || size >= lines.size()) return lines;
   return std::span<const char>(packed_).first(size);
 }
