@@ -91,7 +91,7 @@ double pixels_beside(const fs::path& cameras) {
 double frames_in(const fs::path& clip) {
   const double bytes = bytes_of(clip);
   if (fs::is_directory(clip)) {
-    const std::vector<fs::path> files = list_files(clip);
+    const std::vector<fs::path> files = list_numbered_files(clip);
     return static_cast<double>(std::count_if(files.begin(), files.end(), is_frame_name));
   }
   if (is_frame_name(clip)) return 1;

@@ -58,7 +58,7 @@ void bind(OptionList& list, FuseStageOptions& options) {
 
 Stage fuse_stage() {
   return {.name = "fuse",
-          .version = 2,
+          .version = 3,
           .summary = "fuse depth maps from known poses into one coloured surface",
           .inputs = {{.name = "depth",
                       .kind = InputKind::frames,

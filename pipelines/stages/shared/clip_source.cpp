@@ -38,7 +38,7 @@ std::vector<std::string> names_of(const std::vector<fs::path>& files) {
   return names;
 }
 
-// The frames of a folder in the order of their names.
+// The frames of a folder in the order of the numbers in their names.
 Next pictures_in(std::vector<fs::path> files) {
   return [names = names_of(files), files = std::move(files),
           at = std::size_t{0}](StoredPicture& picture) mutable {
@@ -57,7 +57,7 @@ Next pictures_in(std::vector<fs::path> files) {
 Next stored_frames(const fs::path& path) {
   if (fs::is_directory(path)) {
     std::vector<fs::path> files;
-    for (const fs::path& file : list_files(path))
+    for (const fs::path& file : list_numbered_files(path))
       if (is_frame_name(file)) files.push_back(path / file);
     if (files.empty()) throw BadDataError(path, "holds no PNG, JPEG or EXR frames");
     return pictures_in(std::move(files));

@@ -23,7 +23,7 @@ std::vector<DepthFile> depth_files_in(const fs::path& folder) {
   const bool ours = fs::is_directory(folder / "depth");
   const fs::path depths = ours ? folder / "depth" : folder;
   std::vector<DepthFile> files;
-  for (const fs::path& file : list_files(depths)) {
+  for (const fs::path& file : list_numbered_files(depths)) {
     if (lower_ending(file) != ".exr") continue;
     DepthFile found{depths / file, {}, {}};
     const std::string picture = file.stem().string() + ".png";

@@ -21,7 +21,7 @@ void bind(OptionList& list, SpansStageOptions& o) {
 
 Stage spans_stage() {
   return {.name = "spans",
-          .version = 2,
+          .version = 3,
           .summary =
               "find the spans of a long video in which a scope moves over steady tissue, "
               "which are worth baking by motion",

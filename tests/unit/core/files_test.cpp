@@ -155,5 +155,13 @@ TEST_F(Files, ListsInByteOrder) {
   EXPECT_EQ(list_files(folder_.path()), expected);
 }
 
+TEST_F(Files, NumberedOnesComeInTheOrderOfTheirNumbers) {
+  fs::create_directory(at("masks"));
+  for (const char* name : {"masks/f1.png", "f10.png", "f2.png", "f1.png"})
+    std::ofstream(at(name)) << "x";
+  const std::vector<fs::path> expected = {"f1.png", "f2.png", "f10.png"};
+  EXPECT_EQ(list_numbered_files(folder_.path()), expected);
+}
+
 }  // namespace
 }  // namespace organbake

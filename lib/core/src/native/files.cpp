@@ -193,6 +193,15 @@ std::vector<fs::path> list_files(const fs::path& folder) {
   return files;
 }
 
+std::vector<fs::path> list_numbered_files(const fs::path& folder) {
+  std::vector<fs::path> files = list_files(folder);
+  std::erase_if(files, [](const fs::path& file) { return file.has_parent_path(); });
+  std::stable_sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return ::strverscmp(a.c_str(), b.c_str()) < 0;
+  });
+  return files;
+}
+
 std::optional<double> number_behind(const std::string& word, const std::filesystem::path& file) {
   std::ifstream text(file);
   std::string read;

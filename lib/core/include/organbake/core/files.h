@@ -67,6 +67,8 @@ std::filesystem::path program_folder();
 
 // All regular files below `folder`, relative, in byte order of their generic names.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
+// Those that lie in the folder itself, by the numbers in their names: frame2 before frame10.
+std::vector<std::filesystem::path> list_numbered_files(const std::filesystem::path& folder);
 
 // The number behind a word, as the files below /proc and /sys tell it: "MemTotal:  24683204 kB",
 // "inactive_file 4096". Nothing where the file or the word is not there.
