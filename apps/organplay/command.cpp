@@ -116,7 +116,8 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
                     "its distortion and vignette are put on pictures and layers, its camera's "
                     "round field, exposure, haze, bloom, sharpening, grain, focus, folds and "
                     "surroundings on pictures alone; in the window the camera's alone; "
-                    "its size is theirs unless --size or the script says another",
+                    "its size is theirs unless --size or the script says another, "
+                    "which shows their middle where its shape differs",
             .value = "FILE"})
       .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
       .add("instruments", &c.instruments, {.help = "draw the tools"});

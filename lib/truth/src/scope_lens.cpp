@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/truth/scope_lens.h"
 
+#include <algorithm>
+
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
@@ -49,8 +51,11 @@ Json picture_to_json(const ScopePicture& p) {
 ScopeLens ScopeLens::in_size(int width, int height) const {
   ScopeLens other = *this;
   Intrinsics& lens = other.intrinsics;
-  const double across = double(width) / lens.width, down = double(height) / lens.height;
-  lens.fx *= across, lens.cx *= across, lens.fy *= down, lens.cy *= down;
+  const double scale = std::max(double(width) / lens.width, double(height) / lens.height);
+  lens.fx *= scale, lens.fy *= scale;
+  lens.cx = scale * lens.cx - 0.5 * (scale * lens.width - width);
+  lens.cy = scale * lens.cy - 0.5 * (scale * lens.height - height);
+  other.picture.field *= scale * lens.width / width;
   lens.width = width, lens.height = height;
   return other;
 }

@@ -186,6 +186,14 @@ TEST(ScopeLens, IsReadFromWhatPeopleHave) {
   EXPECT_EQ(half.intrinsics.fx, 250);
   EXPECT_EQ(half.intrinsics.cy, 125);
   EXPECT_EQ(half.intrinsics.k1, -0.3);
+  ScopeLens round = lens;
+  round.picture.field = 0.75;
+  const ScopeLens square = round.in_size(240, 240);  // of its middle, no narrower than it was
+  EXPECT_EQ(square.intrinsics.fx, 250);
+  EXPECT_EQ(square.intrinsics.fy, 255);
+  EXPECT_EQ(square.intrinsics.cx, 120);
+  EXPECT_EQ(square.intrinsics.cy, 125);
+  EXPECT_EQ(square.picture.field, 1);
   for (const char* bad :
        {"[]", "{}", R"({"width": 640, "height": 480, "fx": 500, "fy": 510, "cx": 320})",
         R"({"width": 640, "height": 480, "fx": -1, "fy": 510, "cx": 320, "cy": 1})",

@@ -16,7 +16,7 @@ struct ScopeLens {
   double vignette_exponent = 0;  // light weakens as cosⁿ of the angle to the optical axis
   ScopePicture picture;          // in pictures alone, never in layers of truth
 
-  // The same lens before a picture of another size.
+  // The same lens before a picture of another size: the middle of its own, where the shape differs.
   ScopeLens in_size(int width, int height) const;
 };
 
