@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "actions.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "organbake/player/comparison_table.h"
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/eye_inside.h"
+#include "organbake/player/orbit.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/reference_frames.h"
@@ -48,6 +50,12 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   if (lens) options.lens = lens->pinhole(), lens->prepare(options.draw);
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
+  if (std::any_of(script.camera.begin(), script.camera.end(), [&](const CameraKeyframe& key) {
+        return !key.camera_from_world && leads_past_pole(player.bundle().cameras, key.pose);
+      }))
+    context.warn(
+        "an elevation of the script's camera leads past the pole, above or below the organ: the "
+        "view stops there");
   player.load_all();  // what is wrong with a camera is said before the first frame
   std::optional<AtomicFolder> folder;
   if (!command.out_folder.empty()) folder.emplace(command.out_folder);
@@ -171,6 +179,10 @@ DrawOptions drawing(const Command& command, const Player& player,
 View view_of(const Command& command, const Bundle& bundle) {
   if (!command.cameras.empty()) return first_recorded_view(command);
   const auto [width, height] = command.picture_size();
+  if (leads_past_pole(bundle.cameras, command.view))
+    throw UsageError(
+        "the view's elevation leads past the pole, above or below the organ, where a view stops: "
+        "take one nearer to 0, and half a turn of azimuth to look from the other side");
   return orbit_view(bundle.cameras, command.view, width, height);
 }
 

@@ -29,28 +29,48 @@ void check(const OrbitPose& pose, int width, int height) {
   }
 }
 
+// Just short of the poles, where the azimuth would lose its meaning.
+constexpr double kPole_rad = 0.5 * std::numbers::pi - 1e-3;
+
+// Axes in which z is up; the world's own, or a scope's, whose first camera looks along z.
+Eigen::Matrix3d upright_from_world(const Eigen::Vector3d& up) {
+  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  if (up.z() != 1) upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  return upright;
+}
+
+Eigen::Vector3d eye_from_center(const CameraSet& cameras) {
+  return cameras.cameras.front().center_world_mm() - cameras.manifold.center_world_mm;
+}
+
+// From the horizon.
+double elevation_rad(const Eigen::Vector3d& to_eye_upright, const OrbitPose& pose) {
+  return std::asin(std::clamp(to_eye_upright.z() / to_eye_upright.norm(), -1.0, 1.0)) +
+         pose.elevation_rad;
+}
+
 }  // namespace
+
+bool leads_past_pole(const CameraSet& cameras, const OrbitPose& pose) {
+  constexpr double kBarely_rad = 2e-3;
+  const Eigen::Vector3d to_eye = eye_from_center(cameras);
+  return std::abs(elevation_rad(upright_from_world(up_from(to_eye)) * to_eye, pose)) >
+         kPole_rad + kBarely_rad;
+}
 
 View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int height) {
   check(pose, width, height);
   const PosedCamera& first = cameras.cameras.front();
   const Eigen::Vector3d center = cameras.manifold.center_world_mm;
-  const Eigen::Vector3d world_to_eye = first.center_world_mm() - center;
-  // Axes in which z is up; the world's own, or a scope's, whose first camera looks along z.
-  const Eigen::Vector3d up = up_from(world_to_eye);
-  Eigen::Matrix3d upright_from_world = Eigen::Matrix3d::Identity();
-  if (up.z() != 1) upright_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  const Eigen::Vector3d to_eye = upright_from_world * world_to_eye;
-  // Elevation from the horizon; just short of the poles, where the azimuth would lose its meaning.
-  const double pole = 0.5 * std::numbers::pi - 1e-3;
+  const Eigen::Vector3d world_to_eye = eye_from_center(cameras), up = up_from(world_to_eye);
+  const Eigen::Matrix3d upright = upright_from_world(up);
+  const Eigen::Vector3d to_eye = upright * world_to_eye;
   const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + pose.azimuth_rad;
-  const double elevation =
-      std::clamp(std::asin(std::clamp(to_eye.z() / to_eye.norm(), -1.0, 1.0)) + pose.elevation_rad,
-                 -pole, pole);
+  const double elevation = std::clamp(elevation_rad(to_eye, pose), -kPole_rad, kPole_rad);
   const Eigen::Vector3d direction =
-      upright_from_world.transpose() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
-                                                       std::cos(elevation) * std::sin(azimuth),
-                                                       std::sin(elevation));
+      upright.transpose() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                            std::cos(elevation) * std::sin(azimuth),
+                                            std::sin(elevation));
   View view;
   view.camera.name = "viewer";
   const double focal = first.intrinsics.fx * std::min(width, height) /

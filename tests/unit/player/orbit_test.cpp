@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -65,6 +67,15 @@ TEST(OrbitView, AScopesViewIsUprightAsFilmed) {
     EXPECT_LT(turned.rotation(1, 1), 1 + 1e-12);
     EXPECT_GT(turned.rotation(1, 1), 0.99);  // y stays down
   }
+}
+
+TEST(OrbitView, TellsWhereItStopsAtAPole) {
+  const CameraSet& cameras = organ_to_play().cameras;
+  constexpr double kTurn_rad = 2 * std::numbers::pi;
+  EXPECT_FALSE(leads_past_pole(cameras, {}));
+  EXPECT_FALSE(leads_past_pole(cameras, {kTurn_rad, 0.1}));
+  EXPECT_TRUE(leads_past_pole(cameras, {0, 0.49 * kTurn_rad}));
+  EXPECT_TRUE(leads_past_pole(cameras, {0, -0.49 * kTurn_rad}));
 }
 
 TEST(OrbitView, RefusesWhatNobodyCanSee) {

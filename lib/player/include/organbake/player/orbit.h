@@ -36,4 +36,7 @@ inline constexpr double kFarthestDistance = 1e6;  // multiples of the virtual ca
 // Throws UsageError for a picture without pixels or a pose that is not finite or not outside.
 View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int height);
 
+// Whether a pose leads past a pole of the orbit, where the eye stops.
+bool leads_past_pole(const CameraSet& cameras, const OrbitPose& pose);
+
 }  // namespace organbake
