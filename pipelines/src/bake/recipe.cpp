@@ -214,6 +214,17 @@ void apply_quality(Recipe& recipe, const std::map<std::string, StageOptions>& se
   }
 }
 
+// What stands for the same in two stages is said once.
+void take_from_others(const std::map<std::string, StageOptions>& sections, const Json& json) {
+  for (const auto& [name, section] : sections)
+    for (const Option& option : section.list.all()) {
+      const std::string& as = option.traits.as;
+      if (as.empty() || section_of(json, name).contains(option.name)) continue;
+      const std::size_t dot = as.find('.');
+      option.set(sections.at(as.substr(0, dot)).list.find(as.substr(dot + 1))->get());
+    }
+}
+
 // Bytes that are no UTF-8 could not be written into any of the documents that follow.
 void check_text(const Document& document) {
   try {
@@ -312,6 +323,7 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
     set_from_json(section.list, section_of(json, name), name + ".");
     if (json.contains(name)) recipe.sections.insert(name);
   }
+  take_from_others(sections, json);
   apply_input_frame(document, sections);
   const Json inputs = section_of(json, "inputs");
   for (const std::string& key : input_frame_keys())

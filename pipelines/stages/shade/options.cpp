@@ -58,10 +58,12 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             .min = 0,
             .max = 20})
       .add("range_mm", &o.shading.range_mm,
-           {.help = "median distance of the tissue, makes depth metric; 0 = unknown",
+           {.help = "median distance of the tissue, makes depth metric; 0 = unknown; a recipe's is "
+                    "motion.range_mm unless it says another",
             .unit = "mm",
             .min = 0,
-            .max = 10000})
+            .max = 10000,
+            .as = "motion.range_mm"})
       .add("albedo_mm2", &o.shading.albedo,
            {.help = "brightness (0…1, linear) = albedo · cos / r²; makes depth metric; 0 = unknown",
             .unit = "mm²",
@@ -93,7 +95,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 9,
+      .version = 10,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,

@@ -153,6 +153,14 @@ TEST_F(RecipeTest, NamesWithoutTheirUnitAreTakenWithANote) {
                   "shade.light, in radians, is called light_deg now, in degrees"));
 }
 
+// Whichever of two stages reads the clip in the end.
+TEST_F(RecipeTest, WhatTwoStagesTakeIsSaidOnce) {
+  EXPECT_EQ(number(read("", {"motion.range_mm=120"}), "shade", "range_mm"), 120);
+  EXPECT_EQ(number(read("motion: {range_mm: 80}"), "shade", "range_mm"), 80);
+  EXPECT_EQ(number(read("motion: {range_mm: 80}", {"shade.range_mm=70"}), "shade", "range_mm"), 70);
+  EXPECT_EQ(number(read(""), "shade", "range_mm"), 0);
+}
+
 TEST_F(RecipeTest, ARetiredSettingIsPassedOverWithANote) {
   for (const auto& [text, setting] :
        {std::pair("shade: {full_relief: true, texture: 0.1}\n", ""),

@@ -43,6 +43,8 @@ struct OptionTraits {
   bool number_too = false;      // a text that documents may also give as a whole number
   std::string value = {};       // what help calls the value: "FILE"; empty = by kind and unit
   std::string short_flag = {};  // "-o"
+  // Another stage's option ("motion.range_mm") whose value a recipe that says none gives it.
+  std::string as = {};
 };
 
 struct Option {
