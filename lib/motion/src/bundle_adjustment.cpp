@@ -59,6 +59,13 @@ Intrinsics with_free(Intrinsics lens, const double* free) {
   return lens;
 }
 
+constexpr double kNearest = 1e-9;  // before a camera
+
+// A sighting from behind is no sighting: no step leads from there, and one such would end all.
+bool is_before(const RigidTransform& camera_from_world, const Eigen::Vector3d& place) {
+  return (camera_from_world * place).z() > kNearest;
+}
+
 // Pixels from a sighting to its landmark's place. By hand: differences of the whole by Ceres' jets
 // take ten times as long.
 class SightingCost : public ceres::SizedCostFunction<2, 6, 3, 4> {
@@ -70,7 +77,6 @@ class SightingCost : public ceres::SizedCostFunction<2, 6, 3, 4> {
         place(blocks[1]);
     const Turned turned(w);
     const Eigen::Vector3d arm = turned.rotation * place, point = arm + translation;
-    constexpr double kNearest = 1e-9;
     if (!(point.z() > kNearest)) return false;
     const Intrinsics lens = with_free(lens_, blocks[2]);
     const Eigen::Vector2d seen = project(lens, point);
@@ -181,6 +187,7 @@ class Adjustment {
   void add(Landmark& landmark) {
     for (const Sighting& sighting : landmark.seen) {
       if (!sighting.agrees || !scene_.is_posed(sighting.view)) continue;
+      if (!is_before(*scene_.camera_from_world[sighting.view], *landmark.place)) continue;
       ++taken_[sighting.view];
       problem_.AddResidualBlock(new SightingCost(sighting.pixel, scene_.lens), &robust_,
                                 poses_[sighting.view].data(), landmark.place->data(), lens_.data());
@@ -242,11 +249,12 @@ std::size_t adjust_pose(const Intrinsics& lens, const std::vector<Eigen::Vector3
   LensBlock free{lens.fx, lens.k1, lens.cx, lens.cy};
   std::vector<Eigen::Vector3d> held = places;
   for (std::size_t i = 0; i < held.size(); ++i) {
+    if (!is_before(camera_from_world, held[i])) continue;
     problem.AddResidualBlock(new SightingCost(pixels[i], lens), &robust, pose.data(),
                              held[i].data(), free.data());
     problem.SetParameterBlockConstant(held[i].data());
   }
-  if (held.empty()) return 0;
+  if (problem.NumResidualBlocks() == 0) return 0;
   problem.SetParameterBlockConstant(free.data());
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_QR;

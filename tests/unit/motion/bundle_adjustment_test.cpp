@@ -43,7 +43,11 @@ TEST(BundleAdjustment, PosesOneViewAlone) {
       places.push_back(*landmark.place);
       pixels.push_back(sighting->pixel);
     }
+  // One that lies behind the camera hinders none of the others.
+  places.push_back(-2 * places.front());
+  pixels.push_back(pixels.front());
   RigidTransform pose = *scene.camera_from_world[2];
+  ASSERT_LT((pose * places.back()).z(), 0);
   EXPECT_GT(adjust_pose(scene.lens, places, pixels, 1, pose), places.size() * 9 / 10);
   EXPECT_LT((pose.translation - scene.camera_from_world[3]->translation).norm(), 1e-2);
 }
