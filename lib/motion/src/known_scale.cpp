@@ -252,6 +252,8 @@ KnownDistance parse_known_distance(const std::string& text) {
   }
   const bool whole = numbers.size() == 6 && rest.empty() && numbers[0] >= 0 && numbers[0] < 1e9 &&
                      numbers[0] == std::floor(numbers[0]);
+  if (whole && numbers[1] == numbers[3] && numbers[2] == numbers[4])
+    throw UsageError("known_distance is '" + text + "': its two pixels are the same");
   if (!whole || !(numbers[5] > 0))
     throw UsageError("known_distance is '" + text +
                      "'; write FRAME,X1,Y1,X2,Y2,MM: a frame's number from 0, two pixels of it, "

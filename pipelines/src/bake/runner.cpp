@@ -31,12 +31,19 @@ bool is_forced(const Step& step, const RunOptions& options, bool& reached) {
   return reached;
 }
 
+std::string list_of(const Plan& plan) {
+  std::string names;
+  for (const Step& step : plan.steps) names += (names.empty() ? "" : ", ") + step.stage->name;
+  return names;
+}
+
 void check_from(const Plan& plan, const RunOptions& options) {
   if (options.from.empty()) return;
   for (const Step& step : plan.steps) {
     if (step.stage->name == options.from) return;
   }
-  throw UsageError("--from " + options.from + ": this stage is not part of this bake");
+  throw UsageError("--from " + options.from + ": this bake runs no such stage; it runs " +
+                   list_of(plan));
 }
 
 StageCall make_call(const Step& step, const fs::path& folder, const RunContext& context,

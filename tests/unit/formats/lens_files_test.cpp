@@ -151,6 +151,7 @@ TEST_F(LensFile, OtherModelsOfLensesAreRefusedByName) {
   EXPECT_THAT(refusal(transforms(R"("camera_model": "EQUIRECTANGULAR", "k1": 0.1, )"), "t.json"),
               HasSubstr("\"EQUIRECTANGULAR\""));
   EXPECT_THAT(refusal(transforms(R"("k4": 0.2, )"), "t.json"), HasSubstr("k4"));
+  EXPECT_THAT(refusal(R"({"fl_x": 500, "frames": 4})", "t.json"), HasSubstr("no list of cameras"));
   EXPECT_THAT(refusal(transforms(R"("k1": "0.2", )"), "t.json"), HasSubstr("'k1' is no number"));
   EXPECT_THAT(refusal(transforms(R"("k1": null, )"), "t.json"), HasSubstr("'k1' is no number"));
 }

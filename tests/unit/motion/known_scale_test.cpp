@@ -56,8 +56,9 @@ TEST(KnownScale, TakesTheDistanceOfTwoPlaces) {
 
 TEST(KnownScale, SaysWhatIsWrongWithADistance) {
   EXPECT_EQ(parse_known_distance("7,1,2.5,3,4,10").frame, 7u);
-  for (const char* bad : {"", "7", "7,1,2,3,4", "7,1,2,3,4,0", "7,1,2,3,4,-1", "7.5,1,2,3,4,10",
-                          "-1,1,2,3,4,10", "7,1,2,3,4,10,11", "7,a,2,3,4,10", "7 1 2 3 4 10"})
+  for (const char* bad :
+       {"", "7", "7,1,2,3,4", "7,1,2,3,4,0", "7,1,2,3,4,-1", "7.5,1,2,3,4,10", "-1,1,2,3,4,10",
+        "7,1,2,3,4,10,11", "7,a,2,3,4,10", "7,1,2,1,2,10", "7 1 2 3 4 10"})
     EXPECT_THROW(parse_known_distance(bad), UsageError) << bad;
   const ScaledClip clip;
   EXPECT_THROW(scale_by_distance({9, {1, 1}, {2, 2}, 5}, clip.motion, clip.keys), UsageError);

@@ -143,6 +143,7 @@ CameraSet transforms_from_json(const Json& json, const fs::path& path,
   CameraSet set;
   try {
     const Json& frames = json.at("frames");
+    if (!frames.is_array()) throw BadDataError(path, "its 'frames' are no list of cameras");
     if (!picture && !frames.empty() && !tells_size(json)) picture = sides_of_first(frames, path);
     for (const Json& frame : frames) {
       PosedCamera camera;
