@@ -208,7 +208,7 @@ void Warper::Impl::place_faces(const View& view, const DrawOptions& options, boo
   std::vector<std::uint8_t> turned;
   parallel_both([&] { faces.place(shell, view, continued); },
                 [&] {
-                  if (options.light != DrawnLight::baked) turned = relit->turn(shell.matrices());
+                  if (options.light != DrawnLight::baked) turned = relit->turn(shell);
                 });
   if (!turned.empty()) faces.add_moved(turned);
   dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
@@ -242,7 +242,7 @@ double Warper::Impl::meter_light(const View& view, const DrawOptions& options) c
 
 void Warper::Impl::light_faces(const View& view, const DrawOptions& options, double reference_mm,
                                const VisibilitySummary& visibility) {
-  if (options.light == DrawnLight::world) relit->light_faces(view, visibility.shown);
+  if (options.light == DrawnLight::world) relit->light_faces(view, shell, visibility.shown);
   if (options.light == DrawnLight::scope)
     relit->light_faces_from_scope(view, reference_mm, visibility.shown);
 }
@@ -332,7 +332,7 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
                      .base = impl_->base.layer()};
   if (!impl_->relit) return source;
   RelitSkin& relit = *impl_->relit;
-  if (lit) relit.turn(impl_->shell.matrices());
+  if (lit) relit.turn(impl_->shell);
   const NormalTransport& turns = relit.turns();
   source.lighting = &relit.lighting();
   source.rest_normals = relit.rest_normals();

@@ -32,7 +32,7 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
       gloss_(lighting),
       shine_(lighting),
       turns_(shell),
-      shells_(shell_matrices(shell.at_rest())),
+      revisions_(layer.face_count, 0),
       turned_(layer.face_count, 0),
       shines_(layer.face_count, 0),
       to_place_(layer.face_count, 1),
@@ -46,15 +46,14 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
   nodes_.resize(rest_normals_.size());
 }
 
-std::vector<std::uint8_t> RelitSkin::turn(const std::vector<ShellMatrix>& deformed) {
-  std::vector<std::uint8_t> changed(shells_.size()), turned(shells_.size());
-  for_each_face(shells_.size(), [&](std::uint32_t f) {
-    changed[f] = deformed[f] != shells_[f];
-    if (!changed[f]) return;
-    shells_[f] = deformed[f];
-    to_place_[f] = 1;
-  });
-  turns_.place(deformed, changed, turned);
+std::vector<std::uint8_t> RelitSkin::turn(const PosedShell& shell) {
+  std::vector<std::uint8_t> changed(revisions_.size()), turned(revisions_.size());
+  for (std::size_t f = 0; f < changed.size(); ++f) {
+    changed[f] = revisions_[f] != shell.revisions()[f];
+    to_place_[f] |= changed[f];
+  }
+  revisions_ = shell.revisions();
+  turns_.place(shell.matrices(), changed, turned);
   for (std::size_t f = 0; f < turned.size(); ++f) to_light_[f] |= turned[f];
   return turned;
 }
@@ -92,7 +91,8 @@ void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
   });
 }
 
-void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& shown) {
+void RelitSkin::light_faces(const View& view, const PosedShell& shell,
+                            const std::vector<std::uint8_t>& shown) {
   light_by(false);
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
   const Intrinsics& k = view.camera.intrinsics;
@@ -105,17 +105,17 @@ void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& s
     if (!shown[f]) return;
     if (std::exchange(to_light_[f], 0)) light_face(f);
     if (gloss_.none()) return;
-    if (std::exchange(to_place_[f], 0)) place_face(f);
+    if (std::exchange(to_place_[f], 0)) place_face(f, shell.matrices()[f]);
     shines_[f] = may_shine(f, eye);
   });
 }
 
-void RelitSkin::place_face(std::uint32_t face) {
+void RelitSkin::place_face(std::uint32_t face, const ShellMatrix& shell) {
   const std::uint32_t n = lattice_.steps;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
-    places_[at] = shell_point(shells_[face], double(i) / n, double(j) / n, lattice_.height_mm[at])
-                      .cast<float>();
+    places_[at] =
+        shell_point(shell, double(i) / n, double(j) / n, lattice_.height_mm[at]).cast<float>();
   });
 }
 

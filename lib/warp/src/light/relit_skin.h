@@ -16,6 +16,7 @@
 #include "organbake/geometry/shell_map.h"
 #include "organbake/geometry/shell_surface.h"
 #include "organbake/warp/view.h"
+#include "placing/posed_shell.h"
 
 namespace organbake {
 
@@ -45,10 +46,11 @@ class RelitSkin {
   const NormalTransport& turns() const { return turns_; }
 
   // Takes the shell as it is now. Returns by face where that changes the light: 1.
-  std::vector<std::uint8_t> turn(const std::vector<ShellMatrix>& deformed);
+  std::vector<std::uint8_t> turn(const PosedShell& shell);
   // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the others nothing is
   // asked. By the world's light, or by the one at the scope with its range of full exposure.
-  void light_faces(const View& view, const std::vector<std::uint8_t>& shown);
+  void light_faces(const View& view, const PosedShell& shell,
+                   const std::vector<std::uint8_t>& shown);
   void light_faces_from_scope(const View& view, double reference_mm,
                               const std::vector<std::uint8_t>& shown);
   bool from_scope() const { return from_scope_; }
@@ -73,7 +75,7 @@ class RelitSkin {
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
   }
-  void place_face(std::uint32_t face);
+  void place_face(std::uint32_t face, const ShellMatrix& shell);
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
@@ -92,7 +94,7 @@ class RelitSkin {
   ScopeShine shine_;
   bool from_scope_ = false;
   NormalTransport turns_;
-  std::vector<ShellMatrix> shells_;                   // by face, world
+  std::vector<std::uint32_t> revisions_;              // of the shell's faces, as they were taken
   std::vector<Eigen::Vector3f> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;

@@ -18,15 +18,18 @@ ShellColumns columns_of(const ShellMatrix& matrix) {
 }  // namespace
 
 void PlacedFaces::place(const PosedShell& shell, const View& view, bool continued) {
-  last_frames_.swap(frames_);
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
   Eigen::Matrix3d projection;
   projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   frames_.resize(shell.matrices().size());
   continued_ = continued;
-  if (continued) moved_.resize(frames_.size());
+  moved_.resize(frames_.size());
+  revisions_.resize(frames_.size());
   const auto place_face = [&](std::size_t f) {
+    moved_[f] = revisions_[f] != shell.revisions()[f];
+    if (!moved(f)) return;
+    revisions_[f] = shell.revisions()[f];
     frames_[f].bent = is_bent(shell.matrices()[f]);
     frames_[f].two_sided = shell.two_sided(f);
     ShellMatrix metric = pose.rotation * shell.matrices()[f];
@@ -34,7 +37,6 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, bool continue
     const ShellMatrix pixel = projection * metric;
     frames_[f].metric = columns_of(metric);
     frames_[f].pixel = columns_of(pixel);
-    if (continued) moved_[f] = !(frames_[f] == last_frames_[f]);
   };
   parallel_pieces(std::size_t{0}, frames_.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
     for (; f < last; ++f) place_face(f);

@@ -23,14 +23,13 @@ struct FaceFrame {
   ShellColumns pixel;      // pixel × depth, pixel × depth, depth
   bool bent = false;       // the last three columns are not zero
   bool two_sided = false;  // see PosedShell
-
-  bool operator==(const FaceFrame&) const = default;
 };
 
 // All faces of the shell in one frame, and which of them moved since the last.
 class PlacedFaces {
  public:
-  // continued: the last placing was for the same view, and its frame is gone on with.
+  // continued: the last placing was of the same shell for the same view, and its frame is gone on
+  // with. Faces that stayed are not placed anew.
   void place(const PosedShell& shell, const View& view, bool continued);
   // Faces that look otherwise although they stayed where they were: set in `changed`, by face.
   void add_moved(std::span<const std::uint8_t> changed);
@@ -49,7 +48,8 @@ class PlacedFaces {
   }
 
  private:
-  std::vector<FaceFrame> frames_, last_frames_;
+  std::vector<FaceFrame> frames_;
+  std::vector<std::uint32_t> revisions_;  // of the faces as they are placed
   std::vector<std::uint8_t> moved_;
   bool continued_ = false;
 };

@@ -34,6 +34,7 @@ PosedShell::PosedShell(ShellSurface shell)
       posed_(at_rest()),
       normals_(vertex_normals(posed_)),
       matrices_(shell_matrices(posed_)),
+      revisions_(posed_.faces.size(), 0),
       two_sided_(posed_.faces.size(), 0),
       faces_of_(posed_.faces, posed_.vertices.size()) {
   if (!shell_.skin()) return;
@@ -81,6 +82,7 @@ void PosedShell::set_face(std::uint32_t face) {
   matrices_[face] = shell_matrix(posed_, normals_, face);
   if (gradients_) bend_face(at_rest(), face, gradient_changes_, matrices_[face]);
   two_sided_[face] = bent_over(face);
+  ++revisions_[face];
 }
 
 // As vertex_normals() has it.

@@ -25,6 +25,8 @@ class PosedShell {
   const TriangleMesh& at_rest() const { return shell_.at_rest(); }
   const std::vector<Eigen::Vector3d>& proxy_positions() const { return proxy_positions_; }
   const std::vector<ShellMatrix>& matrices() const { return matrices_; }  // by face, world
+  // By face, another number whenever it may lie otherwise than before.
+  const std::vector<std::uint32_t>& revisions() const { return revisions_; }
   // Whether a face is pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a
   // coarse proxy over. Both its sides are skin then, or the fold would be a hole.
   bool two_sided(std::size_t face) const { return two_sided_[face] != 0; }
@@ -44,6 +46,7 @@ class PosedShell {
   std::optional<VertexGradients> gradients_;       // of a smooth skin
   std::vector<Eigen::Matrix3d> gradient_changes_;  // by vertex
   std::vector<ShellMatrix> matrices_;
+  std::vector<std::uint32_t> revisions_;
   std::vector<std::uint8_t> two_sided_;
   VertexFaces faces_of_;
   std::vector<std::uint8_t> vertex_changed_, face_changed_;  // of scratch
