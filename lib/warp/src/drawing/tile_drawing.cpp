@@ -51,6 +51,7 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
       prefetch_chunk(*camera.set, chunks[i + kAhead], placed_->smooth);
     if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
+    if (placed_->relit) placed_->relit->prefetch(camera.set->chunks[c].patch.face);
     // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
     if (placed_->base && !placed_->base->empty() && too_near(camera.chunks[c])) continue;
     spans.add(camera.chunks[c].box);

@@ -55,6 +55,11 @@ class RelitSkin {
                               const std::vector<std::uint8_t>& shown);
   bool from_scope() const { return from_scope_; }
 
+  // Sends for what light asks for on a face.
+  void prefetch(std::uint32_t face) const {
+    const Node* const nodes = &nodes_[first_node(face)];
+    for (std::size_t n = 0; n < lattice_.nodes_per_face(); ++n) __builtin_prefetch(nodes + n);
+  }
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
