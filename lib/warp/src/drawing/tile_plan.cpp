@@ -12,8 +12,8 @@ namespace {
 constexpr int kPartsPerThread = 2;
 // Fewer items tell little of what one costs.
 constexpr std::size_t kTellingItems = 64;
-// Cuts lie where groups of pixels and rows end that are lit, or looked through, together.
-constexpr int kCut_px = DirtyCells::kCell_px;
+// Cuts lie where groups of pixels end that are lit together, and parts are no narrower.
+constexpr int kCut_px = 2 * DirtyCells::kCell_px;
 
 double share(const PixelBox& box, const PixelBox& of) {
   return double(box.width()) * box.height() / (double(of.width()) * of.height());

@@ -13,7 +13,7 @@ namespace organbake {
 // that moved touches where it was or where it is now. In cells much smaller than tiles.
 class DirtyCells {
  public:
-  static constexpr int kCell_px = 32;
+  static constexpr int kCell_px = 16;
 
   void reset(int width, int height, bool all) {
     columns_ = (width + kCell_px - 1) / kCell_px;
