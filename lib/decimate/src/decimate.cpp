@@ -88,15 +88,14 @@ void describe_topology(DecimateResult& summary) {
                   2;
 }
 
-void measure(DecimateResult& summary, const TriangleMesh& surface, const RegionMeter& meter,
-             const RunContext& context) {
+void measure(DecimateResult& summary, const TriangleMesh& surface, const RayScene& scene,
+             const RegionErrors& errors, const RunContext& context) {
   const MeshDistance forward =
       mesh_distance(surface, RayScene(summary.proxy), kErrorSamples, kErrorSeed, context);
   const MeshDistance reverse =
-      mesh_distance(summary.proxy, meter.scene(), kErrorSamples, kErrorSeed + 1, context);
+      mesh_distance(summary.proxy, scene, kErrorSamples, kErrorSeed + 1, context);
   summary.rms_mm = forward.rms_mm;
   summary.reverse_rms_mm = reverse.rms_mm;
-  const RegionErrors errors = meter.measure(summary.proxy, context);
   summary.max_mm = errors.max_mm;
   summary.reverse_max_mm = errors.reverse_max_mm;
   summary.worst_share = errors.worst_share;
@@ -139,11 +138,15 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
   };
   parallel_both(measure_regions, [&] { reduced = reduce(surface, options, context); });
   const RegionMeter meter(surface, regions);
-  summary.proxy = is_searched(options) ? serving_proxy(reduced.clean, std::move(reduced.proxy),
-                                                       meter, options, context)
-                                       : std::move(reduced.proxy);
+  MeasuredProxy found{std::move(reduced.proxy)};
+  if (is_searched(options)) {
+    found = serving_proxy(reduced.clean, std::move(found.mesh), meter, options, context);
+  } else {
+    found.errors = meter.measure(found.mesh, context);
+  }
+  summary.proxy = std::move(found.mesh);
   if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
-  measure(summary, surface, meter, context);
+  measure(summary, surface, meter.scene(), found.errors, context);
   describe_topology(summary);
   if (summary.self_intersecting_faces > 0) {
     context.warn(std::to_string(summary.self_intersecting_faces) +

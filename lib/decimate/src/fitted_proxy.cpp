@@ -24,14 +24,12 @@ namespace organbake {
 namespace {
 
 // The pre-pass leaves so many faces that Lindstrom–Turk's answer is as good as from all of them.
-constexpr std::size_t kFewestThinned = 16'000, kThinnedPerFace = 8;
+constexpr std::size_t kFewestThinned = 8'000, kThinnedPerFace = 8;
 // Samples a side: many a face, so that no face fits the noise between its samples.
 constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
 constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with every second
 // The largest distance hides between samples: it takes more of them.
 constexpr std::size_t kDenser = 4;
-constexpr int kMaxSweeps = 4;
-constexpr int kMostRelocations = 20;
 
 // Says in the log, and nowhere else, what took how long.
 class StepTimes {
@@ -79,12 +77,7 @@ void improve_faces(TriangleMesh& proxy, const FitReference& reference, const Fit
   const FitReference trials = reference.every(stride);
   RefinedProxy refined(proxy, trials, norm_of(proxy, reference, options.power),
                        options.keep_volume);
-  std::size_t flips = flip_edges(refined, kMaxSweeps, context);
-  const std::size_t relocated = relocate_vertices(refined, kMostRelocations, context);
-  if (relocated > 0) flips += flip_edges(refined, kMaxSweeps, context);
-  context.debug("fitted: " + std::to_string(relocated) + " vertices relocated, " +
-                std::to_string(flips) + " edges flipped");
-  if (relocated + flips == 0) return;
+  if (!improve_by_moves(refined, context)) return;
   proxy = refined.mesh();
   fit(proxy, reference, options, context);
 }

@@ -5,9 +5,10 @@
 #include "proxy_moves.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "organbake/core/parallel.h"
 #include "organbake/decimate/mesh_defects.h"
@@ -42,10 +43,12 @@ std::set<Edge> edges_near(const RefinedProxy& proxy, const std::vector<std::uint
 
 using Propose = std::optional<ProxyMove> (RefinedProxy::*)(std::uint32_t, std::uint32_t) const;
 
-// The gain of one kind of move at every edge, kept up to date as the proxy changes.
+// The gain of one kind of move at every edge where it is at least so large, kept up to date as the
+// proxy changes.
 class RankedMoves {
  public:
-  RankedMoves(const RefinedProxy& proxy, Propose propose) : proxy_(&proxy), propose_(propose) {
+  RankedMoves(const RefinedProxy& proxy, Propose propose, double least_gain)
+      : proxy_(&proxy), propose_(propose), least_gain_(least_gain) {
     rank(all_edges(proxy));
   }
 
@@ -55,9 +58,7 @@ class RankedMoves {
   std::optional<ProxyTrial> trial(const Edge& edge) const {
     const auto move = (proxy_->*propose_)(edge.first, edge.second);
     if (!move) return std::nullopt;
-    auto trial = proxy_->attempt(*move, -std::numeric_limits<double>::infinity());
-    if (!trial || !std::isfinite(trial->gain)) return std::nullopt;
-    return trial;
+    return proxy_->attempt(*move, least_gain_);
   }
 
   void drop(const Edge& edge) {
@@ -94,50 +95,63 @@ class RankedMoves {
 
   const RefinedProxy* proxy_;
   Propose propose_;
+  double least_gain_;
   std::map<Edge, double> gain_;
   std::set<std::pair<double, Edge>> queue_;
 };
 
-}  // namespace
-
-std::size_t flip_edges(RefinedProxy& proxy, int max_sweeps, const RunContext& context) {
+// Flips every edge whose flip, its four vertices refitted, takes off energy: round by round the
+// best ones that have no face in common, whose trials hold together, until there are none.
+std::size_t flip_edges(RefinedProxy& proxy, std::set<Edge> waiting, const RunContext& context) {
   constexpr double kLeastGain = 3e-4;  // of the whole energy: flips that hardly matter cost time
+  constexpr int kMostRounds = 16;
   const double least_gain = kLeastGain * proxy.energy();
-  // One thread tries none in vain; the outcome is the same for any number.
-  const std::size_t at_once = 2 * static_cast<std::size_t>(allowed_threads()) - 1;
   std::size_t flips = 0;
-  std::set<Edge> waiting = all_edges(proxy);
-  for (int sweep = 0; sweep < max_sweeps && !waiting.empty(); ++sweep) {
-    std::set<Edge> next;
-    while (!waiting.empty()) {
-      context.throw_if_cancelled();
-      // Few flips are made: the next edges are tried side by side, and up to the first one that is
-      // flipped all trials hold, as if they had come one after the other.
-      std::vector<Edge> edges;
-      std::copy_n(waiting.begin(), std::min(at_once, waiting.size()), std::back_inserter(edges));
-      std::vector<std::optional<ProxyTrial>> trials(edges.size());
-      parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
-        const auto move = proxy.flip(edges[i].first, edges[i].second);
-        if (move) trials[i] = proxy.attempt(*move, least_gain);
-      });
-      for (std::size_t i = 0; i < edges.size(); ++i) {
-        waiting.erase(edges[i]);
-        if (!trials[i] || !proxy.make(*trials[i])) continue;
+  for (int round = 0; round < kMostRounds && !waiting.empty(); ++round) {
+    context.throw_if_cancelled();
+    const std::vector<Edge> edges(waiting.begin(), waiting.end());
+    std::vector<std::optional<ProxyTrial>> trials(edges.size());
+    parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
+      const auto move = proxy.flip(edges[i].first, edges[i].second);
+      if (move) trials[i] = proxy.attempt(*move, least_gain);
+    });
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < edges.size(); ++i)
+      if (trials[i]) order.push_back(i);
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t one, std::size_t other) {
+      return trials[one]->gain > trials[other]->gain;
+    });
+    waiting.clear();
+    std::vector<char> changed(proxy.faces().size(), 0);
+    for (const std::size_t i : order) {
+      const ProxyTrial& trial = *trials[i];
+      const auto& patch = trial.old_faces;
+      if (std::any_of(patch.begin(), patch.end(), [&](auto face) { return changed[face]; })) {
+        waiting.insert(edges[i]);
+      } else if (proxy.make(trial)) {
         ++flips;
-        next.merge(edges_near(proxy, trials[i]->move.free));
-        break;
+        for (const std::uint32_t face : patch) changed[face] = 1;
+        waiting.merge(edges_near(proxy, trial.move.free));
       }
     }
-    waiting = std::move(next);
   }
   return flips;
 }
 
-std::size_t relocate_vertices(RefinedProxy& proxy, int most, const RunContext& context) {
+// Takes vertices from where they matter least to where one more helps most: an edge is split and
+// another collapsed, each refitted, as long as both together take off energy. Returns the vertices
+// that were fitted, for each time that it was done.
+std::vector<std::vector<std::uint32_t>> relocate_vertices(RefinedProxy& proxy,
+                                                          const RunContext& context) {
   constexpr double kLeastGain = 2e-3;  // of the whole energy
-  RankedMoves splits(proxy, &RefinedProxy::split), collapses(proxy, &RefinedProxy::collapse);
-  int made = 0, failed = 0;
-  while (made < most && failed < 8) {
+  constexpr std::size_t kMost = 20;
+  // A collapse must not cost more than a split gains, which is more than the least.
+  RankedMoves splits(proxy, &RefinedProxy::split, kLeastGain * proxy.energy());
+  if (splits.queue().empty()) return {};
+  RankedMoves collapses(proxy, &RefinedProxy::collapse, splits.queue().begin()->first);
+  std::vector<std::vector<std::uint32_t>> made;
+  int failed = 0;
+  while (made.size() < kMost && failed < 8) {
     context.throw_if_cancelled();
     if (splits.queue().empty() || collapses.queue().empty()) break;
     const auto [loss, split] = *splits.queue().begin();
@@ -162,9 +176,22 @@ std::size_t relocate_vertices(RefinedProxy& proxy, int most, const RunContext& c
     moved.insert(moved.end(), take->move.free.begin(), take->move.free.end());
     splits.update(moved);
     collapses.update(moved);
-    ++made;
+    made.push_back(std::move(moved));
   }
   return made;
+}
+
+}  // namespace
+
+bool improve_by_moves(RefinedProxy& proxy, const RunContext& context) {
+  std::size_t flips = flip_edges(proxy, all_edges(proxy), context);
+  const auto relocated = relocate_vertices(proxy, context);
+  std::set<Edge> near;
+  for (const auto& fitted : relocated) near.merge(edges_near(proxy, fitted));
+  flips += flip_edges(proxy, std::move(near), context);
+  context.debug("fitted: " + std::to_string(relocated.size()) + " vertices relocated, " +
+                std::to_string(flips) + " edges flipped");
+  return flips > 0 || !relocated.empty();
 }
 
 TriangleMesh keep_apart(const TriangleMesh& before, TriangleMesh after) {

@@ -96,34 +96,25 @@ std::size_t add_vertices(TriangleMesh& proxy, const FitReference& reference, con
   return added;
 }
 
-}  // namespace
-
-namespace {
-
-struct Measured {
-  TriangleMesh proxy;
-  double share = 0;  // of the thickness that it lies off by
-};
-
 // A few rounds of added vertices, as long as they help.
-void refine(Measured& found, const TriangleMesh& surface, const RegionMeter& meter,
+void refine(MeasuredProxy& found, const TriangleMesh& surface, const RegionMeter& meter,
             const DecimateOptions& options, const RunContext& context) {
   constexpr int kMostRounds = 3;
   const UnitFrame frame(surface);
   const TriangleMesh local = frame.into(surface);
-  for (int round = 0; round < kMostRounds && found.share > options.max_share; ++round) {
-    Measured next = found;
+  for (int round = 0; round < kMostRounds && found.errors.worst_share > options.max_share;
+       ++round) {
+    TriangleMesh next = found.mesh;
     const FitReference reference(
-        local, local, std::max(kFewestFitSamples, kFitSamplesPerFace * next.proxy.faces.size()));
-    const std::size_t added =
-        add_vertices(next.proxy, reference, frame, meter.far_points(next.proxy, context),
-                     kClose * options.max_share, options.most_faces, context);
+        local, local, std::max(kFewestFitSamples, kFitSamplesPerFace * next.faces.size()));
+    const std::size_t added = add_vertices(next, reference, frame, meter.far_points(next, context),
+                                           kClose * options.max_share, options.most_faces, context);
     if (added == 0) return;
-    next.share = meter.measure(next.proxy, context).worst_share;
+    const RegionErrors errors = meter.measure(next, context);
     context.debug("serving: " + std::to_string(added) + " vertices more, off by " +
-                  std::to_string(next.share) + " of the thickness");
-    if (next.share >= found.share) return;
-    found = std::move(next);
+                  std::to_string(errors.worst_share) + " of the thickness");
+    if (errors.worst_share >= found.errors.worst_share) return;
+    found = {std::move(next), errors};
   }
 }
 
@@ -137,24 +128,26 @@ TriangleMesh proxy_to_serve(const TriangleMesh& surface, const DecimateOptions& 
   return proxy_with_faces(surface, method, std::min(options.faces, most), context);
 }
 
-TriangleMesh serving_proxy(const TriangleMesh& surface, TriangleMesh first,
-                           const RegionMeter& meter, const DecimateOptions& options,
-                           const RunContext& context) {
+MeasuredProxy serving_proxy(const TriangleMesh& surface, TriangleMesh first,
+                            const RegionMeter& meter, const DecimateOptions& options,
+                            const RunContext& context) {
   // Where more is missing, all of the proxy is too coarse, not a few places.
   constexpr double kFewPlaces = 2;
   // The error of a smooth surface goes with 1 / faces; that of a tube may fall at once.
   constexpr double kLeastMore = 1.25, kMostMore = 3;
   const std::size_t most = std::min(options.most_faces, surface.faces.size());
   std::size_t faces = std::min(options.faces, most);
-  std::optional<Measured> best;
+  std::optional<MeasuredProxy> best;
   while (true) {
-    Measured tried{best ? proxy_with_faces(surface, options, faces, context) : std::move(first)};
-    const double share = tried.share = meter.measure(tried.proxy, context).worst_share;
-    context.debug("serving: " + std::to_string(tried.proxy.faces.size()) + " faces, off by " +
+    MeasuredProxy tried{best ? proxy_with_faces(surface, options, faces, context)
+                             : std::move(first)};
+    tried.errors = meter.measure(tried.mesh, context);
+    const double share = tried.errors.worst_share;
+    context.debug("serving: " + std::to_string(tried.mesh.faces.size()) + " faces, off by " +
                   std::to_string(share) + " of the thickness");
     if (share <= kFewPlaces * options.max_share) refine(tried, surface, meter, options, context);
-    if (!best || tried.share < best->share) best = std::move(tried);
-    if (best->share <= options.max_share || faces >= most) return std::move(best->proxy);
+    if (!best || tried.errors.worst_share < best->errors.worst_share) best = std::move(tried);
+    if (best->errors.worst_share <= options.max_share || faces >= most) return std::move(*best);
     const double more = std::clamp(share / options.max_share, kLeastMore, kMostMore);
     faces = std::min(most, static_cast<std::size_t>(more * double(faces)) & ~std::size_t{1});
   }

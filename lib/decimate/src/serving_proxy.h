@@ -13,12 +13,18 @@ namespace organbake {
 TriangleMesh proxy_to_serve(const TriangleMesh& surface, const DecimateOptions& options,
                             const RunContext& context = {});
 
+// A proxy, and what the meter says of it.
+struct MeasuredProxy {
+  TriangleMesh mesh;
+  RegionErrors errors = {};
+};
+
 // Where a few places of the first proxy lie off by more than options.max_share of the thickness,
 // vertices are added there, each fitted with its neighbours; where it is too coarse as a whole,
 // more faces are asked for, and the largest distance is what is lowered. The nearest of those
 // tried, with options.most_faces at most. The surface must be the first proxy's and the meter's.
-TriangleMesh serving_proxy(const TriangleMesh& surface, TriangleMesh first,
-                           const RegionMeter& meter, const DecimateOptions& options,
-                           const RunContext& context = {});
+MeasuredProxy serving_proxy(const TriangleMesh& surface, TriangleMesh first,
+                            const RegionMeter& meter, const DecimateOptions& options,
+                            const RunContext& context = {});
 
 }  // namespace organbake

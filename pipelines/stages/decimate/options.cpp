@@ -47,7 +47,7 @@ void bind(OptionList& list, DecimateStageOptions& options) {
 
 Stage decimate_stage() {
   return {.name = "decimate",
-          .version = 7,
+          .version = 8,
           .summary = "reduce a surface to the coarse proxy that the player deforms",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"proxy", "proxy.ply"}},
