@@ -23,8 +23,9 @@
 namespace organbake {
 namespace {
 
-// The pre-pass leaves so many faces that Lindstrom–Turk's answer is as good as from all of them.
-constexpr std::size_t kFewestThinned = 8'000, kThinnedPerFace = 8;
+// The pre-pass leaves so many faces that fitting to them is as good as to all, and goes on to so
+// many that Lindstrom–Turk's answer, once fitted, is as good as from all.
+constexpr std::size_t kFewestToFit = 8'000, kFewestToBegin = 2'500, kThinnedPerFace = 8;
 // Samples a side: many a face, so that no face fits the noise between its samples.
 constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
 constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with every second
@@ -97,6 +98,13 @@ void lower_the_largest(TriangleMesh& proxy, const FitReference& reference, bool 
   if (thorough) fit_with(32);
 }
 
+TriangleMesh thin(const TriangleMesh& surface, std::size_t fewest, std::size_t faces,
+                  const RunContext& context) {
+  const std::size_t to = std::max(fewest, kThinnedPerFace * faces);
+  // Short of twice as many faces, thinning saves less than it may cost in quality.
+  return surface.faces.size() > 2 * to ? fast_collapse(surface, to, context) : surface;
+}
+
 TriangleMesh collapsed(const TriangleMesh& surface, std::size_t faces, const RunContext& context) {
   TriangleMesh proxy = collapse_edges(surface, faces, context);
   const std::size_t flips = unfold_faces(proxy);
@@ -132,12 +140,10 @@ TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& opti
   StepTimes times(context);
   const UnitFrame frame(surface);
   const TriangleMesh local = frame.into(surface);
-  const std::size_t thin_to = std::max(kFewestThinned, kThinnedPerFace * options.faces);
-  // Short of twice as many faces, thinning saves less than it may cost in quality.
-  const TriangleMesh thinned =
-      local.faces.size() > 2 * thin_to ? fast_collapse(local, thin_to, context) : local;
-  times.done("pre-pass", thinned.faces.size());
-  TriangleMesh proxy = start_of(thinned, options.faces, context);
+  const TriangleMesh thinned = thin(local, kFewestToFit, options.faces, context),
+                     few = thin(thinned, kFewestToBegin, options.faces, context);
+  times.done("pre-pass", few.faces.size());
+  TriangleMesh proxy = start_of(few, options.faces, context);
   times.done("Lindstrom–Turk", proxy.faces.size());
   if (proxy.faces.size() > kMostFacesToFit) return frame.back(std::move(proxy));
 
