@@ -138,7 +138,7 @@ std::vector<SkinTarget> skin_targets(const TriangleMesh& proxy, const Lattice& l
 
 constexpr std::size_t kPlateVertices = 24;  // that a plate runs through
 constexpr double kTwist = 0.5;       // a turn of 1 rad counts as this share of its vertex's edges
-constexpr double kPlateReach = 1.0;  // of its vertex's longest edge: how far a plate counts
+constexpr double kPlateReach = 1.2;  // of its vertex's longest edge: how far a plate counts
 // Smaller ones are left out: a step from node to node, which at 3e-3 creases a dent by degrees.
 constexpr double kLeastWeight = 1e-3;
 // Weights whose sizes sum to more than this come from vertices that say too little.
