@@ -93,7 +93,7 @@ expect_equal "$(figure frames_matched kept/report.json)" 1
 expect 3 organbake stereo p/frames/000000.png p/frames/000000.png --calibration k.yml --strict -o odd
 expect_err "found again by the other eye"
 expect 3 organbake stereo p/frames/000000.png p/right/000000.png --calibration bent.yml --strict -o bent
-expect_err "the frame's depth is"
+expect_err "the frame's depth is judged"
 expect 0 organbake stereo p/frames/000000.png p/right/000000.png --calibration rows_apart.yml --strict \
   -o apart
 expect_err "px apart"

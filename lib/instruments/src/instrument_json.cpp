@@ -50,7 +50,7 @@ std::vector<Waypoint> path_from(const JsonField& path, bool scissors) {
   for (std::size_t i = 0; i < path.size(); ++i) {
     waypoints.push_back(waypoint_from(path.at(i)));
     if (i > 0 && waypoints[i].time_s <= waypoints[i - 1].time_s)
-      path.at(i)["time_s"].fail("must be later than the waypoint's before");
+      path.at(i)["time_s"].fail("must be later than that of the waypoint before it");
     if (waypoints[i].opening_mm > 0 && !scissors)
       path.at(i)["opening_mm"].fail("is for instruments that snip alone");
   }

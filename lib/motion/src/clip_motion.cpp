@@ -65,10 +65,11 @@ class MotionSearch {
   // Tries the views of each shot, then what their first scene left over; the best is kept.
   ClipMotion best_of(std::deque<Frames> shots) {
     ClipMotion best;
-    best.failure = std::string(clip_.frames < options_.fewest_views
-                                   ? "the clip is too short"
-                                   : "no shot of the clip has enough frames that differ") +
-                   " (" + std::to_string(options_.fewest_views) + " are needed)";
+    const std::string fewest = std::to_string(options_.fewest_views);
+    best.failure = clip_.frames < options_.fewest_views
+                       ? "the clip is too short: it has " + std::to_string(clip_.frames) +
+                             " frames, and at least " + fewest + " are needed"
+                       : "no shot of the clip has " + fewest + " frames that differ";
     while (!shots.empty()) {
       const Frames frames = std::move(shots.front());
       shots.pop_front();

@@ -104,9 +104,9 @@ void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunCo
   const LensSpread& spread = motion.lens_spread;
   constexpr double kUnsure = 0.05;
   if (!clip.lens && spread.focal_px > kUnsure * motion.scene.lens.fx)
-    context.warn("the clip tells its lens only to " +
+    context.warn("the focal length could be estimated to " +
                  percent(spread.focal_px / motion.scene.lens.fx) +
-                 ": depth is as unsure; --intrinsics makes it sure");
+                 " only, and depth is as uncertain; give the lens (--intrinsics)");
 }
 
 void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyDepth>& keys,

@@ -211,12 +211,12 @@ std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport&
                                       });
   if (worst->quality.verdict == DepthVerdict::ok) return "";
   if (records.size() == 1)
-    return std::string("the frame's depth is ") + name_of(worst->quality.verdict) + ": " +
+    return std::string("the frame's depth is judged ") + name_of(worst->quality.verdict) + ": " +
            worst->quality.reason;
   const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
-  return "the depth of " + std::to_string(bad) + " of " + std::to_string(records.size()) +
-         " frames is not ok (frame " + std::to_string(worst->index) + " is " +
-         name_of(worst->quality.verdict) + ": " + worst->quality.reason + ")";
+  return "of " + std::to_string(records.size()) + " frames " + std::to_string(bad) +
+         " have a depth that is judged doubtful or failed (frame " + std::to_string(worst->index) +
+         ": " + name_of(worst->quality.verdict) + ": " + worst->quality.reason + ")";
 }
 
 void StripSheet::add(Rgb8Image strip) {
