@@ -189,14 +189,15 @@ std::vector<CutSide> cut_sides(const Volume& volume, const InsideTest& inside, c
   return sides;
 }
 
-double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const RunContext& context) {
+double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const std::string& whose,
+                const RunContext& context) {
   if (sides.empty()) return 0;
   double area_mm2 = 0;
   for (const CutSide& side : sides) area_mm2 += side.area_mm2;
   static constexpr const char* kMade[] = {
       "there the surface is cut flat; --cap round closes it as organs end",
       "there it goes on as a dome that no scan has shown", "there the surface is left open"};
-  context.warn("the organ reaches the volume's end over " + to_text(area_mm2 / 100, 1) +
+  context.warn(whose + "the organ reaches the volume's end over " + to_text(area_mm2 / 100, 1) +
                " cm²: " + kMade[static_cast<int>(cap)]);
   return area_mm2;
 }

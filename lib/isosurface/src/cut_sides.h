@@ -26,7 +26,8 @@ std::vector<CutSide> cut_sides(const Volume& volume, const InsideTest& inside,
                                const Volume* scan = nullptr);
 
 // Says that the organ is cut, over which area, and what was made of it. Returns the area.
-double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const RunContext& context);
+double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const std::string& whose,
+                const RunContext& context);
 
 // The volume with slices behind its cut sides, in which what is inside goes on as a dome and ends:
 // over the section's distance to its own edge, half as high as a hemisphere would be. `value` gives

@@ -112,8 +112,8 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
                        ": the volume is one voxel thin or its border was left open");
   }
   move_to_world(mesh, contoured, Eigen::Vector3d::Zero());
-  Isosurface surface = finished(std::move(mesh), options, context);
-  surface.cut_area_mm2 = tell_cut(sides, options.cap, context);
+  Isosurface surface = finished(std::move(mesh), options, Cavities::filled, "", context);
+  surface.cut_area_mm2 = tell_cut(sides, options.cap, "", context);
   surface.level_hu = iso_hu;
   return surface;
 }
@@ -121,10 +121,11 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
 namespace {
 
 // What the filter of pieces left out is never dropped in silence.
-void tell_left_out(const KeptComponents& kept, const RunContext& context) {
+void tell_left_out(const KeptComponents& kept, const std::string& whose,
+                   const RunContext& context) {
   if (kept.left_out_share <= 0) return;
   constexpr double kMuch = 0.1;
-  const std::string what = std::to_string(kept.kept) + " of " + std::to_string(kept.found) +
+  const std::string what = whose + std::to_string(kept.kept) + " of " + std::to_string(kept.found) +
                            " pieces of the surface were kept: " + percent(kept.left_out_share, 1) +
                            " of the volume was left out";
   if (kept.left_out_share < kMuch) return context.info(what);
@@ -133,17 +134,18 @@ void tell_left_out(const KeptComponents& kept, const RunContext& context) {
 
 }  // namespace
 
-Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options,
-                    const RunContext& context) {
-  KeptComponents kept = keep_components(
-      std::move(mesh), {options.largest, options.min_size_mm, options.cap != SurfaceCap::open});
+Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavities cavities,
+                    const std::string& whose, const RunContext& context) {
+  if (options.cap == SurfaceCap::open) cavities = Cavities::none;
+  KeptComponents kept =
+      keep_components(std::move(mesh), {options.largest, options.min_size_mm, cavities});
   if (kept.mesh.empty()) {
-    throw BadDataError("no piece of the surface is larger than --min-size " +
+    throw BadDataError(whose + "no piece of the surface is larger than --min-size-mm " +
                        to_text(options.min_size_mm) + " mm");
   }
   taubin_smooth(kept.mesh, options.taubin_steps, context);
   context.progress(1);
-  tell_left_out(kept, context);
+  tell_left_out(kept, whose, context);
   return {std::move(kept.mesh), kept.found, kept.kept, kept.left_out_share};
 }
 

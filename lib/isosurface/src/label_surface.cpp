@@ -174,7 +174,7 @@ TriangleMesh matched_surface(const std::vector<float>& field, const LabelBox& bo
                            " is finer than its smoothing: the surface's volume would be " +
                            percent(match.miss(), 1) + " off the label's; ";
   if (match.miss() > kRefused) throw BadDataError(what + "choose a smaller --smooth-mm, or 0");
-  context.warn(what + "a smaller --smooth may help");
+  context.warn(what + "a smaller --smooth-mm may help");
   return mesh;
 }
 
@@ -186,12 +186,13 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
   check_volume(mask, "the mask");
   const auto is_label = [&](double value) { return value == options.label; };
   const std::vector<CutSide> sides = cut_sides(mask, is_label, scan);
+  const std::string whose = name_of_label(mask, options.label) + ": ";
   if (options.cap == SurfaceCap::round && !sides.empty()) {
     Volume domed = with_domes(mask, sides, is_label,
                               [&](double depth) { return depth >= 0 ? options.label : 0; });
     domed.ends_with_label = true;
     Isosurface surface = extract_label_surface(domed, options, context);
-    surface.cut_area_mm2 = tell_cut(sides, options.cap, context);
+    surface.cut_area_mm2 = tell_cut(sides, options.cap, whose, context);
     return surface;
   }
   LabelBox box = bounding_box(mask, options.label);
@@ -210,11 +211,11 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
                           : contour_at(field, box, 0.5);
   if (mesh.empty()) {
     throw BadDataError("label " + std::to_string(options.label) +
-                       " vanishes when smoothed; choose a smaller --smooth");
+                       " vanishes when smoothed; choose a smaller --smooth-mm");
   }
   move_to_world(mesh, mask, Eigen::Vector3d(box.first[0], box.first[1], box.first[2]));
-  Isosurface surface = finished(std::move(mesh), options, context);
-  surface.cut_area_mm2 = tell_cut(sides, options.cap, context);
+  Isosurface surface = finished(std::move(mesh), options, Cavities::kept, whose, context);
+  surface.cut_area_mm2 = tell_cut(sides, options.cap, whose, context);
   return surface;
 }
 

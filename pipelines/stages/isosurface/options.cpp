@@ -23,7 +23,11 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
       .add("each_label", &options.each_label,
            {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
       .add("largest", &o.largest,
-           {.help = "components kept, by area; 0 = all", .min = 0, .max = 1000000})
+           {.help =
+                "pieces kept, by area; 0 = all. A label's cavities stay in their piece, a CT's are "
+                "filled unless all is kept",
+            .min = 0,
+            .max = 1000000})
       .add("min_size_mm", &o.min_size_mm,
            {.help = "components whose box is nowhere longer are dropped",
             .unit = "mm",

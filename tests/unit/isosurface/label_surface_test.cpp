@@ -38,6 +38,18 @@ TEST(LabelSurface, IsSmoothAndKeepsTheVolumeAtAnySpacing) {
   }
 }
 
+TEST(LabelSurface, KeepsTheCavityOfAHollowOrgan) {
+  const Shape wall = [](const Eigen::Vector3d& at) {
+    return std::min(25 - at.norm(), at.norm() - 19);
+  };
+  const Volume mask = mask_of(wall, grid_around_origin({1, 1, 1}, 60));
+  const Isosurface surface = extract_label_surface(mask, {});
+  expect_closed_and_sound(surface.mesh);
+  EXPECT_EQ(surface.components_found, 1u);
+  EXPECT_EQ(surface.left_out_share, 0);
+  EXPECT_NEAR(signed_volume(surface.mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
+}
+
 TEST(LabelSurface, LooksOutwardAndIsNeverMirrored) {
   const Shape organ = asymmetric_organ();
   const Eigen::Vector3d truth =

@@ -139,6 +139,11 @@ std::string label_list(const std::vector<LabelName>& names) {
   return names.size() > kShown ? text + ", …" : text;
 }
 
+std::string name_of_label(const Volume& mask, int label) {
+  const bool named = label == mask.chosen_label && !mask.chosen_name.empty();
+  return named ? mask.chosen_name : "label " + std::to_string(label);
+}
+
 void throw_label_absent(const Volume& mask, int label) {
   const std::vector<LabelCount> labels = count_labels(mask);
   std::string message = "the mask has no label " + std::to_string(label);

@@ -19,8 +19,8 @@ struct IsosurfaceOptions {
   // The level, when no mask is given; the organ is above it. Nothing = proposed_level().
   std::optional<double> iso_hu = -300;
   IsosurfaceMethod method = IsosurfaceMethod::flying_edges;
-  // Keep the K pieces of largest area; 0 = all. Cavities of a closed surface don't count as pieces
-  // and go, unless all is kept.
+  // Keep the K pieces of largest area; 0 = all. A cavity is no piece of its own: a label's stay
+  // with the piece that they lie in, a CT's (lungs in a body) are filled, unless all is kept.
   std::size_t largest = 1;
   double min_size_mm = 0;  // pieces whose box is nowhere longer than this go, too
   // Moves the vertices to where the sums of the voxels across the edge put it, instead of where two

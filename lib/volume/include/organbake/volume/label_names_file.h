@@ -20,6 +20,9 @@ std::vector<LabelName> read_label_names(const std::filesystem::path& file);
 // "1 spleen, 5 liver": what messages can name without filling the screen.
 std::string label_list(const std::vector<LabelName>& names);
 
+// "liver", or "label 5" where it has no name.
+std::string name_of_label(const Volume& mask, int label);
+
 // Throws BadDataError: "the mask has no label 7; it holds 1 spleen, 2, 5".
 [[noreturn]] void throw_label_absent(const Volume& mask, int label);
 
