@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "organbake/volume/read_volume.h"
@@ -71,6 +72,27 @@ TEST(MaskCheck, AMaskInItsPlaceIsPlausible) {
   EXPECT_EQ(check.overlap_share, 1);
   EXPECT_EQ(check.fit.soft_tissue_share, 1);
   EXPECT_THAT(check.message, IsEmpty());
+}
+
+// Gas below the organ: moved onto it the label would fit, but the organ's own label no longer.
+TEST(MaskCheck, AGutFullOfGasIsNotMovedWhereTheOtherLabelsFit) {
+  const Volume ct = small_ct();
+  Volume mask = ct;
+  constexpr int kFirst = kFirstOrganSlice - 10;
+  mask.size[2] = 20;
+  mask.voxels.resize(16 * 16 * 20);
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
+    mask.voxels[v] = ct.voxels[v % 2560 + 256 * kFirstOrganSlice] <= 0 ? 0 : v < 2560 ? 7 : 5;
+  mask.origin_mm = ct.world_from_index({0, 0, kFirst});
+  MaskCheckOptions gut;
+  gut.label = 7;
+  const MaskCheck check = check_mask(ct, mask, gut);
+  EXPECT_FALSE(check.plausible);
+  EXPECT_FALSE(check.better);
+  EXPECT_THAT(check.message, HasSubstr("label 7 lies on soft tissue"));
+  EXPECT_THAT(check.message, HasSubstr("That is right for bone, lung or gut"));
+  std::replace(mask.voxels.begin(), mask.voxels.end(), std::int16_t{5}, std::int16_t{0});
+  EXPECT_TRUE(check_mask(ct, mask, gut).better);
 }
 
 TEST(MaskCheck, ACropThatKeptTheScansOriginIsFoundAndItsPlaceNamed) {

@@ -88,17 +88,26 @@ bool plausible(const MaskFit& fit, const MaskCheckOptions& options) {
          fit.deviation_hu <= options.max_deviation_hu;
 }
 
+std::size_t step_through(const std::vector<VoxelIndex>& label) {
+  return (label.size() + kMostSamples - 1) / kMostSamples;
+}
+
+// `sum` is of samples of the label.
+bool fits(const Sum& sum, const std::vector<VoxelIndex>& label, const MaskCheckOptions& options) {
+  const std::size_t step = step_through(label), samples = (label.size() + step - 1) / step;
+  // Air is more uniform than any organ: only places that are plausible compete.
+  return static_cast<double>(sum.count) >= kLeastOverlap * static_cast<double>(samples) &&
+         plausible(sum.fit(), options);
+}
+
 std::optional<BetterPlace> search_better(const Volume& ct, const std::vector<VoxelIndex>& label,
                                          const MaskFit& now, const MaskCheckOptions& options) {
-  const std::size_t step = (label.size() + kMostSamples - 1) / kMostSamples;
-  const std::size_t samples = (label.size() + step - 1) / step;
+  const std::size_t step = step_through(label);
   std::optional<BetterPlace> best;
   for (int shift = 1 - ct.size[2]; shift < ct.size[2]; ++shift) {
     const Sum sum = sum_at(ct, label, shift, step, options);
-    if (static_cast<double>(sum.count) < kLeastOverlap * static_cast<double>(samples)) continue;
+    if (!fits(sum, label, options)) continue;
     const MaskFit fit = sum.fit();
-    // Air is more uniform than any organ: only places that are plausible compete.
-    if (!plausible(fit, options)) continue;
     if (best && fit.deviation_hu >= best->fit.deviation_hu) continue;
     best = BetterPlace{shift, ct.direction.col(2) * ct.spacing_mm[2] * shift, fit};
   }
@@ -108,6 +117,33 @@ std::optional<BetterPlace> search_better(const Volume& ct, const std::vector<Vox
   return best;
 }
 
+// A header moves all labels alike, so that a better place must suit most of the others: gas in a
+// stomach is no displacement. The largest tell.
+bool suits_others(const Volume& ct, const Volume& mask, int shift,
+                  const MaskCheckOptions& options) {
+  constexpr std::size_t kAsked = 12;
+  std::vector<LabelCount> others = count_labels(mask);
+  std::erase_if(others, [&](const LabelCount& one) { return one.label == options.label; });
+  std::stable_sort(others.begin(), others.end(),
+                   [](const LabelCount& a, const LabelCount& b) { return a.voxels > b.voxels; });
+  others.resize(std::min(kAsked, others.size()));
+  int content = 0, moving = 0;
+  for (const LabelCount& other : others) {
+    const std::vector<VoxelIndex> voxels = label_in_ct(ct, mask, other.label);
+    const std::size_t step = step_through(voxels);
+    const Sum here = sum_at(ct, voxels, 0, step, options),
+              there = sum_at(ct, voxels, shift, step, options);
+    const bool fits_here = fits(here, voxels, options);
+    const bool far_better = there.fit().deviation_hu < kFarBetter * here.fit().deviation_hu;
+    if (fits(there, voxels, options) && (!fits_here || far_better)) {
+      ++moving;
+    } else if (fits_here) {
+      ++content;
+    }
+  }
+  return moving > content || content == 0;  // bones fit nowhere and tell nothing
+}
+
 std::string vector_text(const Eigen::Vector3d& vector) {
   const Eigen::Vector3d v = vector + Eigen::Vector3d::Zero();  // −0 becomes 0
   return "(" + to_text(v.x(), 1) + ", " + to_text(v.y(), 1) + ", " + to_text(v.z(), 1) + ")";
@@ -115,9 +151,7 @@ std::string vector_text(const Eigen::Vector3d& vector) {
 
 std::string verdict(const MaskCheck& check, const Volume& ct, const Volume& mask, int label) {
   if (check.plausible) return {};
-  const std::string name = label == mask.chosen_label && !mask.chosen_name.empty()
-                               ? mask.chosen_name
-                               : "label " + std::to_string(label);
+  const std::string name = name_of_label(mask, label);
   if (check.overlap_share == 0) {
     return "no voxel of " + name + " lies inside the CT: the mask covers " +
            world_range_text(mask) + ", the CT " + world_range_text(ct) +
@@ -177,6 +211,8 @@ MaskCheck check_mask(const Volume& ct, const Volume& mask, const MaskCheckOption
   // On the CT's own grid the mask was made in place: bone, lung and gut would only be led astray.
   if (!check.plausible && !check.grids_equal) {
     check.better = search_better(ct, label, check.fit, options);
+    if (check.better && !suits_others(ct, mask, check.better->slices, options))
+      check.better.reset();
   }
   check.message = verdict(check, ct, mask, options.label);
   return check;

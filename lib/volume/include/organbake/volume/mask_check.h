@@ -47,7 +47,8 @@ struct MaskCheck {
 // Tells whether a mask looks misplaced on its CT. A wrong header (a crop that kept the origin of
 // the whole scan, say) is legal data: only the tissue below the label gives it away. The search for
 // a better place slides the label along the slices and takes the smallest standard deviation, which
-// a homogeneous organ shows only in its true place. Throws BadDataError when the label is absent.
+// a homogeneous organ shows only in its true place, and which must suit most of the mask's
+// other labels, if any fit where they are. Throws BadDataError when the label is absent.
 MaskCheck check_mask(const Volume& ct, const Volume& mask, const MaskCheckOptions& options);
 
 }  // namespace organbake
