@@ -128,16 +128,17 @@ TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
                              ? layer_body(proxy, model, options.fem_cell_mm)
                              : make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
   if (body.anchors.size() == body.nodes_mm.size())
-    throw UsageError("fem_cell: cells of " + to_text(options.fem_cell_mm) +
+    throw UsageError("fem_cell_mm: cells of " + to_text(options.fem_cell_mm) +
                      " mm are so large that every node carries an anchor, and nothing could move; "
                      "take smaller ones");
   body.poisson_ratio = options.poisson_ratio;
   body.damping_s = damping_of(model.springs);
   const std::size_t parts = part_count(body);
   if (parts > 1) {
-    context.warn("the tetrahedra fall into " + std::to_string(parts) +
-                 " parts; one without an anchor drifts when it is pushed. A larger fem_cell joins "
-                 "parts that lie close");
+    context.warn(
+        "the tetrahedra fall into " + std::to_string(parts) +
+        " parts; one without an anchor drifts when it is pushed. A larger fem_cell_mm joins "
+        "parts that lie close");
   }
   return body;
 }

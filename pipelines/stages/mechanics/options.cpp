@@ -66,7 +66,7 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
 
 Stage mechanics_stage() {
   return {.name = "mechanics",
-          .version = 7,
+          .version = 8,
           .summary = "give a proxy its springs, masses and anchors",
           .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
           .outputs = {{"mechanics", "mechanics.json"}},

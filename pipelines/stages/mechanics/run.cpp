@@ -7,6 +7,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "stages/mechanics/options.h"
@@ -42,7 +43,10 @@ StageReport run(const StageCall& call) {
   StageReport report;
   report.add("springs", model.springs.size());
   report.add("anchors", model.anchors.size());
-  report.add("mass_kg", std::accumulate(model.mass_kg.begin(), model.mass_kg.end(), 0.0));
+  if (analyse_topology(proxy).boundary_edges == 0)
+    report.add("mass_kg", 1e-9 * model.density_kg_per_m3 * signed_volume(proxy));
+  // The springs' own: a membrane of the given thickness.
+  report.add("spring_mass_kg", std::accumulate(model.mass_kg.begin(), model.mass_kg.end(), 0.0));
   if (model.body) report.add("tetrahedra", model.body->tetrahedra.size());
   return report;
 }
