@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/mesh_frame.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/isosurface/label_surface.h"
 #include "organbake/pipelines/stage_binding.h"
@@ -92,6 +94,27 @@ Isosurface label_surface(const Volume& mask, IsosurfaceOptions options, const Ru
   return extract_label_surface(mask, options, context, ct ? &*ct : nullptr);
 }
 
+// A header may have its spacing in another unit than it says. Small organs are common, scans that
+// are small as a whole are not: the least field of a clinical CT, a dental one's, is 40 mm.
+void question_size(const TriangleMesh& surface, const Volume& grid, const RunContext& context) {
+  constexpr double kSmallestScan_mm = 40;
+  const auto across = [](const Eigen::Vector3d& size_mm) {
+    return to_text(size_mm.maxCoeff(), 1) + " mm across";
+  };
+  const Eigen::Vector3d size_mm = bounds(surface).max - bounds(surface).min;
+  const Eigen::Vector3d grid_mm = grid.spacing_mm.cwiseProduct(
+      Eigen::Map<const Eigen::Vector3i>(grid.size.data()).cast<double>());
+  const bool small_scan = !organ_sized(size_mm.maxCoeff()) && grid_mm.maxCoeff() < kSmallestScan_mm;
+  if (may_be_organ(size_mm.maxCoeff()) && !small_scan) return;
+  std::string text = "the surface is " + across(size_mm) + ", and the volume " + across(grid_mm) +
+                     "; check that it is the right organ and that the header's spacing is in mm";
+  if (const auto unit = unit_of_organ(size_mm.maxCoeff());
+      small_scan && unit && *unit != MeshUnit::mm)
+    text += ": in " + std::string(in_words(*unit)) + " the surface would be " +
+            across(mm_per(*unit) * size_mm);
+  context.warn(text);
+}
+
 // The volumes end here: they are not needed while the mesh is written.
 Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
                         StageReport& report) {
@@ -99,9 +122,11 @@ Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& opt
   const std::optional<Volume> ct = read_grid(call, reading);
   const std::optional<Volume> mask =
       read_input(call, "mask", for_mask(call, options, ct, options.label));
-  if (!mask) return extract_isosurface(*ct, options.surface, call.context);
-  if (ct) tell_place(check_on_ct(call, reading, *ct, *mask), call.context, report);
-  return label_surface(*mask, options.surface, call.context, ct);
+  if (mask && ct) tell_place(check_on_ct(call, reading, *ct, *mask), call.context, report);
+  Isosurface surface = mask ? label_surface(*mask, options.surface, call.context, ct)
+                            : extract_isosurface(*ct, options.surface, call.context);
+  question_size(surface.mesh, mask ? *mask : *ct, call.context);
+  return surface;
 }
 
 // A label's name as the name of a file: "label_5" where it has none.
@@ -155,7 +180,7 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
                        ? read_volume(*path, for_mask(call, options, ct, text), call.context)
                        : *mask;
       one.chosen_label = label.label;
-      one.chosen_name = text;
+      one.chosen_name = label.name;
       StageReport placing;
       if (ct) tell_place(check_mask(*ct, one, check_of(label.label)), call.context, placing);
       const Isosurface surface = label_surface(one, options.surface, call.context, ct);

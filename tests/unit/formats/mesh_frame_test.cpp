@@ -234,9 +234,29 @@ TEST_F(MeshFrames, AdviceIsGivenThatWorks) {
            {MeshUnit::mm, {}});
   EXPECT_EQ(said_, "");
   expect_in_place(mm, "a glb of millimetres");
-  read("ours.ply", serialise_ply(scaled(truth_, 1e-3)));
+  read("a.obj", "# SPACE=LPS UNIT=mm\n" + as_obj(scaled(truth_, 1e-3)));
   EXPECT_THAT(said_, HasSubstr("it says itself that it is in mm"));
   EXPECT_EQ(said_.find("--unit"), said_.npos);
+  said_.clear();
+  read("ours.ply", serialise_ply(scaled(truth_, 1e-3)));
+  EXPECT_EQ(said_, "") << "the stage that made it has said it";
+}
+
+// A liver of 20 units is one in centimetres, or the like of a lymph node in millimetres.
+TEST_F(MeshFrames, SmallThingsAreQuestionedUntilTheirUnitIsTold) {
+  const auto said_of = [&](double across, const MeshFrame& told) {
+    said_.clear();
+    read("a.obj", as_obj(scaled(sphere_mesh(0.5, 3), across)), told);
+    return said_;
+  };
+  EXPECT_THAT(said_of(20, {}),
+              HasSubstr("is 20.000 mm across, which few organs are; in centimetres "
+                        "(--unit cm; of a table or recipe unit=cm; 10.000 times as "
+                        "large) it would be 200.000 mm. If it is right, say --unit mm"));
+  EXPECT_EQ(said_of(20, {MeshUnit::mm, {}}), "");
+  EXPECT_EQ(said_of(40, {}), "");
+  EXPECT_THAT(said_of(8, {}), HasSubstr("in centimetres"));
+  EXPECT_THAT(said_of(2, {MeshUnit::mm, {}}), HasSubstr("which no organ is; in inches"));
 }
 
 }  // namespace

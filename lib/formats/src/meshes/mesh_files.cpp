@@ -92,20 +92,26 @@ std::string in_words(double mm) {
   return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
 }
 
-void question_size(const TriangleMesh& mesh, MeshUnit unit, bool said_by_file, const fs::path& path,
-                   const RunContext& context) {
+// Small things are questioned where nobody has told their unit; what no organ can be, always. Of
+// our own files, what made them was questioned.
+void question_size(const TriangleMesh& mesh, const MeshFrame& written, const MeshFrame& told,
+                   MeshUnit unit, const fs::path& path, const RunContext& context) {
   const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
-  if (organ_sized(across_mm)) return;
-  std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
-  if (said_by_file) {
+  const bool small = may_be_organ(across_mm);
+  if (written.ours || organ_sized(across_mm) || (small && (written.unit || told.unit))) return;
+  std::string text = path.string() + ": is " + in_words(across_mm) +
+                     (small ? " across, which few organs are; " : " across, which no organ is; ");
+  if (written.unit) {
     text += "it says itself that it is in " + std::string(name_of(unit)) +
             ": scale it, or take that line out of its header";
   } else if (const auto best = unit_of_organ(across_mm / mm_per(unit))) {
     const double factor = mm_per(*best) / mm_per(unit);
-    text += "in " + std::string(name_of(*best)) + " (--unit " + name_of(*best) +
+    text += "in " + std::string(in_words(*best)) + " (--unit " + name_of(*best) +
             "; of a table or recipe unit=" + name_of(*best) + "; " + to_text(factor, 3) +
             " times as large) it would be " + in_words(across_mm * factor);
+    if (small) text += ". If it is right, say --unit " + std::string(name_of(unit));
   } else {
+    if (small) return;
     const double factor = std::pow(10, std::round(std::log10(kTypicalOrgan_mm / across_mm)));
     text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
   }
@@ -146,7 +152,7 @@ TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunCon
   }
   for (const std::string& turned : turn_outward(mesh, std::move(twins)).sentences())
     context.warn(path.string() + ": " + turned);
-  question_size(mesh, *taken.unit, written.unit.has_value(), path, context);
+  question_size(mesh, written, told, *taken.unit, path, context);
   return std::move(mesh);
 }
 

@@ -10,7 +10,7 @@
 namespace organbake {
 namespace {
 
-constexpr double kSmallest_mm = 5, kLargest_mm = 2000;
+constexpr double kSmallest_mm = 5, kUsual_mm = 30, kLargest_mm = 2000;
 
 // As write_ply(), gltf_binary() and obj_text() put them.
 constexpr std::string_view kOurPly = "comment millimetres, LPS",
@@ -55,6 +55,8 @@ double mm_per(MeshUnit unit) { return row_of(kMeshUnits, unit, &UnitName::unit).
 
 const char* name_of(MeshUnit unit) { return row_of(kMeshUnits, unit, &UnitName::unit).name; }
 
+const char* in_words(MeshUnit unit) { return row_of(kMeshUnits, unit, &UnitName::unit).words; }
+
 const char* name_of(MeshSpace space) { return row_of(kMeshSpaces, space, &SpaceName::space).name; }
 
 Eigen::Matrix3d world_from_axes(MeshSpace space) {
@@ -66,8 +68,8 @@ Eigen::Matrix3d world_from_axes(MeshSpace space) {
 
 MeshFrame frame_in_header(std::string_view header, const std::string& name) {
   MeshFrame frame;
-  if (header.find(kOurPly) != header.npos) frame = {MeshUnit::mm, MeshSpace::lps};
-  if (header.find(kOurScene) != header.npos) frame = {MeshUnit::m, MeshSpace::y_up};
+  if (header.find(kOurPly) != header.npos) frame = {MeshUnit::mm, MeshSpace::lps, true};
+  if (header.find(kOurScene) != header.npos) frame = {MeshUnit::m, MeshSpace::y_up, true};
   each_value(header, "SPACE", [&](std::string_view value) {
     for (const SpaceName& known : kMeshSpaces)
       if (same_word(value, known.letters)) frame.space = known.space;
@@ -83,11 +85,16 @@ MeshFrame frame_in_header(std::string_view header, const std::string& name) {
   return frame;
 }
 
-bool organ_sized(double across_mm) { return across_mm >= kSmallest_mm && across_mm <= kLargest_mm; }
+bool organ_sized(double across_mm) { return across_mm >= kUsual_mm && across_mm <= kLargest_mm; }
+
+bool may_be_organ(double across_mm) {
+  return across_mm >= kSmallest_mm && across_mm <= kLargest_mm;
+}
 
 std::optional<MeshUnit> unit_of_organ(double across_units) {
   const auto off = [&](const UnitName& unit) {
-    return std::abs(std::log(across_units * unit.size_mm / kTypicalOrgan_mm));
+    const double rare = unit.unit == MeshUnit::inch ? 1 : 0;  // where centimetres will do
+    return rare + std::abs(std::log(across_units * unit.size_mm / kTypicalOrgan_mm));
   };
   const UnitName* best = nullptr;
   for (const UnitName& unit : kMeshUnits)

@@ -18,11 +18,12 @@ struct UnitName {
   MeshUnit unit;
   const char* name;  // as options and headers have it
   double size_mm;
+  const char* words;
 };
-inline constexpr UnitName kMeshUnits[] = {{MeshUnit::mm, "mm", 1},
-                                          {MeshUnit::cm, "cm", 10},
-                                          {MeshUnit::inch, "in", 25.4},
-                                          {MeshUnit::m, "m", 1000}};
+inline constexpr UnitName kMeshUnits[] = {{MeshUnit::mm, "mm", 1, "millimetres"},
+                                          {MeshUnit::cm, "cm", 10, "centimetres"},
+                                          {MeshUnit::inch, "in", 25.4, "inches"},
+                                          {MeshUnit::m, "m", 1000, "metres"}};
 struct SpaceName {
   MeshSpace space;
   const char *name, *letters;  // as options have it, and as headers
@@ -35,10 +36,12 @@ inline constexpr SpaceName kMeshSpaces[] = {{MeshSpace::lps, "LPS", "LPS"},
 struct MeshFrame {
   std::optional<MeshUnit> unit = {};
   std::optional<MeshSpace> space = {};
+  bool ours = false;  // written by this project
 };
 
 double mm_per(MeshUnit unit);
 const char* name_of(MeshUnit unit);
+const char* in_words(MeshUnit unit);
 const char* name_of(MeshSpace space);
 // A proper rotation.
 Eigen::Matrix3d world_from_axes(MeshSpace space);
@@ -53,7 +56,11 @@ inline constexpr double kTypicalOrgan_mm = 150;
 // The unit in which something that is so many units across would be an organ, nearest to the size
 // of most; nothing when there is none.
 std::optional<MeshUnit> unit_of_organ(double across_units);
-// Organs, from a vessel's piece to a whole body.
+// Organs that people bake, up to a whole body. Among those that are smaller (an infant's
+// gallbladder is 25 mm long, a lymph node 10 mm) lie all in centimetres, so that a unit must be
+// told.
 bool organ_sized(double across_mm);
+// Those as well, down to a vessel's piece.
+bool may_be_organ(double across_mm);
 
 }  // namespace organbake
