@@ -4,6 +4,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/pipelines/output_target.h"
+#include "organbake/pipelines/outputs.h"
 #include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
@@ -18,10 +19,15 @@ void write_export(const fs::path& bundle, const ExportOptions& options, const fs
   const Stage stage{.name = "export"};
   const RunContext context = session.context(stage.name);
   context.progress(0);
-  run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
+  const StageReport report =
+      run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
   context.progress(1);
-  if (is_page) write_file_atomically(output, read_file(folder.path() / kWebPageFile));
-  if (!is_page) folder.commit();
+  if (is_page) return write_file_atomically(output, read_file(folder.path() / kWebPageFile));
+  std::vector<std::string> files;
+  for (const fs::path& file : list_files(folder.path())) files.push_back(file.generic_string());
+  write_file_atomically(folder.path() / "report.json",
+                        folder_report(stage_report_json(stage, report), files));
+  folder.commit();
 }
 
 void write_player_page(const fs::path& bundle, const fs::path& page, Session& session) {

@@ -16,16 +16,22 @@ for format in gltf obj usd; do  # those that threads make textures for
 done
 expect 0 organbake inspect obj/organ.obj --unit m
 expect 0 organbake inspect gltf/organ.glb
+# Once more into the same place, but not over what somebody else put there.
+for format in gltf usd; do expect 0 organbake export organ --format $format -o $format; done
+touch gltf/scene.blend
+expect 73 organbake export organ --format gltf -o gltf
+expect_err "holds scene.blend, which organbake did not write"
 python3 "$SOURCE/tests/cli/read_exports.py" organ || fail "an export"
 python3 "$SOURCE/tests/cli/read_assets.py" organ usd sofa || fail "an asset with springs"
 expect 0 organbake bake r.yaml -o solid --no-report
 for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format --texture-px 256; done
 python3 "$SOURCE/tests/cli/read_assets.py" solid solid_usd solid_sofa || fail "an asset with tetrahedra"
 for format in mjcf gmsh; do
-  expect 0 organbake export solid --format $format -o solid_$format
   expect 2 organbake export organ --format $format -o x
   expect_err "mechanics.fem=false"
+  expect 0 organbake export solid --format $format -o solid_$format
 done
+expect_err "ml are tissue: those at the surface stick out of it"
 python3 "$SOURCE/tests/cli/read_solids.py" solid solid_mjcf/organ.xml solid_gmsh/organ.msh || fail "a solid"
 if command -v gmsh >/dev/null; then
   expect 0 gmsh -parse_and_exit solid_gmsh/organ.msh

@@ -9,14 +9,6 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
-// The stage's report with the list of the files beside it, by which a later run knows the folder
-// for its own.
-std::string folder_report(const CacheEntry& entry) {
-  nlohmann::json report = nlohmann::json::parse(entry.record.report_json);
-  for (const CachedFile& file : entry.files) report["files"].push_back(file.path);
-  return report.dump(2) + "\n";
-}
-
 // "beside/overlay.png" of a result pose.json goes to pose_overlay.png.
 void write_beside(const CacheEntry& entry, const fs::path& target) {
   const std::string prefix = std::string(Stage::kBeside) + "/";
@@ -30,6 +22,12 @@ void write_beside(const CacheEntry& entry, const fs::path& target) {
 }
 
 }  // namespace
+
+std::string folder_report(const std::string& report_json, const std::vector<std::string>& files) {
+  nlohmann::json report = nlohmann::json::parse(report_json);
+  report["files"] = files;
+  return report.dump(2) + "\n";
+}
 
 void check_stage_target(const Stage& stage, const fs::path& target) {
   if (stage.single_file) {
@@ -49,10 +47,13 @@ void write_stage_outputs(const StepResult& result, const fs::path& target) {
     return;
   }
   AtomicFolder folder(target);
+  std::vector<std::string> files;
   for (const CachedFile& file : result.entry.files) {
     copy_into(result.entry.folder / file.path, folder.path() / file.path);
+    files.push_back(file.path);
   }
-  write_file_atomically(folder.path() / "report.json", folder_report(result.entry));
+  write_file_atomically(folder.path() / "report.json",
+                        folder_report(result.entry.record.report_json, files));
   folder.commit();
 }
 

@@ -5,6 +5,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/exchange/base_surface.h"
 #include "organbake/exchange/cut_out.h"
@@ -197,6 +198,20 @@ void write_sofa(const Bundle& bundle, const ExportOptions& options, const fs::pa
   write_file_atomically(folder / "organ.scn", sofa_text(bundle, "organ.obj", "organ.png"));
 }
 
+// Cells at the surface stick out of the organ, which a reader of the mesh alone does not see.
+void tell_cells(const Bundle& bundle, const RunContext& context) {
+  if (!bundle.mechanics.body) return;
+  constexpr double kMm3PerMl = 1000;
+  double whole_ml = 0, tissue_ml = 0;
+  for (const Tetrahedron& t : bundle.mechanics.body->tetrahedra) {
+    const double volume_ml = volume_of(*bundle.mechanics.body, t) / kMm3PerMl;
+    whole_ml += volume_ml;
+    tissue_ml += t.fill * volume_ml;
+  }
+  context.info("the tetrahedra enclose " + to_text(whole_ml, 1) + " ml, of which " +
+               to_text(tissue_ml, 1) + " ml are tissue: those at the surface stick out of it");
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<ExportOptions>();
   if (!options.interaction.empty() && options.format != ExportFormat::usd)
@@ -222,9 +237,11 @@ StageReport run(const StageCall& call) {
       write_usd(bundle, options, call.output_folder, call.context);
       break;
     case ExportFormat::mjcf:
+      tell_cells(bundle, call.context);
       write_file_atomically(call.output_folder / "organ.xml", mjcf_text(bundle));
       break;
     case ExportFormat::gmsh:
+      tell_cells(bundle, call.context);
       write_file_atomically(call.output_folder / "organ.msh", gmsh_text(bundle));
       break;
     case ExportFormat::sofa:

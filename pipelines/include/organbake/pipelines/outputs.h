@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "organbake/pipelines/plan.h"
 #include "organbake/pipelines/runner.h"
@@ -15,6 +16,10 @@ void check_stage_target(const Stage& stage, const std::filesystem::path& target)
 // Puts what a single stage made where the user wants it: one file, or a folder with the outputs and
 // report.json. It appears whole or not at all. Throws IoError.
 void write_stage_outputs(const StepResult& result, const std::filesystem::path& target);
+
+// The same report for a folder that a stage wrote otherwise: by its list of files a later run knows
+// the folder for its own.
+std::string folder_report(const std::string& report_json, const std::vector<std::string>& files);
 
 // A finished bake on its way into a bundle.
 struct BakeResult {
