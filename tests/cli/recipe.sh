@@ -23,6 +23,8 @@ bad_recipe 'phantom: {}' "--set decimate.faces=x: 'x' is not possible" --set dec
 bad_recipe 'phantom: {}' "did you mean 'faces'?" --set decimate.face=9
 bad_recipe 'phantom: {}' "say decimate.faces" --set faces=9
 bad_recipe 'phantom: {}' "takes key=value" --set faces
+bad_recipe 'phantom: {}' "--set ct=: the value is empty" --set ct=
+bad_recipe 'phantom: {}' "unit is said of the inputs, but no step of this bake reads it" --unit cm
 echo "just words" >r.yaml
 expect 78 organbake bake r.yaml -o made
 expect_err "is not a recipe"

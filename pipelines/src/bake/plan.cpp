@@ -124,7 +124,8 @@ StageOptions options_of(const Step& step, const StageOptions& asked) {
   return options;
 }
 
-std::string why_left_out(const Stage& stage, const Recipe& recipe) {
+std::string why_left_out(const Stage& stage, const Recipe& recipe,
+                         const std::set<std::string>& running) {
   if (const auto found = recipe.declined.find(stage.name); found != recipe.declined.end())
     return found->second;
   for (const StageOutput& output : stage.outputs) {
@@ -132,6 +133,11 @@ std::string why_left_out(const Stage& stage, const Recipe& recipe) {
   }
   for (const char* input : {"surface", "mask"}) {
     if (recipe.inputs.contains(input)) return std::string("the ") + input + " is given";
+  }
+  for (const std::string& name : running) {
+    for (const StageOutput& output : stage.outputs)
+      if (find_stage(name)->output(output.artifact))
+        return "the " + output.artifact + " is made by " + name;
   }
   return "nothing that it makes is needed";
 }
@@ -159,19 +165,28 @@ std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
     const bool offered =
         recipe.sections.contains(stage.name) || !(stage.inputs.empty() || stage.on_request);
     if (offered && !running.contains(stage.name)) {
-      list.push_back({stage.name, why_left_out(stage, recipe)});
+      list.push_back({stage.name, why_left_out(stage, recipe, running)});
     }
   }
   for (const auto& [name, path] : recipe.inputs) {
     if (!used(plan.steps, name)) list.push_back({"input " + name, "no step of this bake reads it"});
   }
-  for (const std::string& key : recipe.said_of_inputs) {
-    if (!says(plan.steps, key)) list.push_back({"input " + key, "no step of this bake reads it"});
-  }
   for (const auto& [option, value] : recipe.outranked) {
     list.push_back({option + " of quality " + recipe.quality, "the recipe says " + value});
   }
   return list;
+}
+
+// Whoever says the unit of a CT, say, would go on with a wrong one.
+void check_input_frame(const Recipe& recipe, const Plan& plan) {
+  for (const std::string& key : recipe.said_of_inputs) {
+    if (says(plan.steps, key)) continue;
+    throw RecipeError(key +
+                      " is said of the inputs, but no step of this bake reads it: it is of a "
+                      "surface that is given. A CT's or a mask's header says its own; correct that "
+                      "where it is wrong, and leave " +
+                      key + " out");
+  }
 }
 
 }  // namespace
@@ -186,9 +201,10 @@ Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
   const std::set<std::string> running = stages_needed(recipe, wanted);
   if (!last_stage.empty() && !running.contains(last_stage)) {
     throw UsageError("the stage '" + last_stage + "' is not part of this bake: " +
-                     why_left_out(*find_stage(last_stage), recipe));
+                     why_left_out(*find_stage(last_stage), recipe, running));
   }
   Plan plan;
+  plan.of_recipe = true;
   for (const Stage& stage : all_stages()) {
     if (!running.contains(stage.name)) continue;
     Step step{&stage, {}, {}, {}};
@@ -202,7 +218,9 @@ Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
     step.options_json = to_json(step.options.list).dump();
     plan.steps.push_back(std::move(step));
   }
-  if (last_stage.empty()) plan.left_out = list_left_out(recipe, plan, running);
+  if (!last_stage.empty()) return plan;
+  if (recipe.declined.empty()) check_input_frame(recipe, plan);
+  plan.left_out = list_left_out(recipe, plan, running);
   return plan;
 }
 

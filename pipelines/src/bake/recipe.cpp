@@ -115,11 +115,11 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
                       suggestion(setting.key, known));
   }
   const std::string pointer = pointer_to("inputs", setting.key);
-  if (setting.value.empty()) {
-    document.remove(pointer);
-  } else {
-    document.set(pointer, input_value(setting), setting.origin);
-  }
+  if (!setting.value.empty()) return document.set(pointer, input_value(setting), setting.origin);
+  if (!document.json().contains(Json::json_pointer(pointer)))  // a variable of a shell, say
+    throw RecipeError(setting.origin + ": the value is empty, and the recipe has no " +
+                      setting.key + " to take away");
+  document.remove(pointer);
 }
 
 void apply(Document& document, const std::map<std::string, StageOptions>& sections,

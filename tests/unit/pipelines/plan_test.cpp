@@ -9,6 +9,7 @@
 #include "fake_stages.h"
 #include "organbake/core/error.h"
 #include "organbake/core/temporary_folder.h"
+#include "support/error_message.h"
 
 namespace organbake {
 namespace {
@@ -115,9 +116,16 @@ TEST_F(PlanTest, TheUnitIsThatOfWhatIsGiven) {
   EXPECT_EQ(unit_of(repaired, "repair"), "cm");
   for (const char* stage : {"decimate", "place", "capture"})
     EXPECT_EQ(unit_of(repaired, stage), "auto") << stage;
-  EXPECT_EQ(why_left_out(given, "input unit"), "it was not left out");
-  EXPECT_EQ(why_left_out(plan("", {"ct=scan.mha", "unit=cm"}), "input unit"),
-            "no step of this bake reads it");
+  EXPECT_THAT(message_of(ExitCode::bad_recipe,
+                         [&] {
+                           plan("", {"ct=scan.mha", "unit=cm"});
+                         }),
+              testing::HasSubstr("unit is said of the inputs, but no step of this bake reads it"));
+}
+
+TEST_F(PlanTest, SaysWhoMakesWhatAnotherStageCouldMake) {
+  const Plan moving = plan("motion: {}\nshade: {}\n", {"frames=clip.mp4"});
+  EXPECT_EQ(why_left_out(moving, "shade"), "the surface is made by motion");
 }
 
 TEST_F(PlanTest, SaysWhatOfAQualityTheRecipeOutranks) {

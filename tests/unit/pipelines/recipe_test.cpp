@@ -114,6 +114,8 @@ TEST_F(RecipeTest, UnitsThatContradictEachOtherAreRefusedByName) {
 
 TEST_F(RecipeTest, AnEmptySettingTakesAnInputAway) {
   EXPECT_TRUE(read("inputs: {ct: scan.mha}\n", {"ct="}).inputs.empty());
+  EXPECT_THAT(error("", {"ct="}),
+              HasSubstr("--set ct=: the value is empty, and the recipe has no ct to take away"));
 }
 
 TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {

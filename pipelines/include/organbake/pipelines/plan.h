@@ -37,6 +37,7 @@ struct LeftOut {
 struct Plan {
   std::vector<Step> steps;
   std::vector<LeftOut> left_out;
+  bool of_recipe = false;  // not of a single stage
 };
 
 // All that a bundle needs, or (with `last_stage`) only what that stage needs, itself the last step.
