@@ -10,6 +10,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
+#include "organbake/pipelines/bake_words.h"
 #include "organbake/pipelines/bundle_page.h"
 #include "organbake/pipelines/output_lock.h"
 #include "organbake/pipelines/output_target.h"
@@ -76,7 +77,8 @@ void tell_left_out(const Plan& plan, Terminal& terminal) {
 void tell_report(const StepResult& step, Terminal& terminal) {
   const Json report = Json::parse(step.entry.record.report_json);
   if (const std::string damage = report.value("bad_data", ""); !damage.empty())
-    terminal.log(LogLevel::warning, step.step->stage->name + ": " + damage);
+    terminal.log(LogLevel::warning,
+                 step.step->stage->name + ": " + in_bake_words(step.step->stage->name, damage));
   if (!step.ran) return;
   for (const Json& item : report.at("skipped")) {
     terminal.log(LogLevel::debug, step.step->stage->name +
@@ -144,9 +146,9 @@ std::vector<StepResult> run_open_stages(Recipe& recipe, Plan& plan, Runner& runn
                                         Terminal& terminal) {
   while (true) {
     std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
-    const std::string why = steps.empty() ? "" : steps.back().declined();
-    if (why.empty()) return steps;
+    if (steps.empty() || steps.back().declined().empty()) return steps;
     const std::string stage = steps.back().step->stage->name;
+    const std::string why = in_bake_words(stage, steps.back().declined());
     terminal.log(LogLevel::warning, stage + ": " + why + "; the bake goes on without it");
     recipe.declined[stage] = why;
     steps.clear();

@@ -25,6 +25,16 @@ StageReport run_and_return_memory(const Stage& stage, const StageCall& call) {
   return report;
 }
 
+RunContext reworded(const RunContext& context, const Runner::Words& words) {
+  return {[context, words](LogLevel level, std::string_view said) {
+            const std::string told = words(std::string(said));
+            if (told.empty()) return;
+            if (level == LogLevel::warning) return context.warn(told);
+            level == LogLevel::info ? context.info(told) : context.debug(told);
+          },
+          [context](double fraction) { context.progress(fraction); }, stop_asked};
+}
+
 }  // namespace
 
 Session::Session() : shared_(flags_.options()) {}
@@ -89,7 +99,9 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
                                          folder.string() + " (--cache or ORGANBAKE_CACHE)");
   }
   return {Cache(folder), run_and_return_memory,
-          [this](const std::string& stage) { return context(stage); }};
+          [this](const std::string& stage, const Runner::Words& words) {
+            return words ? reworded(context(stage), words) : context(stage);
+          }};
 }
 
 void Session::print_result(const std::string& text, const nlohmann::json& json) {

@@ -36,7 +36,7 @@ row() { grep "^$1," baked/batch.csv; }
 [[ $(row damaged) == damaged,failed,65,*dicom*"copy the series again"* ]] || fail "damaged: $(row damaged)"
 [[ $(row empty) == empty,failed,65,*empty.mp4*"copy the video again"* ]] || fail "empty: $(row empty)"
 [[ $(row typo) == typo,failed,78,*"did you mean 'faces'"* ]] || fail "typo: $(row typo)"
-[[ $(row outside) == outside,failed,65,*"choose --iso inside"* ]] || fail "outside: $(row outside)"
+[[ $(row outside) == outside,failed,65,*"choose --set isosurface.iso=… inside"* ]] || fail "outside: $(row outside)"
 expect_equal "$(grep -c ',failed,' baked/batch.csv)" 5
 [ "$(grep -n 'failed (' baked/batch.html | tail -n 1 | cut -d: -f1)" -lt \
   "$(grep -n 'written' baked/batch.html | head -n 1 | cut -d: -f1)" ] || fail "the worst is not first"

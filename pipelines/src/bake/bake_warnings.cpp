@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "organbake/core/text.h"
+#include "organbake/pipelines/bake_words.h"
 #include "organbake/pipelines/html_page.h"
 
 namespace organbake {
@@ -55,8 +56,9 @@ void check_shape(const Json& stage, std::vector<std::string>& warnings) {
 void check_decimate(const Json& stage, std::vector<std::string>& warnings) {
   check_shape(stage, warnings);
   constexpr double kVolumeChange = 0.02;
+  const bool open = figure(stage, "boundary_loops").value_or(0) > 0;  // and has no volume
   if (const auto change = figure(stage, "volume_change");
-      change && std::abs(*change) > kVolumeChange)
+      change && !open && std::abs(*change) > kVolumeChange)
     warnings.push_back("the proxy's volume is off by " + on_page(*change) +
                        "; it moves as another organ would");
   if (const auto crossing = figure(stage, "self_intersecting_faces"); crossing && *crossing > 0)
@@ -115,7 +117,7 @@ bool said_already(const std::vector<std::string>& said, const std::string& warni
 }  // namespace
 
 std::vector<std::string> stage_warnings(const Json& stage_report,
-                                        const std::vector<std::string>& said) {
+                                        const std::vector<std::string>& said, bool in_bake) {
   std::vector<std::string> told;
   for (const char* own : {"bad_data", "quality_gate"})
     if (stage_report.contains(own)) told.push_back(stage_report.at(own));
@@ -127,8 +129,10 @@ std::vector<std::string> stage_warnings(const Json& stage_report,
   if (name == "capture") check_capture(stage_report, told);
   std::vector<std::string> warnings;
   for (const auto& list : {said, told})
-    for (const std::string& one : list)
+    for (const std::string& text : list) {
+      const std::string one = in_bake ? in_bake_words(name, text) : text;
       if (!said_already(warnings, one)) warnings.push_back(one);
+    }
   return warnings;
 }
 

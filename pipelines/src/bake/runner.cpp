@@ -9,6 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/pipelines/bake_warnings.h"
+#include "organbake/pipelines/bake_words.h"
 #include "organbake/pipelines/content_hash.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/schemas.h"
@@ -133,6 +134,7 @@ std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
   // An entry that somebody else has finished meanwhile is written by nobody any more, who would
   // tidy up after those that were killed.
   AtomicFolder::sweep_inside(cache_.folder());
+  bakes_ = plan.of_recipe;
   std::vector<StepResult> results;
   results.reserve(plan.steps.size());
   bool reached = false;
@@ -165,12 +167,14 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
     const std::lock_guard lock(mutex);
     if (level == LogLevel::warning) record.warnings.emplace_back(text);
   };
-  const RunContext context = context_of_(step.stage->name).heard_by(remember);
+  const RunContext context = context_of_(step.stage->name, [&](const std::string& said) {
+                               return told(step, said);
+                             }).heard_by(remember);
   context.throw_if_cancelled();
   context.progress(0);
   const auto start = std::chrono::steady_clock::now();
   CacheEntry entry = cache_.store(ingredients, replace, [&](const fs::path& folder) {
-    const StageReport report = run_stage_(*step.stage, make_call(step, folder, context, earlier));
+    const StageReport report = run_told(step, make_call(step, folder, context, earlier));
     record.report_json = stage_report_json(*step.stage, report);
     record.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -180,13 +184,42 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
   return with_warnings({&step, std::move(entry), true, true});
 }
 
+StageReport Runner::run_told(const Step& step, const StageCall& call) {
+  try {
+    return run_stage_(*step.stage, call);
+  } catch (const Error& error) {
+    const std::string words = told(step, error.what());
+    if (words.empty() || words == error.what()) throw;
+    throw Error(error.code(), words);
+  }
+}
+
+std::string Runner::told(const Step& step, const std::string& text) {
+  const std::string& stage = step.stage->name;
+  std::string words = bakes_ ? in_bake_words(stage, text) : text;
+  const std::string cache = cache_.folder().string() + "/";
+  for (std::size_t at = 0; (at = words.find(cache, at)) != words.npos;) {
+    const std::size_t end = words.find_first_of(": ", at + cache.size());
+    words.erase(at, words.rfind('/', end) + 1 - at);
+  }
+  const std::lock_guard lock(telling_);
+  for (const InputSource& input : step.inputs) {
+    if (input.given.empty() || !words.starts_with(input.given.string() + ": ")) continue;
+    if (first_told_.try_emplace(words, stage).first->second != stage) return {};
+  }
+  return words;
+}
+
 StepResult Runner::with_warnings(StepResult result) {
   const StepRecord& record = result.entry.record;
   const Json report = Json::parse(record.report_json);
-  result.warnings = stage_warnings(report, record.warnings);
-  std::vector<std::string> said = {report.value("bad_data", "")};
-  if (result.ran) said.insert(said.end(), record.warnings.begin(), record.warnings.end());
-  const RunContext context = context_of_(result.step->stage->name);
+  std::vector<std::string> all;
+  for (const std::string& warning : record.warnings)
+    if (std::string words = told(*result.step, warning); !words.empty()) all.push_back(words);
+  result.warnings = stage_warnings(report, all, bakes_);
+  std::vector<std::string> said = {told(*result.step, report.value("bad_data", ""))};
+  if (result.ran) said.insert(said.end(), all.begin(), all.end());
+  const RunContext context = context_of_(result.step->stage->name, {});
   for (const std::string& warning : result.warnings) {
     if (std::find(said.begin(), said.end(), warning) == said.end()) context.warn(warning);
   }
@@ -197,7 +230,8 @@ void Runner::ensure_sound(std::vector<StepResult>& results, std::size_t step) {
   StepResult& result = results[step];
   result.sound = result.sound || result.entry.sound();
   if (result.sound) return;
-  context_of_(result.step->stage->name).warn("its files in the cache are damaged; it runs again");
+  context_of_(result.step->stage->name, {})
+      .warn("its files in the cache are damaged; it runs again");
   result = execute(*result.step, result.entry.ingredients, true, results);
 }
 

@@ -37,6 +37,8 @@ TEST(BakeWarnings, NameTheStageAndTheFigure) {
               ElementsAre(HasSubstr("no camera shows anything")));
   EXPECT_THAT(bake_warnings(report_of("decimate", {{"volume_change", -0.1}})),
               ElementsAre(HasSubstr("-10 %")));
+  EXPECT_THAT(bake_warnings(report_of("decimate", {{"volume_change", 5.4}, {"boundary_loops", 1}})),
+              ElementsAre());
   EXPECT_THAT(bake_warnings(report_of("place", {{"seen_by_1_share", 0.5}})),
               ElementsAre(HasSubstr("50 %")));
   EXPECT_THAT(bake_warnings(report_of("register", {{"photos", 6}, {"registered", 4}})),

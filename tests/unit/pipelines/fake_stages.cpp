@@ -23,7 +23,8 @@ StageReport FakeStages::run(const Stage& stage, const StageCall& call) {
   if (stage.name == "capture") write_file_atomically(call.output_folder / "surface.ply", "colours");
   StageReport report;
   report.add("length", text.size());
-  if (stage.name == warning_stage) call.context.warn("something is odd");
+  if (stage.name == warning_stage) call.context.warn(oddity);
+  if (const auto* path = call.input(odd_input)) call.context.warn(path->string() + ": is odd");
   if (stage.name == warning_stage) report.quality_gate = "not good enough";
   report.skipped.push_back({"nothing", "a test"});
   return report;
@@ -32,10 +33,12 @@ StageReport FakeStages::run(const Stage& stage, const StageCall& call) {
 Runner FakeStages::runner(const fs::path& cache_folder) {
   return {Cache(cache_folder),
           [this](const Stage& stage, const StageCall& call) { return run(stage, call); },
-          [this](const std::string& stage) {
+          [this](const std::string& stage, const Runner::Words& words) {
             return RunContext(
-                [this, stage](LogLevel level, std::string_view text) {
-                  if (level == LogLevel::warning) heard.push_back(stage + ": " + std::string(text));
+                [this, stage, words](LogLevel level, std::string_view text) {
+                  const std::string told = words ? words(std::string(text)) : std::string(text);
+                  if (level == LogLevel::warning && !told.empty())
+                    heard.push_back(stage + ": " + told);
                 },
                 {}, nullptr);
           }};

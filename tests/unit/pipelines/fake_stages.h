@@ -22,8 +22,10 @@ class FakeStages {
   std::string take_calls();
   // This stage throws, after it has written half of its outputs.
   std::string failing_stage;
-  // This stage warns.
-  std::string warning_stage;
+  // This stage warns of an oddity.
+  std::string warning_stage, oddity = "something is odd";
+  // Each stage that reads this input warns of it.
+  std::string odd_input;
   // What any stage warned of in runs of its runners, "stage: warning".
   std::vector<std::string> heard;
 

@@ -126,6 +126,38 @@ TEST_F(RunnerTest, WarningsAreOneListWhetherAStageRanOrWasCached) {
   EXPECT_EQ(stages_.heard, all) << "and again when it is cached";
 }
 
+TEST_F(RunnerTest, WhatIsOddAboutAUsersFileIsSaidOnceAndTheCacheIsNotNamed) {
+  const std::string given = (folder_.path() / "organ.obj").string();
+  write_file_atomically(given, "a mesh");
+  const Recipe recipe =
+      recipe_from(folder_.path(), "schema: organbake/recipe/1\n", {"surface=" + given});
+  const auto warnings = [&](const std::string& odd_input) {
+    stages_.odd_input = odd_input;
+    Runner runner = stages_.runner(cache());
+    const auto ran = warnings_of(runner.run(plan_bake(recipe), {.force = true}));
+    EXPECT_EQ(warnings_of(runner.run(plan_bake(recipe), {})), ran) << "cached";
+    return ran;
+  };
+  EXPECT_THAT(warnings("surface"), testing::ElementsAre("decimate: " + given + ": is odd"));
+  EXPECT_THAT(warnings("proxy"), testing::Contains("mechanics: proxy.ply: is odd"));
+}
+
+TEST_F(RunnerTest, ABakeTellsOptionsAsItTakesThem) {
+  stages_.warning_stage = "place";
+  stages_.oddity = "too few; --count 9 is better";
+  const Recipe recipe =
+      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n");
+  Runner runner = stages_.runner(cache());
+  EXPECT_EQ(warnings_of(runner.run(plan_bake(recipe), {})).front(),
+            "place: too few; --set place.count=9 is better");
+  EXPECT_EQ(stages_.heard.front(), "place: too few; --set place.count=9 is better");
+  const Stage& place = *find_stage("place");
+  const fs::path surface = folder_.path() / "s.ply";
+  write_file_atomically(surface, "a mesh");
+  const Plan alone = plan_stage(place, place.make_options(), {{"surface", surface}});
+  EXPECT_EQ(warnings_of(runner.run(alone, {})).front(), "place: too few; --count 9 is better");
+}
+
 TEST_F(RunnerTest, ADamagedCacheIsMendedBeforeItsFilesAreUsed) {
   bake();
   const auto before = bundle_files();

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,7 +53,9 @@ struct StepListener {
 // Runs plans step by step against the cache. Each bake, and each single stage, goes through here.
 class Runner {
  public:
-  using ContextOfStage = std::function<RunContext(const std::string& stage)>;
+  // Turns what a stage says into what is told; empty: nothing. Without it, it is told as it is.
+  using Words = std::function<std::string(const std::string& said)>;
+  using ContextOfStage = std::function<RunContext(const std::string& stage, const Words& words)>;
 
   Runner(Cache cache, StageFunction run_stage, ContextOfStage context_of)
       : cache_(std::move(cache)),
@@ -83,6 +86,11 @@ class Runner {
   StepResult execute(const Step& step, const StepIngredients& ingredients, bool replace,
                      std::vector<StepResult>& earlier);
 
+  // A step's message as it is told: in a bake's words, files of the cache by what they are, and
+  // nothing where an earlier step has said the same of a user's file.
+  std::string told(const Step& step, const std::string& text);
+  StageReport run_told(const Step& step, const StageCall& call);  // errors, too
+
   Cache cache_;
   StageFunction run_stage_;
   ContextOfStage context_of_;
@@ -90,6 +98,9 @@ class Runner {
 
   std::map<std::filesystem::path, std::string> given_hashes_, given_sums_;
   BackgroundTasks summing_;
+  bool bakes_ = false;
+  std::mutex telling_;                             // a stage may speak from any of its threads
+  std::map<std::string, std::string> first_told_;  // what is said of users' files: by which stage
 };
 
 // The lines that --explain prints for a step: its key, all that went into it, and the verdict.
