@@ -3,6 +3,7 @@
 // for several. Which volumes are masks, and what their labels are called, `inspect` tells.
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "commands.h"
 #include "organbake/core/error.h"
@@ -22,13 +23,26 @@ struct PatientCase {
   std::string name, input;  // "ct", "frames" or "surface"
   fs::path path, mask;
   std::vector<std::string> labels;  // of the mask, a line each: "5 liver: 1423.1 ml, …"
+  std::vector<std::string> series;  // of a folder that holds several
 };
 
-std::vector<std::string> labels_of(const fs::path& volume, Session& session) {
-  const StageReport report = inspect(volume, inspect_options(), session);
+// What `inspect` lists under a name.
+std::vector<std::string> listed(const StageReport& report, const std::string& figure) {
   for (const auto& [name, value] : report.figures)
-    if (name == "labels") return std::get<std::vector<std::string>>(value);
+    if (name == figure) return std::get<std::vector<std::string>>(value);
   return {};
+}
+
+// Nothing of a file that is damaged.
+std::optional<StageReport> look_at(const fs::path& volume, Session& session) {
+  try {
+    return inspect(volume, inspect_options(), session);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::bad_data && error.code() != ExitCode::no_input) throw;
+    session.terminal().log(LogLevel::warning,
+                           volume.string() + ": passed over, it cannot be read: " + error.what());
+    return std::nullopt;
+  }
 }
 
 std::string stem_of(const fs::path& path) {
@@ -55,10 +69,16 @@ std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session&
   std::vector<PatientCase> cases;
   std::vector<std::pair<fs::path, std::vector<std::string>>> masks;
   for (const FoundInput& one : found) {
-    std::vector<std::string> labels;
-    if (one.input == "ct" && fs::is_regular_file(one.path)) labels = labels_of(one.path, session);
+    std::vector<std::string> labels, series;
+    if (one.input == "ct") {
+      const std::optional<StageReport> report = look_at(one.path, session);
+      if (!report) continue;
+      labels = listed(*report, "labels");
+      series = listed(*report, "series");
+    }
     if (labels.empty()) {
-      cases.push_back({stem_of(one.path), one.input, fs::absolute(one.path), {}, {}});
+      if (series.size() < 2) series.clear();
+      cases.push_back({stem_of(one.path), one.input, fs::absolute(one.path), {}, {}, series});
     } else {
       masks.emplace_back(fs::absolute(one.path), std::move(labels));
     }
@@ -94,10 +114,15 @@ std::string inputs_text(const PatientCase& one) {
             "  # the organ's; the mask has these:\n";
     for (const std::string& line : one.labels) text += "  #   " + line + "\n";
   }
+  if (!one.series.empty()) {
+    text += "  # It holds several series; say which by isosurface.series, below:\n";
+    for (const std::string& line : one.series) text += "  #   " + line + "\n";
+  }
   if (one.input == "ct" && one.mask.empty())
     text +=
-        "  # No mask lies beside it: everything over isosurface.iso becomes the surface. Give\n"
-        "  # one and its label to take an organ:\n  # mask: \"labels.nii.gz\"\n  # label: 5\n";
+        "  # Without a mask, everything over isosurface.iso becomes the surface. Give a mask and\n"
+        "  # the organ's label in it to take an organ:\n"
+        "  # mask: \"labels.nii.gz\"\n  # label: 5\n";
   if (one.input == "frames")
     text +=
         "  # The scope's lens, if you know it (cameras.json of one camera):\n"
@@ -144,7 +169,7 @@ std::vector<PatientCase> of_one_kind(const std::vector<PatientCase>& cases, Sess
                                                  " goes first; name it alone to bake it");
     return kind;
   }
-  throw UsageError("only masks are there: the scan that they belong to is missing");
+  throw UsageError("no scan, clip or surface is there that can be read");
 }
 
 }  // namespace

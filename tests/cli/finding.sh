@@ -70,7 +70,9 @@ head = re.sub(rb"ElementType = \w+", b"ElementType = MET_UCHAR", head)
 head = re.sub(rb"CompressedData.*\n", b"", head)
 open("patient/scans/organs.mha", "wb").write(head + b"ElementDataFile = LOCAL\n" + mask)
 END
+: >patient/damaged.nii.gz
 expect 0 organbake new patient
+expect_err "damaged.nii.gz: passed over, it cannot be read: "
 expect_err "next: organbake bake patient.yaml -o patient_bundle"
 grep -q '^  label: 5 ' patient.yaml || fail "the label: $(cat patient.yaml)"
 expect 0 organbake verify patient.yaml --quiet
@@ -83,6 +85,12 @@ expect 0 organbake new patient -o all.csv
 expect_equal "$(head -1 all.csv)" "case,ct,label,mask"
 expect_equal "$(wc -l <all.csv)" 3
 mkdir nothing
+expect 0 organbake new s/ct.mha -o alone.yaml
+grep -q "Without a mask, everything over" alone.yaml || fail "$(cat alone.yaml)"
+mkdir damaged && mv patient/damaged.nii.gz damaged
+expect 2 organbake new damaged -o made
+expect_err "no scan, clip or surface is there that can be read"
+expect_gone made
 refused 66 "nothing: holds no scan, clip or surface" organbake new nothing -o made
 
 # What the shells offer.
