@@ -52,8 +52,9 @@ void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& con
   const std::string need = "the maps of " + std::to_string(cameras.size()) +
                            " cameras take about " + to_text(needed_mb / 1024, 1) + " GiB of memory";
   if (needed_mb > available_mb)
-    throw UsageError(need + ", this machine has " + to_text(available_mb / 1024, 1) +
-                     " GiB free; place fewer cameras (--count), or smaller maps (--size)");
+    throw UsageError(
+        need + ", this machine has " + to_text(available_mb / 1024, 1) +
+        " GiB free; place fewer cameras (place.count), or smaller maps (place.size_px)");
   if (needed_mb > kWorthSaying_mb) context.info(need);
 }
 

@@ -19,7 +19,7 @@ struct ReadStageOptions {
   // Inline, so that only the stages' modules need what parses a region.
   VolumeReadOptions resolved() const {
     VolumeReadOptions options{.series = series, .strict = strict, .time = time};
-    if (!roi.empty()) options.region = parse_region(roi, "--roi");
+    if (!roi.empty()) options.region = parse_region(roi, "--roi-mm");
     return options;
   }
 };

@@ -11,11 +11,12 @@
 namespace organbake {
 namespace {
 
-std::vector<double> six_numbers(std::string text, const std::string& where) {
-  std::replace(text.begin(), text.end(), ',', ' ');
+std::vector<double> six_numbers(const std::string& text, const std::string& where) {
+  std::string spaced = text;
+  std::replace(spaced.begin(), spaced.end(), ',', ' ');
   std::vector<double> values;
   try {
-    values = numbers(text, where);
+    values = numbers(spaced, where);
   } catch (const BadDataError&) {
     values.clear();  // a slip on the command line is a usage error, said below
   }
