@@ -98,8 +98,8 @@ bake example_once_more --set exemplar="$photo" --set capture.exemplar_mm_per_pix
   --force
 expect_same example example_once_more
 example() { refused "$1" "$2" organbake bake recipe.yaml --set ct=p/ct.mha -o made "${@:3}"; }
-example 2 "needs --exemplar-mm-per-pixel" --set exemplar="$photo"
-example 2 "has no --exemplar to be of" --set capture.exemplar_mm_per_pixel=0.5
+example 2 "needs --set capture.exemplar_mm_per_pixel=" --set exemplar="$photo"
+example 2 "has no --set exemplar=… to be of" --set capture.exemplar_mm_per_pixel=0.5
 example 66 "missing.png" --set exemplar=missing.png --set capture.exemplar_mm_per_pixel=0.5
 example 65 "its exemplar" --set exemplar="$photo" --set exemplar_mask=usual.png \
   --set capture.exemplar_mm_per_pixel=0.5

@@ -14,13 +14,15 @@ namespace {
 
 bool is_flag_letter(char c) { return std::islower(static_cast<unsigned char>(c)) || c == '-'; }
 
-// What follows a flag: "2", a word that the option knows, or a placeholder such as FILE.
+// What follows a flag: "2", a word that the option knows, an input's path, or a placeholder such as
+// FILE.
 bool is_value(const Option* option, const std::string& word) {
   if (word.empty()) return false;
   const auto upper = [](unsigned char c) { return std::isupper(c) != 0; };
   if (std::isdigit(static_cast<unsigned char>(word[0]))) return true;
   if (std::all_of(word.begin(), word.end(), upper)) return true;
-  const auto& choices = option ? option->traits.choices : std::vector<std::string>();
+  if (!option) return word.find_first_of("./") != word.npos;
+  const auto& choices = option->traits.choices;
   return std::find(choices.begin(), choices.end(), word) != choices.end();
 }
 

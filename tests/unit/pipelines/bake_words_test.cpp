@@ -25,6 +25,8 @@ TEST(BakeWords, TogglesAndInputs) {
             "without --set isosurface.strict=true they are mended");
   EXPECT_EQ(in_bake_words("isosurface", "give the mask (--mask FILE), too"),
             "give the mask (--set mask=FILE), too");
+  EXPECT_EQ(in_bake_words("capture", "--exemplar a/b.png needs --exemplar-mm-per-pixel: the size"),
+            "--set exemplar=a/b.png needs --set capture.exemplar_mm_per_pixel=…: the size");
 }
 
 TEST(BakeWords, WhatIsNoOptionOfTheStageStays) {
