@@ -14,6 +14,9 @@
 namespace organbake {
 namespace {
 
+// Of its piece's volume: a smaller cavity is a gap that whoever drew the label left, and is filled.
+constexpr double kGap = 0.01;
+
 struct Component {
   double area = 0;         // twice, mm²
   double volume = 0;       // six times, mm³
@@ -120,6 +123,7 @@ std::vector<Component> with_cavities(const TriangleMesh& mesh,
   for (const Component& cavity : cavities) {
     if (longest_side(cavity) < filter.min_size_mm) continue;
     Component& piece = piece_round(mesh, root, pieces, cavity);
+    if (filter.largest > 0 && -cavity.volume < kGap * piece.volume) continue;
     piece.cavities.push_back(cavity.root);
     piece.cavity_volume += cavity.volume;
   }

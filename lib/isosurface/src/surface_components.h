@@ -11,7 +11,8 @@ namespace organbake {
 
 // What becomes of the walls of cavities, the pieces of negative volume, which are no pieces of
 // their own: the lungs' walls in a body can have more area than its skin. They go (unless all is
-// kept), or each stays with the piece that it lies in. Open surfaces have none.
+// kept), or each stays with the piece that it lies in, unless it is a mere gap. Open surfaces have
+// none.
 enum class Cavities { filled, kept, none };
 
 struct ComponentFilter {

@@ -38,6 +38,16 @@ TEST(SurfaceComponents, FilledCavitiesGoUnlessAllIsKept) {
   EXPECT_EQ(walls(0), 3u);
 }
 
+TEST(SurfaceComponents, GapsOfALabelAreFilled) {
+  const TriangleMesh holed = joined(sphere_mesh(10, 3), inside_out(sphere_mesh(1.5, 2)));
+  const auto walls = [&](std::size_t largest) {
+    const ComponentFilter filter{.largest = largest, .cavities = Cavities::kept};
+    return analyse_topology(keep_components(holed, filter).mesh).components;
+  };
+  EXPECT_EQ(walls(1), 1u);
+  EXPECT_EQ(walls(0), 2u);
+}
+
 TEST(SurfaceComponents, OfOpenSurfacesAllPiecesCount) {
   const ComponentFilter open{.largest = 2, .cavities = Cavities::none};
   EXPECT_EQ(keep_components(ball_with_cavity_and_crumb(), open).kept, 2u);
