@@ -107,7 +107,7 @@ expect 0 organbake fuse half --poses few_images.json -o without.ply --json
 expect_err "1 depth maps without a pose were left out; the first is scope_7.exr"
 expect_equal "$(figure depth_maps out)" 5
 expect 0 organbake fuse half --poses by_number.json -o numbered.ply
-expect_err "by the numbers in their names: scope_10 is"
+expect_err "by the numbers in their names: scope_8 is"
 cmp -s without.ply numbered.ply || fail "numbers find other poses than names"
 
 # Poses of no unit, as COLMAP has them, with metric and with relative depth: the same surface.
