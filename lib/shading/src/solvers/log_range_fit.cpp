@@ -57,14 +57,17 @@ Misfit linearise(const ShadedImage& image, double model_error, const Plane& v,
         w = model2 / (image.variance.values[k] + model_error * model_error * model2);
         misfit = misfit_of(image.intensity.values[k] / model);
         result.cost += w * misfit * misfit;
-        result.rms += misfit * misfit;
-        ++count;
+        // By how many pixels of the frame it is the mean of: a mask's rim leaves some of a few,
+        // and what a mask has missed is all that they show.
+        const double share = 1 / image.variance.values[k];
+        result.rms += share * misfit * misfit;
+        count += share;
       }
       equations.weight.values[k] = static_cast<float>(w);
       equations.target.values[k] = static_cast<float>(w * misfit);
     }
   }
-  result.rms = std::sqrt(result.rms / std::max(1.0, count));
+  result.rms = count > 0 ? std::sqrt(result.rms / count) : 0;
   return result;
 }
 

@@ -32,7 +32,7 @@ struct HeldRange {
 
 struct FitSummary {
   int inner_steps = 0;  // of all outer steps
-  double misfit = 0;    // root mean square of (image / model − 1) over the inside
+  double misfit = 0;    // root mean square of (image / model − 1), a pixel by 1 / variance
 };
 
 // Refines v = ln r (Plane of rays.width × rays.height, no gaps) by penalised least squares
