@@ -68,6 +68,25 @@ TEST(LaparoscopyClip, OfTwoTissuesIsBetterShadedTissueByTissue) {
   }
 }
 
+// What of the left picture lies in the right eye's view, too, by the true depths: its round field
+// misses a tenth of the left one's at 40…100 mm, and each eye looks past the instrument otherwise.
+Mask seen_by_both(const EyePair& pair) {
+  constexpr float kOneSurface = 0.03F;  // of the depth
+  const RectifiedEyes& eyes = pair.rectifier.eyes();
+  const Plane &left = pair.left.depth_mm, &right = pair.right.depth_mm;
+  Mask both(left.width, left.height);
+  for (int y = 0; y < left.height; ++y)
+    for (int x = 0; x < left.width; ++x) {
+      const double disparity =
+          eyes.disparity_at_infinity + eyes.camera.fx * eyes.baseline_mm / left.at(x, y);
+      const auto column = static_cast<int>(std::lround(x - disparity));
+      if (!std::isfinite(left.at(x, y)) || column < 0) continue;
+      both.at(x, y) =
+          std::abs(right.at(column, y) / left.at(x, y) - 1) < kOneSurface;  // inf: not in view
+    }
+  return both;
+}
+
 TEST(StereoLaparoscope, TellsDistancesOfMostTissue) {
   const int scenes = cases(3, 8);
   double mean = 0, bad = 0, dense = 0;
@@ -75,12 +94,15 @@ TEST(StereoLaparoscope, TellsDistancesOfMostTissue) {
     const EyePair pair(720, 576, seed);
     Mask tissue;
     const StereoDepth found = pair.matched(&tissue);
-    double sum = 0, off = 0, count = 0, all = 0;
+    const Mask in_both = seen_by_both(pair);
+    double sum = 0, off = 0, count = 0, all = 0, told = 0;
     for (std::size_t k = 0; k < tissue.size(); ++k) {
       const double truth = pair.left.depth_mm.values[k];
       if (!tissue.values[k] || !std::isfinite(truth)) continue;
-      ++all;
-      if (!std::isfinite(found.depth.depth.values[k])) continue;
+      const bool has_depth = std::isfinite(found.depth.depth.values[k]);
+      all += in_both.values[k];
+      told += in_both.values[k] && has_depth;
+      if (!has_depth) continue;
       const double relative = std::abs(found.depth.depth.values[k] / truth - 1);
       sum += relative;
       off += relative > 0.03;
@@ -88,11 +110,12 @@ TEST(StereoLaparoscope, TellsDistancesOfMostTissue) {
     }
     mean += 100 * sum / std::max(1.0, count) / scenes;
     bad += 100 * off / std::max(1.0, count) / scenes;
-    dense += 100 * count / std::max(1.0, all) / scenes;
+    dense += 100 * told / std::max(1.0, all) / scenes;
   }
   expect({"stereo, phantom at 40…100 mm: relative error, metric", "%", mean, 1});
   expect({"stereo, phantom: pixels off by more than 3 %", "%", bad, 3});
-  expect({"stereo, phantom: tissue with a depth", "%", dense, 90, Figure::Goal::at_least});
+  expect({"stereo, phantom: tissue in both views with a depth", "%", dense, 95,
+          Figure::Goal::at_least});
 }
 
 }  // namespace
