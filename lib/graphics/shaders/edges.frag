@@ -6,7 +6,6 @@ uniform float texel;  // as depths are
 layout(location = 0) out uint edges;
 
 float skin_depth(ivec2 at) { return within(at) ? texelFetch(skin_depths, at, 0).r : 1.0; }
-float slope(float a, float b) { return a >= 1.0 || b >= 1.0 ? 0.0 : abs(a - b); }
 
 uint edge(ivec2 at, ivec2 other, ivec2 way) {
   if (!within(other)) return 0u;
@@ -15,9 +14,12 @@ uint edge(ivec2 at, ivec2 other, ivec2 way) {
   if (there && open_at(at)) return 2u;
   if (!here || !there) return 0u;
   float a = skin_depth(at), b = skin_depth(other), gap = abs(a - b);
-  if (a >= 1.0 || b >= 1.0 || gap <= kStepTexels * texel) return 0u;
-  float before = slope(skin_depth(at - way), a), after = slope(b, skin_depth(other + way));
-  float front = a < b ? before : after, behind = a < b ? after : before;
+  // Of the nearer surface, the pixel before, and of the farther one that beyond.
+  float before = skin_depth(a < b ? at - way : other + way);
+  float beyond = skin_depth(a < b ? other + way : at - way);
+  // One pixel of the farther one before the background does not tell.
+  if (max(max(a, b), beyond) >= 1.0 || gap <= kStepTexels * texel) return 0u;
+  float front = before >= 1.0 ? 0.0 : abs(before - min(a, b)), behind = abs(beyond - max(a, b));
   if (!(gap > front && gap > 3.0 * behind)) return 0u;
   return a < b ? 1u : 2u;
 }

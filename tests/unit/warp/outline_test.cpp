@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "organbake/image/srgb.h"
 
@@ -190,9 +191,8 @@ TEST(Outline, TakesTheBackgroundsColour) {
 using DepthAt = std::function<float(int x, int y)>;
 constexpr float kDeeper_mm = 2;
 
-// All of it skin.
-void soften_inside(Frame& frame, const DepthAt& depth_at) {
-  std::fill(frame.cover.begin(), frame.cover.end(), Cover::samples);
+// The skin of the frame, by its depth.
+void soften_by_depth(Frame& frame, const DepthAt& depth_at) {
   const int width = frame.color.width, height = frame.color.height;
   SkinDepth depth;
   depth.resize(width, height, 400);
@@ -206,6 +206,11 @@ void soften_inside(Frame& frame, const DepthAt& depth_at) {
   FrontEdges edges;
   edges.find(skin, depth, kDeeper_mm);
   Outline().soften(edges, frame);
+}
+// All of it skin.
+void soften_inside(Frame& frame, const DepthAt& depth_at) {
+  std::fill(frame.cover.begin(), frame.cover.end(), Cover::samples);
+  soften_by_depth(frame, depth_at);
 }
 
 TEST(Outline, BeforeFartherSkinIsAsBeforeTheBackground) {
@@ -231,6 +236,21 @@ TEST(Outline, OfABallBeforeAWallIsFound) {
     return static_cast<float>(ball > 0 ? 150 - std::sqrt(ball) : 170 + 0.3 * px);
   });
   EXPECT_EQ(before_wall.color.pixels, before_open.color.pixels);
+}
+
+// The last pixel of a ball falls far, and nothing goes on behind it.
+TEST(Outline, BeforeTheBackgroundIsAllThatABallHas) {
+  constexpr double kRadius = 40.3, kX = 60.4, kY = 50.2;
+  Frame by_cover = white_on_black(150, 110, disc(kRadius, kX, kY));
+  Frame by_depth = by_cover;
+  soften(by_cover);
+  soften_by_depth(by_depth, [&](int x, int y) {
+    const double px = x + 0.5 - kX, py = y + 0.5 - kY;
+    const double ball = kRadius * kRadius - px * px - py * py;
+    return ball > 0 ? static_cast<float>(150 - std::sqrt(ball))
+                    : std::numeric_limits<float>::infinity();
+  });
+  EXPECT_EQ(by_depth.color.pixels, by_cover.color.pixels);
 }
 
 TEST(Outline, OfSlopesAndSmallStepsIsNone) {

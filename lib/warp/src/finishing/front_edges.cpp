@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "organbake/core/parallel.h"
 
@@ -64,13 +65,12 @@ std::uint64_t apart(const Level* levels, const Level* others, Level most) {
 // Levels along a line of four pixels, the pair in the middle. Whether one surface ends between
 // them: a slope goes on at least on one side.
 bool is_step(int before, int first, int second, int after) {
-  if (first == SkinDepth::kNothing || second == SkinDepth::kNothing) return false;
-  const int step = std::abs(second - first);
-  const auto slope = [](int a, int b) {
-    return a == SkinDepth::kNothing || b == SkinDepth::kNothing ? 0 : std::abs(a - b);
-  };
-  const int front = first < second ? slope(before, first) : slope(second, after);
-  const int back = first < second ? slope(second, after) : slope(before, first);
+  if (first > second) std::swap(before, after), std::swap(first, second);
+  // One pixel of the farther surface before the background does not tell: mostly it is the last of
+  // the nearer one.
+  if (second == SkinDepth::kNothing || after == SkinDepth::kNothing) return false;
+  const int step = second - first, back = std::abs(after - second);
+  const int front = before == SkinDepth::kNothing ? 0 : std::abs(first - before);
   // Towards its own outline the nearer surface falls ever faster; what lies behind does not.
   constexpr int kBack = 3;
   return step > front && step > kBack * back;
