@@ -90,7 +90,6 @@ class Comparer {
     telling.keep_shown = true;
     const auto& positions = player_.proxy_positions();
     paper_.draw(player_.bundle(), positions, view, telling, frame_);
-    frame_.color = smoothed(frame_.color);
     row.paper = picture_errors(truth, inner);
     row.displayed_paper = projection_.displayed(frame_, positions, view).point;
     row.displayed_polygons = projection_.displayed_polygons(positions, view);
