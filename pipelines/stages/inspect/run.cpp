@@ -92,10 +92,11 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   }
 }
 
-// That of the file's numbers, judged by the size that they have in `unit`.
-std::string suspected_unit(const TriangleMesh& mesh, MeshUnit unit) {
+// That of the file's numbers, judged by the size that they have in the unit they were taken for.
+std::string suspected_unit(const TriangleMesh& mesh, const MeshFrame& taken) {
+  const MeshUnit unit = *taken.unit;
   const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
-  if (organ_sized(across_mm)) return name_of(unit);
+  if (organ_sized(across_mm) || (taken.unit_told && may_be_organ(across_mm))) return name_of(unit);
   const auto fitting = unit_of_organ(across_mm / mm_per(unit));
   return fitting ? name_of(*fitting) : "none";
 }
@@ -147,7 +148,7 @@ StageReport run(const StageCall& call) {
     describe(mesh, report);
     report.add("unit", name_of(*frame.unit));
     report.add("space", name_of(*frame.space));
-    report.add("suspected_unit", suspected_unit(mesh, *frame.unit));
+    report.add("suspected_unit", suspected_unit(mesh, frame));
   } else {
     describe_volume_at(*call.input("volume"), call, report);
   }

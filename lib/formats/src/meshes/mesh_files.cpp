@@ -77,9 +77,9 @@ Value chosen(const std::optional<Value>& written, const std::optional<Value>& to
 MeshFrame chosen_frame(const MeshFrame& written, const MeshFrame& told, const fs::path& path,
                        const RunContext& context) {
   const bool gltf = is_gltf(lower_ending(path));
-  return {
-      chosen(written.unit, told.unit, gltf ? MeshUnit::m : MeshUnit::mm, path, context),
-      chosen(written.space, told.space, gltf ? MeshSpace::y_up : MeshSpace::lps, path, context)};
+  return {chosen(written.unit, told.unit, gltf ? MeshUnit::m : MeshUnit::mm, path, context),
+          chosen(written.space, told.space, gltf ? MeshSpace::y_up : MeshSpace::lps, path, context),
+          written.ours, written.ours || written.unit || told.unit};
 }
 
 void bring_into_world(TriangleMesh& mesh, const MeshFrame& frame) {
@@ -94,11 +94,12 @@ std::string in_words(double mm) {
 
 // Small things are questioned where nobody has told their unit; what no organ can be, always. Of
 // our own files, what made them was questioned.
-void question_size(const TriangleMesh& mesh, const MeshFrame& written, const MeshFrame& told,
-                   MeshUnit unit, const fs::path& path, const RunContext& context) {
+void question_size(const TriangleMesh& mesh, const MeshFrame& written, const MeshFrame& taken,
+                   const fs::path& path, const RunContext& context) {
+  const MeshUnit unit = *taken.unit;
   const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
   const bool small = may_be_organ(across_mm);
-  if (written.ours || organ_sized(across_mm) || (small && (written.unit || told.unit))) return;
+  if (taken.ours || organ_sized(across_mm) || (small && taken.unit_told)) return;
   std::string text = path.string() + ": is " + in_words(across_mm) +
                      (small ? " across, which few organs are; " : " across, which no organ is; ");
   if (written.unit) {
@@ -152,7 +153,7 @@ TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunCon
   }
   for (const std::string& turned : turn_outward(mesh, std::move(twins)).sentences())
     context.warn(path.string() + ": " + turned);
-  question_size(mesh, written, told, *taken.unit, path, context);
+  question_size(mesh, written, taken, path, context);
   return std::move(mesh);
 }
 

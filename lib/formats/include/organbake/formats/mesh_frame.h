@@ -36,7 +36,8 @@ inline constexpr SpaceName kMeshSpaces[] = {{MeshSpace::lps, "LPS", "LPS"},
 struct MeshFrame {
   std::optional<MeshUnit> unit = {};
   std::optional<MeshSpace> space = {};
-  bool ours = false;  // written by this project
+  bool ours = false;       // written by this project
+  bool unit_told = false;  // of what a mesh was read by: whether anybody told its unit
 };
 
 double mm_per(MeshUnit unit);

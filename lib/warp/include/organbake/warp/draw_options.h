@@ -21,9 +21,9 @@ struct DrawOptions {
   static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
-  // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
-  // the paper's own warp. And fade it where the bundle asks for that (SkinFinish::border_fade_rad);
-  // not where several organs are in the picture.
+  // Blend skin with the background by the share of each pixel that it covers (outline.h), by the
+  // paper's own warp, too. And fade it where the bundle asks for that
+  // (SkinFinish::border_fade_rad); not where several organs are in the picture.
   bool smooth_outline = true;
   // The paper's own warp always draws what was baked.
   DrawnLight light = DrawnLight::baked;
