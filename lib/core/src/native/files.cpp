@@ -179,14 +179,23 @@ fs::path program_folder() {
   return program.parent_path();
 }
 
-std::vector<fs::path> list_files(const fs::path& folder) {
+namespace {
+
+template <class Iterator>
+std::vector<fs::path> regular_files(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
-       it.increment(error)) {
+  for (Iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     if (it->is_regular_file()) files.push_back(it->path().lexically_relative(folder));
   }
   if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
+  return files;
+}
+
+}  // namespace
+
+std::vector<fs::path> list_files(const fs::path& folder) {
+  std::vector<fs::path> files = regular_files<fs::recursive_directory_iterator>(folder);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return a.generic_string() < b.generic_string();
   });
@@ -194,9 +203,8 @@ std::vector<fs::path> list_files(const fs::path& folder) {
 }
 
 std::vector<fs::path> list_numbered_files(const fs::path& folder) {
-  std::vector<fs::path> files = list_files(folder);
-  std::erase_if(files, [](const fs::path& file) { return file.has_parent_path(); });
-  std::stable_sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+  std::vector<fs::path> files = regular_files<fs::directory_iterator>(folder);
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return ::strverscmp(a.c_str(), b.c_str()) < 0;
   });
   return files;

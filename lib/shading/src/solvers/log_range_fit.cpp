@@ -32,7 +32,7 @@ double misfit_of(double ratio) {
 Misfit linearise(const ShadedImage& image, double model_error, const Plane& v,
                  FirstOrderEquations& equations) {
   Misfit result;
-  double count = 0;
+  double shares = 0;
   const RayGrid& rays = image.rays;
   const int width = v.width, height = v.height;
   std::vector<double> by_x, by_y;
@@ -61,13 +61,13 @@ Misfit linearise(const ShadedImage& image, double model_error, const Plane& v,
         // and what a mask has missed is all that they show.
         const double share = 1 / image.variance.values[k];
         result.rms += share * misfit * misfit;
-        count += share;
+        shares += share;
       }
       equations.weight.values[k] = static_cast<float>(w);
       equations.target.values[k] = static_cast<float>(w * misfit);
     }
   }
-  result.rms = count > 0 ? std::sqrt(result.rms / count) : 0;
+  result.rms = shares > 0 ? std::sqrt(result.rms / shares) : 0;
   return result;
 }
 
