@@ -96,7 +96,7 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
 std::string suspected_unit(const TriangleMesh& mesh, const MeshFrame& taken) {
   const MeshUnit unit = *taken.unit;
   const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
-  if (organ_sized(across_mm) || (taken.unit_told && may_be_organ(across_mm))) return name_of(unit);
+  if (plausible_size(mesh, taken.unit_told)) return name_of(unit);
   const auto fitting = unit_of_organ(across_mm / mm_per(unit));
   return fitting ? name_of(*fitting) : "none";
 }

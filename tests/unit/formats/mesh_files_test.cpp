@@ -84,6 +84,52 @@ TEST_F(MeshFiles, OfSolidCellsTheOutsideIsTheSurface) {
   EXPECT_NEAR(signed_volume(box), 6000, 1e-6);
 }
 
+TEST_F(MeshFiles, AFileIsReadByWhatItIsAndItsNameIsQuestioned) {
+  write_ply(folder_.path() / "a.ply", truth_);
+  const std::pair<const char*, std::string> files[] = {
+      {"legacy.vtp", as_vtk(truth_)},
+      {"legacy.vtu", as_binary_vtk(truth_)},
+      {"xml.vtk", as_vtp(truth_)},
+      {"grid.vtp", as_vtu(truth_.vertices, triangles_of(truth_), 5)},
+      {"polydata.vtu", "<?xml version=\"1.0\"?>\n" + as_vtp(truth_)},
+      {"ply.stl", read_bytes(folder_.path() / "a.ply")},
+      {"binary.gltf", as_glb(truth_)},
+      {"glb.obj", as_glb(truth_)}};
+  constexpr double kSinglePrecision = 1e-6;
+  for (const auto& [name, bytes] : files) {
+    write_bytes(folder_.path() / name, bytes);
+    std::string said;
+    const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
+    const TriangleMesh mesh = read_mesh(folder_.path() / name, {}, context);
+    EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, kSinglePrecision) << name;
+    if (name == std::string("binary.gltf"))
+      EXPECT_EQ(said, "") << "either ending will do";
+    else
+      EXPECT_THAT(said, HasSubstr("by its content and read as that; name it .")) << name;
+  }
+  EXPECT_THAT(error(ExitCode::bad_data, "image.vtp",
+                    "<VTKFile type=\"ImageData\" version=\"0.1\"><ImageData/></VTKFile>"),
+              HasSubstr("\"ImageData\", which is no surface; PolyData and UnstructuredGrid"));
+}
+
+TEST_F(MeshFiles, OfALegacyGridTheOutsideIsTheSurface) {
+  const std::string points =
+      "# vtk DataFile Version 3.0\ntest\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n"
+      "0 0 0 90 0 0 0 90 0 0 0 90 90 90 90\n";
+  const std::string counted = "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n",
+                    apart =
+                        "CELLS 3 8\nOFFSETS vtktypeint64\n0 4 8\nCONNECTIVITY vtktypeint64\n"
+                        "0 1 2 3 2 1 3 4\nCELL_TYPES 2\n10 10\n";
+  for (const std::string& cells : {counted, apart}) {
+    const TriangleMesh mesh = read("grid.vtk", points + cells);
+    EXPECT_EQ(mesh.faces.size(), 6u) << "the face between the two is none";
+    EXPECT_NEAR(std::abs(signed_volume(mesh)), 90 * 90 * 90 * 0.5, 1e-6);
+  }
+  EXPECT_THAT(error(ExitCode::bad_data, "cut.vtk",
+                    points + "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 1\n10\n"),
+              HasSubstr("2 cells and 1 of their types"));
+}
+
 TEST_F(MeshFiles, AVtuThatIsBrokenIsRefused) {
   std::vector<std::vector<std::uint32_t>> cells = triangles_of(truth_);
   cells[5][1] = 100000;

@@ -259,5 +259,46 @@ TEST_F(MeshFrames, SmallThingsAreQuestionedUntilTheirUnitIsTold) {
   EXPECT_THAT(said_of(2, {MeshUnit::mm, {}}), HasSubstr("which no organ is; in inches"));
 }
 
+// What a scope sees of an organ: everything of a ball that lies above a plane.
+TriangleMesh cap_of_ball(double across, double above_share) {
+  TriangleMesh ball = scaled(sphere_mesh(0.5, 4), across);
+  std::erase_if(ball.faces, [&](const Face& face) {
+    return std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+      return ball.vertices[v].z() < (above_share - 0.5) * across;
+    });
+  });
+  return ball;
+}
+
+TEST_F(MeshFrames, APartOfASurfaceMayBeAsSmallAsItIs) {
+  const auto said_of = [&](const TriangleMesh& mesh) {
+    said_.clear();
+    read("a.obj", as_obj(mesh));
+    return said_;
+  };
+  for (const double across : {20.0, 23.5, 27.0}) {
+    for (const double above : {0.9, 0.5, 0.2})
+      EXPECT_EQ(said_of(cap_of_ball(across, above)).find("few organs"), std::string::npos)
+          << across << " mm, without its lower " << above;
+    EXPECT_THAT(said_of(cap_of_ball(across, 0.01)), HasSubstr("few organs are; in centimetres"))
+        << "a hole makes no part of it";
+  }
+  EXPECT_THAT(said_of(cap_of_ball(0.02, 0.5)),
+              HasSubstr("in metres (--unit m; of a table or recipe unit=m; 1000.000 times as "
+                        "large) it would be 20.000 mm"));
+}
+
+TEST_F(MeshFrames, WhatNoUnitExplainsIsToldByWhichFactor) {
+  const auto said_of = [&](double across) {
+    said_.clear();
+    read("a.obj", as_obj(scaled(sphere_mesh(0.5, 3), across)));
+    return said_;
+  };
+  EXPECT_THAT(said_of(150e6), HasSubstr("scale it by about 0.000001")) << "nanometres";
+  EXPECT_THAT(said_of(150e3), HasSubstr("scale it by about 0.001")) << "micrometres";
+  EXPECT_THAT(said_of(140e-6), HasSubstr("is 0.0001 mm across")) << "kilometres";
+  EXPECT_THAT(said_, HasSubstr("scale it by about 1000000.000"));
+}
+
 }  // namespace
 }  // namespace organbake

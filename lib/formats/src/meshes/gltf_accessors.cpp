@@ -57,10 +57,10 @@ ScalarType component_type(const JsonField& object) {
 
 std::size_t components_of(const JsonField& accessor) {
   static const std::map<std::string, std::size_t> kComponents = {
-      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT4", 16}};
   const JsonField field = accessor["type"];
   const auto found = kComponents.find(field.text());
-  if (found == kComponents.end()) field.fail("must be SCALAR, VEC2, VEC3 or VEC4");
+  if (found == kComponents.end()) field.fail("must be SCALAR, VEC2, VEC3, VEC4 or MAT4");
   return found->second;
 }
 
@@ -186,9 +186,16 @@ GltfNumbers GltfDocument::numbers(std::size_t index) const {
   const ScalarType type = component_type(accessor);
   const auto flag = accessor.find("normalized");
   const bool normalized = flag && flag->json().is_boolean() && flag->json().get<bool>();
-  if (!accessor.find("bufferView")) accessor.fail("has no bufferView; save it with its numbers");
-  read_view(accessor, found.items, type, normalized, found.components, found.values);
   const auto sparse = accessor.find("sparse");
+  found.written = accessor.find("bufferView") || sparse;
+  if (accessor.find("bufferView")) {
+    read_view(accessor, found.items, type, normalized, found.components, found.values);
+  } else {  // zeros (glTF 2.0, 3.6.2.3)
+    constexpr std::size_t kAlwaysFits = 1'000'000;
+    if (found.items > std::max(kAlwaysFits, total_bytes()))
+      accessor["count"].fail("is much more than the file can hold");
+    found.values.resize(found.items * found.components);
+  }
   if (!sparse) return found;
   // Some items in place of those above.
   const auto count = static_cast<std::size_t>((*sparse)["count"].integer(0, kMost));

@@ -16,6 +16,7 @@ namespace organbake {
 struct GltfNumbers {
   std::size_t items = 0, components = 1;
   std::vector<double> values;  // normalised ones are in −1…1 already
+  bool written = true;         // false: zeros, of which the file holds none
 };
 
 // A glTF document with its buffers: in the .glb, in the text itself, or in files beside it. All

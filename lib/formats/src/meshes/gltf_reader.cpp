@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "meshes/gltf_reader.h"
-
+// The triangles of a glTF 2.0 scene (Khronos' specification; its chapters are named where they are
+// followed), with all that puts them where they are: nodes, skins, morph weights, and instances by
+// EXT_mesh_gpu_instancing.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "meshes/gltf_accessors.h"
+#include "meshes/mesh_readers.h"
 
 namespace organbake {
 namespace {
@@ -25,6 +30,12 @@ std::vector<double> list_of(const JsonField& field, std::size_t count) {
   return numbers;
 }
 
+Eigen::Quaterniond rotation_of(const double* xyzw, const JsonField& field) {
+  const Eigen::Quaterniond rotation(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+  if (!(rotation.norm() > 0)) field.fail("is no rotation");
+  return rotation.normalized();
+}
+
 Eigen::Affine3d transform_of(const JsonField& node) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (const auto matrix = node.find("matrix")) {
@@ -34,15 +45,38 @@ Eigen::Affine3d transform_of(const JsonField& node) {
   }
   if (const auto move = node.find("translation"))
     transform.translate(Eigen::Map<const Eigen::Vector3d>(list_of(*move, 3).data()));
-  if (const auto turn = node.find("rotation")) {
-    const std::vector<double> q = list_of(*turn, 4);  // x, y, z, w
-    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
-    if (!(rotation.norm() > 0)) turn->fail("is no rotation");
-    transform.rotate(rotation.normalized());
-  }
+  if (const auto turn = node.find("rotation"))
+    transform.rotate(rotation_of(list_of(*turn, 4).data(), *turn));
   if (const auto size = node.find("scale"))
     transform.scale(Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(list_of(*size, 3).data())));
   return transform;
+}
+
+bool is_among(std::string_view name, std::initializer_list<std::string_view> names) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Extensions that put nothing elsewhere: looks, lights and facts; and those that are followed here.
+bool is_known_extension(std::string_view name) {
+  if (name.find("displacement") != name.npos) return false;
+  for (const std::string_view looks : {"_materials_", "_texture_", "_lights_", "KHR_xmp"})
+    if (name.find(looks) != name.npos) return true;
+  return is_among(name, {"EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_mesh_quantization",
+                         "EXT_mesh_features", "EXT_instance_features", "EXT_structural_metadata",
+                         "EXT_mesh_manifold", "FB_ngon_encoding", "CESIUM_primitive_outline",
+                         "MSFT_lod", "MSFT_screencoverage", "KHR_node_selectability",
+                         "KHR_node_hoverability", "KHR_audio_emitter"});
+}
+
+// Those that pack numbers which a file that does not require them holds plainly as well.
+bool packs_numbers(std::string_view name) {
+  return is_among(
+      name, {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"});
+}
+
+std::optional<JsonField> extension_of(const JsonField& object, const std::string& name) {
+  const auto all = object.find("extensions");
+  return all ? all->find(name) : std::nullopt;
 }
 
 // Corners in threes, however the primitive lists them.
@@ -64,39 +98,70 @@ std::vector<std::uint32_t> triangle_corners(const std::vector<std::uint32_t>& li
 
 class GltfReader {
  public:
-  explicit GltfReader(const std::filesystem::path& path)
-      : document_(path), root_(document_.root()) {
+  GltfReader(const std::filesystem::path& path, const RunContext& context)
+      : document_(path), root_(document_.root()), name_(path.string()), context_(context) {
+    check_version();
     check_extensions();
+    check_animations();
   }
 
   TriangleMesh read() {
-    for (const auto& [node, parent] : first_nodes()) add(node, parent);
+    for (const auto& [node, parent] : first_nodes()) waiting_.push_back({node, parent, true});
     while (!waiting_.empty()) {
-      const auto [node, parent] = waiting_.back();
+      const Placed next = waiting_.back();
       waiting_.pop_back();
-      visit(node, parent);
+      visit(next);
     }
+    // Skins take the places of nodes that come later.
+    for (const auto& [node, placed] : with_mesh_) append_mesh(root_["nodes"].at(node), placed);
     if (!colored_) mesh_.colors.clear();
     return std::move(mesh_);
   }
 
  private:
-  using Placed = std::pair<std::size_t, Eigen::Affine3d>;
+  struct Placed {
+    std::size_t node;
+    Eigen::Affine3d parent;
+    bool visible;
+  };
+  // Where the vertices of a primitive go: all by one transform, or each by its own.
+  using Transforms = std::vector<Eigen::Affine3d>;
+
+  void check_version() const {
+    const auto asset = root_.find("asset");
+    const auto version = asset ? asset->find("version") : std::nullopt;
+    if (version && !version->text().starts_with("2."))
+      version->fail("is not 2, the version of glTF that is read; save it as that");
+  }
 
   void check_extensions() const {
     const auto required = root_.find("extensionsRequired");
     for (std::size_t i = 0; required && i < required->size(); ++i) {
       const std::string name = required->at(i).text();
-      const bool harmless = name == "KHR_mesh_quantization" ||
-                            name.find("_material") != name.npos ||
-                            name.find("_texture") != name.npos;
-      if (!harmless) required->at(i).fail("'" + name + "' is not read; save it without");
+      if (!is_known_extension(name))
+        required->at(i).fail("'" + name + "' is not read; save it without");
+    }
+    const auto used = root_.find("extensionsUsed");
+    for (std::size_t i = 0; used && i < used->size(); ++i) {
+      const std::string name = used->at(i).text();
+      if (!is_known_extension(name) && !packs_numbers(name))
+        context_.warn(name_ + ": uses the extension '" + name +
+                      "', which is not read: what it changes of the shape is missing; save it "
+                      "without");
     }
   }
 
+  void check_animations() const {
+    const auto animations = root_.find("animations");
+    if (animations && animations->size() > 0)
+      context_.warn(name_ +
+                    ": holds animations, which are not followed: the shape is that of its nodes "
+                    "and weights at rest");
+  }
+
   // Those of the scene; without one, every node that is nobody's child.
-  std::vector<Placed> first_nodes() const {
-    std::vector<Placed> first;
+  std::vector<std::pair<std::size_t, Eigen::Affine3d>> first_nodes() const {
+    std::vector<std::pair<std::size_t, Eigen::Affine3d>> first;
     const auto scenes = root_.find("scenes");
     if (scenes && scenes->size() > 0) {
       const auto which = root_.find("scene");
@@ -118,22 +183,90 @@ class GltfReader {
     return first;
   }
 
-  void add(std::size_t node, const Eigen::Affine3d& parent) { waiting_.emplace_back(node, parent); }
-
-  void visit(std::size_t index, const Eigen::Affine3d& parent) {
-    const JsonField node = root_["nodes"].at(index);
-    if (!seen_.insert(index).second) node.fail("stands in the scene twice");
-    const Eigen::Affine3d placed = parent * transform_of(node);
-    if (const auto mesh = node.find("mesh")) {
-      const JsonField primitives = root_["meshes"].at(index_from(*mesh))["primitives"];
-      for (std::size_t i = 0; i < primitives.size(); ++i) append(primitives.at(i), placed);
-    }
+  void visit(const Placed& at) {
+    const JsonField node = root_["nodes"].at(at.node);
+    const Eigen::Affine3d placed = at.parent * transform_of(node);
+    if (!world_from_node_.emplace(at.node, placed).second) node.fail("stands in the scene twice");
+    bool visible = at.visible;
+    if (const auto shown = extension_of(node, "KHR_node_visibility"))
+      if (const auto flag = shown->find("visible"))
+        visible &= !flag->json().is_boolean() || flag->json().get<bool>();
+    if (visible && node.find("mesh")) with_mesh_.emplace_back(at.node, placed);
     const auto children = node.find("children");
     for (std::size_t i = 0; children && i < children->size(); ++i)
-      add(index_from(children->at(i)), placed);
+      waiting_.push_back({index_from(children->at(i)), placed, visible});
   }
 
-  void append(const JsonField& primitive, const Eigen::Affine3d& placed) {
+  void append_mesh(const JsonField& node, const Eigen::Affine3d& placed) {
+    const JsonField mesh = root_["meshes"].at(index_from(node["mesh"]));
+    const JsonField primitives = mesh["primitives"];
+    const auto own = node.find("weights"), usual = mesh.find("weights");
+    const std::optional<JsonField> weights = own ? own : usual;
+    const auto skin = node.find("skin");
+    const auto instancing = extension_of(node, "EXT_mesh_gpu_instancing");
+    if (skin && instancing) instancing->fail("stands beside a skin, which is not read");
+    // A skin's joints say all of where it is (glTF 2.0, 3.7.3.3).
+    const Transforms joints = skin ? joints_of(root_["skins"].at(index_from(*skin))) : Transforms();
+    const Transforms instances =
+        instancing ? instances_of((*instancing)["attributes"], placed) : Transforms{placed};
+    for (const Eigen::Affine3d& instance : instances)
+      for (std::size_t i = 0; i < primitives.size(); ++i)
+        append(primitives.at(i), weights, joints, instance);
+  }
+
+  GltfNumbers vectors(const JsonField& accessor, std::size_t components) const {
+    GltfNumbers numbers = document_.numbers(index_from(accessor));
+    if (numbers.components != components)
+      accessor.fail("must hold " + std::to_string(components) + " numbers each");
+    return numbers;
+  }
+
+  // From the places of a skin's mesh to the scene, for each joint.
+  Transforms joints_of(const JsonField& skin) const {
+    const JsonField joints = skin["joints"];
+    Transforms all;
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const auto node = world_from_node_.find(index_from(joints.at(i)));
+      if (node == world_from_node_.end()) joints.at(i).fail("is no node of the scene");
+      all.push_back(node->second);
+    }
+    const auto inverse = skin.find("inverseBindMatrices");
+    if (!inverse) return all;
+    const GltfNumbers matrices = vectors(*inverse, 16);
+    if (matrices.items < all.size()) inverse->fail("are fewer than the joints");
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      Eigen::Affine3d bind;
+      bind.matrix() = Eigen::Map<const Eigen::Matrix4d>(&matrices.values[16 * i]);
+      bind.makeAffine();
+      all[i] = all[i] * bind;
+    }
+    return all;
+  }
+
+  // As often as its longest list says; what is left out of one is no move, turn or scale.
+  Transforms instances_of(const JsonField& attributes, const Eigen::Affine3d& placed) {
+    const auto list = [&](const char* key, std::size_t components) {
+      const auto field = attributes.find(key);
+      return field ? vectors(*field, components) : GltfNumbers();
+    };
+    const GltfNumbers moves = list("TRANSLATION", 3), turns = list("ROTATION", 4),
+                      sizes = list("SCALE", 3);
+    const std::size_t count = std::max({moves.items, turns.items, sizes.items});
+    for (const GltfNumbers* some : {&moves, &turns, &sizes})
+      if (some->items != 0 && some->items != count) attributes.fail("are not equally long lists");
+    Transforms all;
+    for (std::size_t i = 0; i < count; ++i) {
+      Eigen::Affine3d& one = all.emplace_back(placed);
+      if (moves.items > 0) one.translate(Eigen::Map<const Eigen::Vector3d>(&moves.values[3 * i]));
+      if (turns.items > 0) one.rotate(rotation_of(&turns.values[4 * i], attributes));
+      if (sizes.items > 0)
+        one.scale(Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(&sizes.values[3 * i])));
+    }
+    return all;
+  }
+
+  void append(const JsonField& primitive, const std::optional<JsonField>& weights,
+              const Transforms& joints, const Eigen::Affine3d& placed) {
     constexpr int kTriangles = 4, kFan = 6;
     const auto written = primitive.find("mode");
     const int mode = written ? static_cast<int>(written->integer(0, kFan)) : kTriangles;
@@ -141,21 +274,76 @@ class GltfReader {
     const JsonField attributes = primitive["attributes"];
     const auto position = attributes.find("POSITION");
     if (!position) return;
-    const GltfNumbers places = document_.numbers(index_from(*position));
+    GltfNumbers places = document_.numbers(index_from(*position));
     if (places.components != 3) position->fail("must be places in space");
+    if (!places.written) position->fail("has no bufferView; save it with its numbers");
     const auto before = static_cast<std::uint32_t>(mesh_.vertices.size());
     check_total(primitive, places.items);
+    if (weights) morph(primitive, *weights, places);
+    const Transforms own =
+        joints.empty() ? Transforms() : blended(attributes, joints, places.items);
     for (std::size_t v = 0; v < places.items; ++v)
-      mesh_.vertices.push_back(placed * Eigen::Map<const Eigen::Vector3d>(&places.values[3 * v]));
+      mesh_.vertices.push_back((own.empty() ? placed : own[v]) *
+                               Eigen::Map<const Eigen::Vector3d>(&places.values[3 * v]));
     append_colors(attributes, places.items);
     const std::vector<std::uint32_t> corners =
         triangle_corners(corners_of(primitive, places.items), mode);
     check_total(primitive, corners.size());
-    // What mirrors turns its triangles round as well (glTF 2.0, 3.7.4).
-    const std::size_t second = placed.linear().determinant() < 0 ? 2 : 1;
-    for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
+    for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
+      // What mirrors turns its triangles round as well (glTF 2.0, 3.7.4).
+      const Eigen::Affine3d& by = own.empty() ? placed : own[corners[i]];
+      const std::size_t second = by.linear().determinant() < 0 ? 2 : 1;
       mesh_.faces.push_back(
           {before + corners[i], before + corners[i + second], before + corners[i + 3 - second]});
+    }
+  }
+
+  // Adds each target's moves by its weight (glTF 2.0, 3.7.2.2).
+  void morph(const JsonField& primitive, const JsonField& weights, GltfNumbers& places) const {
+    const auto targets = primitive.find("targets");
+    if (!targets) return;
+    if (weights.size() < targets->size()) weights.fail("are fewer than the targets");
+    for (std::size_t t = 0; t < targets->size(); ++t) {
+      const double weight = weights.at(t).number();
+      const auto position = targets->at(t).find("POSITION");
+      if (weight == 0 || !position) continue;
+      const GltfNumbers moves = vectors(*position, 3);
+      if (moves.items != places.items) position->fail("must hold a move for every vertex");
+      for (std::size_t i = 0; i < moves.values.size(); ++i)
+        places.values[i] += weight * moves.values[i];
+    }
+  }
+
+  // For each vertex the mean of its joints' transforms by its weights.
+  Transforms blended(const JsonField& attributes, const Transforms& joints,
+                     std::size_t vertices) const {
+    std::vector<Eigen::Matrix4d> sums(vertices, Eigen::Matrix4d::Zero());
+    std::vector<double> totals(vertices, 0);
+    for (int set = 0;; ++set) {
+      const auto which = attributes.find("JOINTS_" + std::to_string(set)),
+                 weights = attributes.find("WEIGHTS_" + std::to_string(set));
+      if (!which || !weights) break;
+      const GltfNumbers numbers = vectors(*which, 4), shares = vectors(*weights, 4);
+      if (numbers.items != vertices || shares.items != vertices)
+        which->fail("and weights must be there for every vertex");
+      for (std::size_t i = 0; i < 4 * vertices; ++i) {
+        if (shares.values[i] == 0) continue;
+        const double joint = numbers.values[i];
+        if (!(joint >= 0 && joint < static_cast<double>(joints.size())))
+          which->fail("name joint " + std::to_string(static_cast<long double>(joint)) + " of " +
+                      std::to_string(joints.size()));
+        sums[i / 4] += shares.values[i] * joints[static_cast<std::size_t>(joint)].matrix();
+        totals[i / 4] += shares.values[i];
+      }
+    }
+    Transforms all(vertices);
+    for (std::size_t v = 0; v < vertices; ++v) {
+      if (!(totals[v] > 0))
+        attributes.fail("give vertex " + std::to_string(v) + " of a skin no weight of a joint");
+      all[v].matrix() = sums[v] / totals[v];
+      all[v].makeAffine();
+    }
+    return all;
   }
 
   std::vector<std::uint32_t> corners_of(const JsonField& primitive, std::size_t vertices) const {
@@ -167,6 +355,7 @@ class GltfReader {
     }
     const GltfNumbers numbers = document_.numbers(index_from(*indices));
     if (numbers.components != 1) indices->fail("must be single numbers");
+    if (!numbers.written) indices->fail("have no bufferView; save it with its numbers");
     for (const double number : numbers.values) {
       if (!(number >= 0 && number < static_cast<double>(vertices) && number == std::floor(number)))
         indices->fail("name vertex " + std::to_string(static_cast<long double>(number)) + " of " +
@@ -199,15 +388,20 @@ class GltfReader {
 
   GltfDocument document_;
   JsonField root_;
+  const std::string name_;
+  const RunContext& context_;
   TriangleMesh mesh_;
   bool colored_ = true;
   std::size_t used_ = 0;  // vertices and corners so far
-  std::set<std::size_t> seen_;
   std::vector<Placed> waiting_;
+  std::map<std::size_t, Eigen::Affine3d> world_from_node_;
+  std::vector<std::pair<std::size_t, Eigen::Affine3d>> with_mesh_;  // in the order of the scene
 };
 
 }  // namespace
 
-TriangleMesh read_gltf(const std::filesystem::path& path) { return GltfReader(path).read(); }
+TriangleMesh read_gltf(const std::filesystem::path& path, const RunContext& context) {
+  return GltfReader(path, context).read();
+}
 
 }  // namespace organbake

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 
-#include "meshes/gltf_reader.h"
 #include "meshes/mesh_readers.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -17,8 +16,6 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/geometry/weld.h"
 #include "organbake/raycast/winding.h"
-#include "vtk/legacy_vtk.h"
-#include "vtk/vtk_xml_meshes.h"
 
 namespace organbake {
 namespace {
@@ -37,7 +34,21 @@ TriangleMesh parsed(const fs::path& path, const Parse& parse) {
   return parse(read_text_file(path), path.string());
 }
 
-bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }
+enum class MeshFormat { ply, stl, obj, off, legacy_vtk, vtk_polydata, vtk_grid, gltf };
+
+struct FormatName {
+  MeshFormat format;
+  const char *ending, *words;
+};
+constexpr FormatName kFormats[] = {{MeshFormat::ply, ".ply", "PLY"},
+                                   {MeshFormat::obj, ".obj", "OBJ"},
+                                   {MeshFormat::stl, ".stl", "STL"},
+                                   {MeshFormat::off, ".off", "OFF"},
+                                   {MeshFormat::legacy_vtk, ".vtk", "VTK's legacy format"},
+                                   {MeshFormat::vtk_polydata, ".vtp", "VTK XML of polydata"},
+                                   {MeshFormat::vtk_grid, ".vtu", "VTK XML of a grid"},
+                                   {MeshFormat::gltf, ".glb", "glTF"},
+                                   {MeshFormat::gltf, ".gltf", "glTF"}};
 
 // As much of a file as any header takes.
 std::string head_of(const fs::path& path) {
@@ -49,19 +60,71 @@ std::string head_of(const fs::path& path) {
   return head;
 }
 
-WrittenMesh read_by_ending(const fs::path& path) {
+// Of a VTK XML file, by the type that its first tag names.
+std::optional<MeshFormat> format_of_xml(std::string_view head, const fs::path& path) {
+  constexpr std::string_view kTag = "<VTKFile", kType = "type=";
+  const std::size_t tag = head.find(kTag);
+  if (tag == head.npos) return std::nullopt;
+  const std::string_view all = head.substr(tag, head.find('>', tag) - tag);
+  const std::size_t at = all.find(kType);
+  if (at == all.npos || at + kType.size() >= all.size()) return std::nullopt;
+  const char quote = all[at + kType.size()];
+  const std::string_view rest = all.substr(at + kType.size() + 1);
+  const std::string_view type = rest.substr(0, rest.find(quote));
+  if (type == "PolyData") return MeshFormat::vtk_polydata;
+  if (type == "UnstructuredGrid") return MeshFormat::vtk_grid;
+  throw BadDataError(path, "is a VTK XML file of \"" + std::string(type) +
+                               "\", which is no surface; PolyData and UnstructuredGrid are read");
+}
+
+// Of formats that begin with a word of their own.
+std::optional<MeshFormat> format_of_content(std::string_view head, const fs::path& path) {
+  if (head.starts_with("# vtk DataFile Version")) return MeshFormat::legacy_vtk;
+  if (head.starts_with("ply\n") || head.starts_with("ply\r")) return MeshFormat::ply;
+  if (head.starts_with("glTF")) return MeshFormat::gltf;
+  const std::size_t first = head.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+  const std::string_view text = first == head.npos ? std::string_view() : head.substr(first);
+  if (text.starts_with("<?xml") || text.starts_with("<VTKFile") || text.starts_with("<!--"))
+    return format_of_xml(text, path);
+  return std::nullopt;
+}
+
+// A file is read by what it is; its name tells that where its first bytes do not.
+MeshFormat format_of(const fs::path& path, std::string_view head, const RunContext& context) {
   const std::string ending = lower_ending(path);
-  if (ending == ".vtp") return read_vtp(path);
-  if (ending == ".vtu") return read_vtu(path);
-  const MeshFrame frame = frame_in_header(head_of(path), path.string());
-  if (ending == ".ply") return {read_ply(path), frame};
-  if (ending == ".stl") return {parsed(path, parse_stl), frame};
-  if (ending == ".obj") return {parsed(path, parse_obj), frame};
-  if (ending == ".off") return {parsed(path, parse_off), frame};
-  if (ending == ".vtk") return {read_legacy_vtk(path), frame};
-  if (is_gltf(ending)) return {read_gltf(path), frame};
-  throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
-                   "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf");
+  const auto named = std::find_if(std::begin(kFormats), std::end(kFormats),
+                                  [&](const FormatName& known) { return ending == known.ending; });
+  if (named == std::end(kFormats))
+    throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
+                     "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf");
+  const MeshFormat found = format_of_content(head, path).value_or(named->format);
+  if (found == named->format) return found;
+  const auto is = std::find_if(std::begin(kFormats), std::end(kFormats),
+                               [&](const FormatName& known) { return found == known.format; });
+  context.warn(path.string() + ": is " + is->words + " by its content and read as that; name it " +
+               is->ending + ", not " + ending);
+  return found;
+}
+
+WrittenMesh read_as(MeshFormat format, const fs::path& path, std::string_view head,
+                    const RunContext& context) {
+  if (format == MeshFormat::vtk_polydata) return read_vtp(path);
+  if (format == MeshFormat::vtk_grid) return read_vtu(path);
+  const MeshFrame frame = frame_in_header(head, path.string());
+  switch (format) {
+    case MeshFormat::ply:
+      return {read_ply(path), frame};
+    case MeshFormat::stl:
+      return {parsed(path, parse_stl), frame};
+    case MeshFormat::obj:
+      return {parsed(path, parse_obj), frame};
+    case MeshFormat::off:
+      return {parsed(path, parse_off), frame};
+    case MeshFormat::legacy_vtk:
+      return {read_legacy_vtk(path), frame};
+    default:
+      return {read_gltf(path, context), frame};
+  }
 }
 
 // What a file says of one thing outranks what its reader was told.
@@ -74,9 +137,8 @@ Value chosen(const std::optional<Value>& written, const std::optional<Value>& to
   return written ? *written : told.value_or(usual);
 }
 
-MeshFrame chosen_frame(const MeshFrame& written, const MeshFrame& told, const fs::path& path,
-                       const RunContext& context) {
-  const bool gltf = is_gltf(lower_ending(path));
+MeshFrame chosen_frame(const MeshFrame& written, const MeshFrame& told, bool gltf,
+                       const fs::path& path, const RunContext& context) {
   return {chosen(written.unit, told.unit, gltf ? MeshUnit::m : MeshUnit::mm, path, context),
           chosen(written.space, told.space, gltf ? MeshSpace::y_up : MeshSpace::lps, path, context),
           written.ours, written.ours || written.unit || told.unit};
@@ -88,33 +150,40 @@ void bring_into_world(TriangleMesh& mesh, const MeshFrame& frame) {
   for (Eigen::Vector3d& v : mesh.vertices) v = world_from_file * v;
 }
 
-std::string in_words(double mm) {
-  return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
+// With three digits behind the point, or as many as it takes to be no zero.
+std::string in_figures(double value) {
+  constexpr double kTiny = 1e-12;
+  if (!(value > kTiny)) return to_text(value);
+  return to_text(value, std::max(3, -static_cast<int>(std::floor(std::log10(value)))));
 }
 
-// Small things are questioned where nobody has told their unit; what no organ can be, always. Of
-// our own files, what made them was questioned.
+std::string in_words(double mm) {
+  return mm >= 1000 ? in_figures(mm / 1000) + " m" : in_figures(mm) + " mm";
+}
+
+// What no organ can be is questioned always, small things where nobody has told their unit
+// (plausible_size). Of our own files, what made them was questioned.
 void question_size(const TriangleMesh& mesh, const MeshFrame& written, const MeshFrame& taken,
                    const fs::path& path, const RunContext& context) {
   const MeshUnit unit = *taken.unit;
   const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
   const bool small = may_be_organ(across_mm);
-  if (taken.ours || organ_sized(across_mm) || (small && taken.unit_told)) return;
+  if (taken.ours || plausible_size(mesh, taken.unit_told)) return;
   std::string text = path.string() + ": is " + in_words(across_mm) +
                      (small ? " across, which few organs are; " : " across, which no organ is; ");
   if (written.unit) {
     text += "it says itself that it is in " + std::string(name_of(unit)) +
             ": scale it, or take that line out of its header";
-  } else if (const auto best = unit_of_organ(across_mm / mm_per(unit))) {
+  } else if (const auto best = unit_of_organ(across_mm / mm_per(unit)); best && *best != unit) {
     const double factor = mm_per(*best) / mm_per(unit);
     text += "in " + std::string(in_words(*best)) + " (--unit " + name_of(*best) +
-            "; of a table or recipe unit=" + name_of(*best) + "; " + to_text(factor, 3) +
+            "; of a table or recipe unit=" + name_of(*best) + "; " + in_figures(factor) +
             " times as large) it would be " + in_words(across_mm * factor);
     if (small) text += ". If it is right, say --unit " + std::string(name_of(unit));
   } else {
     if (small) return;
     const double factor = std::pow(10, std::round(std::log10(kTypicalOrgan_mm / across_mm)));
-    text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
+    text += "no unit makes sense of it: scale it by about " + in_figures(factor);
   }
   context.warn(text);
 }
@@ -140,10 +209,12 @@ TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunCon
 TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context,
                        MeshFrame& taken) {
   check_readable(path);
-  auto [mesh, written] = read_by_ending(path);
+  const std::string head = head_of(path);
+  const MeshFormat format = format_of(path, head, context);
+  auto [mesh, written] = read_as(format, path, head, context);
   check_mesh(mesh, path.string());
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
-  taken = chosen_frame(written, told, path, context);
+  taken = chosen_frame(written, told, format == MeshFormat::gltf, path, context);
   bring_into_world(mesh, taken);
   std::vector<std::uint32_t> twins = half_edge_twins(mesh);
   if (std::find(twins.begin(), twins.end(), kNoHalfEdge) != twins.end()) {

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include "organbake/core/error.h"
+#include "organbake/core/union_find.h"
+#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -41,6 +45,36 @@ void each_value(std::string_view text, std::string_view key, const Take& take) {
 
 bool is_axes(std::string_view word) {
   return word.size() == 3 && word.find_first_not_of("LRPASIlrpasi") == word.npos;
+}
+
+// What is seen of an organ, and no whole one: as if a tenth of it or more were cut off. By the area
+// that each rim spans as a vector (half the sum of a × b along it, Stokes), so that slits and seams
+// span none.
+bool is_part_of_a_surface(const TriangleMesh& mesh) {
+  constexpr double kLeastShare = 0.1;
+  UnionFind rims(mesh.vertices.size());
+  std::vector<std::uint32_t> open;  // half-edges
+  const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+  const auto ends = [&](std::uint32_t h) {
+    const Face& face = mesh.faces[h / 3];
+    return std::pair(face[h % 3], face[next_in_face(h) % 3]);
+  };
+  for (std::uint32_t h = 0; h < twins.size(); ++h) {
+    if (twins[h] != kNoHalfEdge) continue;
+    open.push_back(h);
+    const auto [a, b] = ends(h);
+    rims.join(a, b);
+  }
+  std::map<std::uint32_t, Eigen::Vector3d> spanned;
+  for (const std::uint32_t h : open) {
+    const auto [a, b] = ends(h);
+    const Eigen::Vector3d& origin = mesh.vertices[rims.root(a)];
+    auto& area = spanned.try_emplace(rims.root(a), Eigen::Vector3d::Zero()).first->second;
+    area += 0.5 * (mesh.vertices[a] - origin).cross(mesh.vertices[b] - origin);
+  }
+  double missing = 0;
+  for (const auto& [rim, area] : spanned) missing += area.norm();
+  return missing >= kLeastShare * (missing + surface_area(mesh));
 }
 
 template <class Rows, class Value, class Member>
@@ -91,15 +125,24 @@ bool may_be_organ(double across_mm) {
   return across_mm >= kSmallest_mm && across_mm <= kLargest_mm;
 }
 
+bool plausible_size(const TriangleMesh& mesh_mm, bool unit_told) {
+  const double across_mm = (bounds(mesh_mm).max - bounds(mesh_mm).min).maxCoeff();
+  return organ_sized(across_mm) ||
+         (may_be_organ(across_mm) && (unit_told || is_part_of_a_surface(mesh_mm)));
+}
+
 std::optional<MeshUnit> unit_of_organ(double across_units) {
   const auto off = [&](const UnitName& unit) {
     const double rare = unit.unit == MeshUnit::inch ? 1 : 0;  // where centimetres will do
     return rare + std::abs(std::log(across_units * unit.size_mm / kTypicalOrgan_mm));
   };
-  const UnitName* best = nullptr;
-  for (const UnitName& unit : kMeshUnits)
-    if (organ_sized(across_units * unit.size_mm) && (!best || off(unit) < off(*best))) best = &unit;
-  return best ? std::optional(best->unit) : std::nullopt;
+  for (const auto fits : {organ_sized, may_be_organ}) {
+    const UnitName* best = nullptr;
+    for (const UnitName& unit : kMeshUnits)
+      if (fits(across_units * unit.size_mm) && (!best || off(unit) < off(*best))) best = &unit;
+    if (best) return best->unit;
+  }
+  return std::nullopt;
 }
 
 }  // namespace organbake

@@ -50,8 +50,9 @@ bool next_number(const char*& at, const char* end, Number& number, bool& sound) 
   return sound;
 }
 
-// Bytes of an array one after the other, from base64 (padded anywhere) or as they are. Fewer come
-// where it ends.
+// Bytes of an array one after the other, from base64 or as they are. Fewer come where it ends. A
+// header may be encoded apart from its data, as VTK does it with packed arrays, or together with
+// them: what is encoded apart is filled up to whole groups of letters, so that no group holds both.
 class EncodedBytes {
  public:
   EncodedBytes(std::string_view text, bool base64) : rest_(text), base64_(base64) {}
@@ -68,8 +69,6 @@ class EncodedBytes {
     ready_.erase(0, taken.size());
     return taken;
   }
-  // Drops what is left of the group of four letters that was begun: a header ends with one.
-  void end_group() { ready_.clear(); }
 
  private:
   std::string_view rest_;
@@ -111,7 +110,6 @@ std::optional<std::string> inflated(EncodedBytes& bytes, HeaderWords& header, st
     if (!length || *length > most) return std::nullopt;
     packed.push_back(*length);
   }
-  bytes.end_group();
   std::string all;
   for (std::size_t b = 0; b < packed.size(); ++b) {
     const std::string block = bytes.take(static_cast<std::size_t>(packed[b]));

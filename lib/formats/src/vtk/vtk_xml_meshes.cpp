@@ -1,27 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "vtk/vtk_xml_meshes.h"
-
-#include <vtkCell.h>
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkCellType.h>
-#include <vtkDataSetSurfaceFilter.h>
-#include <vtkDoubleArray.h>
-#include <vtkGenericCell.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkUnsignedShortArray.h>
-#include <vtkUnstructuredGrid.h>
-
+// Surfaces of VTK's XML files (vtk_xml.h): the polygons and strips of PolyData, the outside of an
+// UnstructuredGrid's cells, with the colours of their points or cells.
+#include <algorithm>
 #include <cstdint>
 
-#include "meshes/polydata_mesh.h"
-#include "organbake/formats/vtk_error_log.h"
+#include "meshes/mesh_readers.h"
 #include "organbake/formats/vtk_xml.h"
+#include "vtk/vtk_cells.h"
 
 namespace organbake {
 namespace {
@@ -39,7 +24,7 @@ const VtkXmlArray& needed(const VtkXmlFile& file, const VtkXmlPiece& piece, cons
   return *array;
 }
 
-vtkSmartPointer<vtkPoints> points_of(const VtkXmlFile& file, const VtkXmlPiece& piece) {
+std::vector<Eigen::Vector3d> points_of(const VtkXmlFile& file, const VtkXmlPiece& piece) {
   const auto& arrays = section_of(piece, "Points").arrays;
   if (arrays.empty() || arrays[0].components != 3) file.fail("holds no points in space");
   const std::size_t count = file.count(piece.attributes, "NumberOfPoints");
@@ -47,21 +32,15 @@ vtkSmartPointer<vtkPoints> points_of(const VtkXmlFile& file, const VtkXmlPiece& 
   if (places.size() / 3 != count || places.size() % 3 != 0)
     file.fail("truncated: it holds " + std::to_string(places.size() / 3) + " points, " +
               std::to_string(count) + " are wanted");
-  const auto points = vtkSmartPointer<vtkPoints>::New();
-  points->SetDataTypeToDouble();
-  for (std::size_t p = 0; p < count; ++p) points->InsertNextPoint(&places[3 * p]);
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t p = 0; p < count; ++p)
+    points.emplace_back(places[3 * p], places[3 * p + 1], places[3 * p + 2]);
   return points;
 }
 
-// The corners of each cell: a list of points, and where in it each cell ends.
-struct Cells {
-  std::vector<std::vector<vtkIdType>> corners;
-};
-
-Cells cells_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* section,
-               std::size_t count, vtkIdType points) {
-  Cells cells;
-  if (count == 0) return cells;
+VtkCells cells_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* section,
+                  std::size_t count, std::size_t points, const std::string& name) {
+  if (count == 0) return {};
   const std::vector<double> ends =
       file.numbers(needed(file, piece, section, "offsets"), std::nullopt).as_doubles();
   const std::vector<double> list =
@@ -69,121 +48,72 @@ Cells cells_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* sec
   if (ends.size() != count)
     file.fail("truncated: it holds " + std::to_string(ends.size()) + " cells, " +
               std::to_string(count) + " are wanted");
-  double begin = 0;
-  for (std::size_t cell = 0; cell < count; begin = ends[cell++]) {
-    if (!(ends[cell] >= begin && ends[cell] <= static_cast<double>(list.size())))
-      file.fail("cell " + std::to_string(cell) + " ends outside the list of its points");
-    auto& corners = cells.corners.emplace_back();
-    for (auto at = static_cast<std::size_t>(begin); at < static_cast<std::size_t>(ends[cell]);
-         ++at) {
-      if (!(list[at] >= 0 && list[at] < static_cast<double>(points)))
-        file.fail("cell " + std::to_string(cell) + " uses point " +
-                  std::to_string(static_cast<long double>(list[at])) + " of " +
-                  std::to_string(points));
-      corners.push_back(static_cast<vtkIdType>(list[at]));
-    }
-  }
-  return cells;
+  return {ends, list, points, name};
 }
 
-vtkSmartPointer<vtkDataArray> empty_array(ScalarType type) {
-  if (type == ScalarType::uint8) return vtkSmartPointer<vtkUnsignedCharArray>::New();
-  if (type == ScalarType::uint16) return vtkSmartPointer<vtkUnsignedShortArray>::New();
-  return vtkSmartPointer<vtkDoubleArray>::New();
+bool named_as_colors(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return name.find("color") != name.npos || name.find("colour") != name.npos ||
+         name.starts_with("rgb");
 }
 
-// The arrays that may be colours.
-void add_colors(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* section,
-                std::size_t tuples, vtkDataSetAttributes* data) {
+// The active array when it holds bytes; else the first that is named as colours are.
+VtkColors colors_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* section,
+                    std::size_t tuples) {
   const VtkXmlPiece::Section& from = section_of(piece, section);
+  const auto active = from.attributes.find("Scalars");
+  const VtkXmlArray* chosen = nullptr;
   for (const VtkXmlArray& array : from.arrays) {
     if (array.components != 3 && array.components != 4) continue;
-    const VtkXmlNumbers numbers =
-        file.numbers(array, tuples * static_cast<std::size_t>(array.components));
-    const std::vector<double> values = numbers.as_doubles();
-    const auto to = empty_array(numbers.type);
-    to->SetName(array.name.c_str());
-    to->SetNumberOfComponents(array.components);
-    to->SetNumberOfTuples(static_cast<vtkIdType>(tuples));
-    for (std::size_t i = 0; i < values.size(); ++i)
-      to->SetComponent(static_cast<vtkIdType>(i / to->GetNumberOfComponents()),
-                       static_cast<int>(i % to->GetNumberOfComponents()), values[i]);
-    data->AddArray(to);
+    const auto type = array.attributes.find("type");
+    const bool bytes = type != array.attributes.end() && type->second == "UInt8";
+    if (bytes && active != from.attributes.end() && active->second == array.name) {
+      chosen = &array;
+      break;
+    }
+    if (!chosen && named_as_colors(array.name)) chosen = &array;
   }
-  const auto active = from.attributes.find("Scalars");
-  if (active != from.attributes.end()) data->SetActiveScalars(active->second.c_str());
+  if (!chosen) return {};
+  const auto components = static_cast<std::size_t>(chosen->components);
+  const VtkXmlNumbers numbers = file.numbers(*chosen, tuples * components);
+  const std::vector<double> values = numbers.as_doubles();
+  VtkColors colors{{},
+                   numbers.type == ScalarType::uint8    ? ColorScale::byte
+                   : numbers.type == ScalarType::uint16 ? ColorScale::two_bytes
+                                                        : ColorScale::number};
+  for (std::size_t at = 0; at < values.size(); at += components)
+    colors.written.emplace_back(values[at], values[at + 1], values[at + 2]);
+  return colors;
 }
 
-vtkSmartPointer<vtkCellArray> cell_array(const Cells& cells) {
-  const auto array = vtkSmartPointer<vtkCellArray>::New();
-  for (const auto& corners : cells.corners)
-    array->InsertNextCell(static_cast<vtkIdType>(corners.size()), corners.data());
-  return array;
+VtkSurface surface_of(const VtkXmlFile& file, const VtkXmlPiece& piece, std::size_t cells) {
+  VtkSurface surface{points_of(file, piece), {}, {}};
+  surface.point_colors = colors_of(file, piece, "PointData", surface.points.size());
+  surface.cell_colors = colors_of(file, piece, "CellData", cells);
+  return surface;
 }
 
 TriangleMesh polydata_piece(const VtkXmlFile& file, const VtkXmlPiece& piece,
                             const std::string& name) {
-  vtkNew<vtkPolyData> polydata;
-  const auto points = points_of(file, piece);
-  polydata->SetPoints(points);
-  std::size_t all_cells = 0;
-  const auto cells = [&](const char* section, const char* count) {
-    const std::size_t number = file.count(piece.attributes, count);
-    all_cells += number;
-    return cell_array(cells_of(file, piece, section, number, points->GetNumberOfPoints()));
+  const auto number = [&](const char* of) { return file.count(piece.attributes, of); };
+  const std::size_t before = number("NumberOfVerts") + number("NumberOfLines"),
+                    polygons = number("NumberOfPolys"), strips = number("NumberOfStrips");
+  const VtkSurface surface = surface_of(file, piece, before + polygons + strips);
+  const auto cells = [&](const char* section, std::size_t count) {
+    return cells_of(file, piece, section, count, surface.points.size(), name);
   };
-  polydata->SetVerts(cells("Verts", "NumberOfVerts"));
-  polydata->SetLines(cells("Lines", "NumberOfLines"));
-  polydata->SetPolys(cells("Polys", "NumberOfPolys"));
-  polydata->SetStrips(cells("Strips", "NumberOfStrips"));
-  add_colors(file, piece, "PointData", static_cast<std::size_t>(points->GetNumberOfPoints()),
-             polydata->GetPointData());
-  add_colors(file, piece, "CellData", all_cells, polydata->GetCellData());
-  return mesh_from_polydata(polydata, name);
-}
-
-// VTK's filters trust a cell to have the corners that its kind has. Returns the kind.
-int checked_kind(const VtkXmlFile& file, std::size_t cell, double written, std::size_t corners) {
-  constexpr double kKinds = static_cast<int>(VTK_NUMBER_OF_CELL_TYPES);
-  const int kind = written >= 0 && written < kKinds ? static_cast<int>(written) : -1;
-  const std::string what = "cell " + std::to_string(cell) + " is of kind " + std::to_string(kind);
-  if (kind == VTK_POLYHEDRON)
-    file.fail("holds polyhedra; save its surface (ParaView: Extract Surface)");
-  const auto example = kind >= VTK_VERTEX && kind <= VTK_BIQUADRATIC_TRIANGLE
-                           ? vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(kind))
-                           : nullptr;
-  if (!example)
-    file.fail(what + ", which is not read; save its surface (ParaView: Extract Surface)");
-  const auto needs = static_cast<std::size_t>(example->GetNumberOfPoints());  // 0: any number
-  if (corners == 0 || (needs > 0 && corners != needs))
-    file.fail(what + " and has " + std::to_string(corners) + " corners");
-  return kind;
+  return triangles_of(surface, cells("Polys", polygons), cells("Strips", strips), before, name);
 }
 
 TriangleMesh grid_piece(const VtkXmlFile& file, const VtkXmlPiece& piece, const std::string& name) {
-  vtkNew<vtkUnstructuredGrid> grid;
-  const auto points = points_of(file, piece);
-  grid->SetPoints(points);
   const std::size_t count = file.count(piece.attributes, "NumberOfCells");
-  const Cells cells = cells_of(file, piece, "Cells", count, points->GetNumberOfPoints());
+  const VtkSurface surface = surface_of(file, piece, count);
+  const VtkCells cells = cells_of(file, piece, "Cells", count, surface.points.size(), name);
   const std::vector<double> kinds =
       count == 0 ? std::vector<double>()
                  : file.numbers(needed(file, piece, "Cells", "types"), count).as_doubles();
-  for (std::size_t cell = 0; cell < count; ++cell) {
-    const auto& corners = cells.corners[cell];
-    grid->InsertNextCell(checked_kind(file, cell, kinds[cell], corners.size()),
-                         static_cast<vtkIdType>(corners.size()), corners.data());
-  }
-  add_colors(file, piece, "PointData", static_cast<std::size_t>(points->GetNumberOfPoints()),
-             grid->GetPointData());
-  add_colors(file, piece, "CellData", count, grid->GetCellData());
-  vtkNew<vtkDataSetSurfaceFilter> surface;
-  VtkErrorLog errors;
-  errors.watch(surface);
-  surface->SetInputData(grid);
-  surface->Update();
-  errors.throw_if_any(name);
-  return mesh_from_polydata(surface->GetOutput(), name);
+  return outside_of(surface, cells, kinds, name);
 }
 
 // Pieces share no points, so each is a mesh of its own. 3D Slicer names the axes in a field.

@@ -13,9 +13,9 @@
 #include <string_view>
 
 #include "dicom/dicom_structure.h"
+#include "dicom/vtk_error_log.h"
 #include "files/header_text.h"
 #include "organbake/core/error.h"
-#include "organbake/formats/vtk_error_log.h"
 
 namespace organbake {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "dicom/dicom_masks.h"
 #include "dicom/dicom_structure.h"
+#include "dicom/vtk_error_log.h"
 #include "files/header_text.h"
 #include "organbake/core/error.h"
-#include "organbake/formats/vtk_error_log.h"
 
 namespace organbake {
 

@@ -14,12 +14,12 @@
 
 #include "dicom/dicom_codec.h"
 #include "dicom/inflated_dicom.h"
+#include "dicom/vtk_error_log.h"
 #include "files/byte_stream.h"
 #include "files/voxel_decoding.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/vtk_error_log.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "dicom/dicom_structure.h"
 #include "dicom/inflated_dicom.h"
-#include "organbake/formats/vtk_error_log.h"
+#include "dicom/vtk_error_log.h"
 
 namespace organbake {
 namespace {

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "organbake/geometry/triangle_mesh.h"
+
 namespace organbake {
 
 enum class MeshUnit { mm, cm, m, inch };
@@ -55,7 +57,7 @@ MeshFrame frame_in_header(std::string_view header, const std::string& name);
 // What most organs are about.
 inline constexpr double kTypicalOrgan_mm = 150;
 // The unit in which something that is so many units across would be an organ, nearest to the size
-// of most; nothing when there is none.
+// of most, or else one of the small ones; nothing when there is none.
 std::optional<MeshUnit> unit_of_organ(double across_units);
 // Organs that people bake, up to a whole body. Among those that are smaller (an infant's
 // gallbladder is 25 mm long, a lymph node 10 mm) lie all in centimetres, so that a unit must be
@@ -63,5 +65,9 @@ std::optional<MeshUnit> unit_of_organ(double across_units);
 bool organ_sized(double across_mm);
 // Those as well, down to a vessel's piece.
 bool may_be_organ(double across_mm);
+// Whether nothing speaks against a mesh's size, by what it is: an organ's, or, with its unit told,
+// a small one's; or that of a part of a surface, of which a tenth or more is cut off, and which may
+// be as small whether told or not.
+bool plausible_size(const TriangleMesh& mesh_mm, bool unit_told);
 
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/formats/vtk_error_log.h"
+#include "dicom/vtk_error_log.h"
 #include "organbake/core/text.h"
 
 #include <vtkAlgorithm.h>
