@@ -116,7 +116,7 @@ DepthView read_view(const StageCall& call, const DepthFile& file, const CameraSe
 
 DepthViews read_depth_views(const StageCall& call, double mm_per_unit) {
   const fs::path& poses = *call.input("poses");
-  const CameraSet set = read_camera_file(poses);
+  const CameraSet set = read_camera_file(poses, call.context);
   const std::vector<DepthFile> files = depth_files(call);
   std::vector<fs::path> maps;
   for (const DepthFile& file : files) maps.push_back(file.depth);

@@ -38,8 +38,9 @@ MotionOptions search_of(const FollowedClip& clip) {
 
 // Cameras of another program, by their frames' names.
 std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
-                                                       const FollowedClip& clip) {
-  const CameraSet set = read_camera_file(path);
+                                                       const FollowedClip& clip,
+                                                       const RunContext& context) {
+  const CameraSet set = read_camera_file(path, context);
   const MatchedPoses matched = match_poses({clip.names.begin(), clip.names.end()}, set, path);
   std::vector<std::optional<RigidTransform>> poses;
   for (const auto& camera : matched.camera)
@@ -60,7 +61,8 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
     if (!clip.lens)
       throw UsageError("poses need the lens that they were found with: give --intrinsics " +
                        poses->string());
-    return motion_of_poses(search_of(clip), clip.tracks, lens, given_poses(*poses, clip));
+    return motion_of_poses(search_of(clip), clip.tracks, lens,
+                           given_poses(*poses, clip, call.context));
   }
   return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, loader_of(pictures),
                      call.context);

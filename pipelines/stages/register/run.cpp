@@ -95,7 +95,7 @@ void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
   const auto* pairs = call.input("pairs");
   const auto* depth = call.input("scope_depth");
   if (pairs && photos.size() > 1) throw UsageError("--pairs belongs to one photo");
-  const CameraSet starts = init ? read_camera_file(*init) : CameraSet{};
+  const CameraSet starts = init ? read_camera_file(*init, call.context) : CameraSet{};
   const Rgb8Image photo_mask = mask ? read_photo(*mask) : Rgb8Image{};  // empty: all counts
   for (NamedPhoto& named : photos) {
     named.photo.mask = photo_mask;
@@ -222,7 +222,8 @@ std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& sur
   ClipToTrack clip{video, *call.input("intrinsics"), {}, {}};
   if (const auto* mask = call.input("photo_mask")) clip.mask = read_photo(*mask);
   if (const auto* init = call.input("init"))
-    clip.start = start_for(read_camera_file(*init), video.stem().string() + "_000000.png", *init);
+    clip.start = start_for(read_camera_file(*init, call.context),
+                           video.stem().string() + "_000000.png", *init);
   if (const auto* motion = call.input("scope_depth"))
     return follow_motion(surface, clip, *motion, options, beside, call.context, report);
   return track_without_depth(call, surface, clip, options, beside, report);

@@ -12,6 +12,7 @@
 #include "organbake/bundle/packed_bytes.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
 #include "posed_cameras.h"
 #include "support/error_message.h"
 
@@ -96,6 +97,98 @@ TEST(ExportedCameras, ColmapsBinaryModelsAreReadAsItsTexts) {
   write_file_atomically(sparse / "cameras.bin", colmap_cameras_bytes(set, kFov));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(sparse); }),
               testing::HasSubstr("model number 7; read are SIMPLE_PINHOLE, PINHOLE"));
+}
+
+std::string pose_text(const RigidTransform& pose) {
+  const Eigen::Quaterniond q(pose.rotation);
+  std::string text;
+  for (const double value : {q.w(), q.x(), q.y(), q.z(), pose.translation.x(), pose.translation.y(),
+                             pose.translation.z()})
+    text += " " + to_text(value);
+  return text;
+}
+
+void add_pose(const RigidTransform& pose, PackedWriter& bytes) {
+  const Eigen::Quaterniond q(pose.rotation);
+  for (const double value : {q.w(), q.x(), q.y(), q.z(), pose.translation.x(), pose.translation.y(),
+                             pose.translation.z()})
+    bytes.add(value);
+}
+
+// A rig of two cameras in one frame, the first of which says where the rig is, as COLMAP writes it
+// since 3.12; images.txt holds the poses of before the frames were moved.
+class ColmapRigs : public testing::Test {
+ protected:
+  ColmapRigs() {
+    for (PosedCamera& camera : stale_.cameras)
+      camera.camera_from_world.translation += Eigen::Vector3d(0, 0, 40);
+    const RigidTransform &first = set_.cameras[0].camera_from_world,
+                         &second = set_.cameras[1].camera_from_world;
+    rig_from_world_ = first;
+    second_from_rig_ = second * first.inverse();
+  }
+  CameraSet read() {
+    const RunContext context([&](LogLevel, std::string_view text) { said_ += text; }, {}, nullptr);
+    return read_camera_file(folder_.path(), context);
+  }
+  void write(const std::string& name, const std::string& text) {
+    write_file_atomically(folder_.path() / name, text);
+  }
+
+  const TemporaryFolder folder_;
+  const CameraSet set_ = two_cameras();
+  CameraSet stale_ = set_;
+  RigidTransform rig_from_world_, second_from_rig_;
+  std::string said_;
+};
+
+TEST_F(ColmapRigs, TextsAreReadByTheirFrames) {
+  write("cameras.txt", colmap_cameras_text(set_));
+  write("images.txt", colmap_images_text(stale_));
+  write("rigs.txt", "# one\n5 2 CAMERA 1 CAMERA 2 1" + pose_text(second_from_rig_) + "\n");
+  const std::string frame = "9 5" + pose_text(rig_from_world_);
+  write("frames.txt", frame + " 2 CAMERA 1 1 CAMERA 2 2\n");
+  expect_same_cameras(read(), set_);
+  EXPECT_THAT(said_, testing::HasSubstr("the poses of 2 of its 2 images differ from those of the "
+                                        "frames and rigs, by 40.000 mm and 0.000°"));
+  said_.clear();
+  write("images.txt", colmap_images_text(set_));
+  expect_same_cameras(read(), set_);
+  EXPECT_EQ(said_, "") << "both say the same";
+  const auto error = [&] { return message_of(ExitCode::bad_data, [&] { read(); }); };
+  write("frames.txt", frame + " 1 CAMERA 1 1\n");
+  EXPECT_THAT(error(), testing::HasSubstr("image 2 stands in no frame of frames.txt"));
+  write("frames.txt", frame + " 2 CAMERA 1 1\n");
+  EXPECT_THAT(error(), testing::HasSubstr("ends early"));
+  write("frames.txt", frame + " 2 CAMERA 1 1 CAMERA 3 2\n");
+  EXPECT_THAT(error(), testing::HasSubstr("rig 5 does not say where its camera 3 is"));
+  write("rigs.txt", ""), write("frames.txt", "");
+  expect_same_cameras(read(), set_);
+}
+
+TEST_F(ColmapRigs, BinaryFilesAreReadByTheirFrames) {
+  constexpr std::int32_t kFullOpenCv = 6, kCamera = 0, kInertial = 1;
+  write_file_atomically(folder_.path() / "cameras.bin", colmap_cameras_bytes(set_, kFullOpenCv));
+  write_file_atomically(folder_.path() / "images.bin", colmap_images_bytes(stale_));
+  PackedWriter rigs, frames;
+  rigs.add(std::uint64_t{1});
+  rigs.add(std::uint32_t{5}), rigs.add(std::uint32_t{3});
+  rigs.add(kCamera), rigs.add(std::uint32_t{1});
+  rigs.add(kCamera), rigs.add(std::uint32_t{2}), rigs.add(std::uint8_t{1});
+  add_pose(second_from_rig_, rigs);
+  rigs.add(kInertial), rigs.add(std::uint32_t{3}), rigs.add(std::uint8_t{0});
+  frames.add(std::uint64_t{1});
+  frames.add(std::uint32_t{9}), frames.add(std::uint32_t{5});
+  add_pose(rig_from_world_, frames);
+  frames.add(std::uint32_t{3});
+  for (const std::uint32_t sensor : {1u, 2u, 3u}) {
+    frames.add(sensor == 3 ? kInertial : kCamera), frames.add(sensor);
+    frames.add(std::uint64_t{6 + sensor});
+  }
+  write_file_atomically(folder_.path() / "rigs.bin", rigs.bytes());
+  write_file_atomically(folder_.path() / "frames.bin", frames.bytes());
+  expect_same_cameras(read(), set_);
+  EXPECT_THAT(said_, testing::HasSubstr("by 40.000 mm"));
 }
 
 TEST(ExportedCameras, ColmapsNamesOfImagesMayHoldSpaces) {

@@ -37,15 +37,15 @@ Intrinsics opencv_lens(const std::string& text, const fs::path& path, int width,
   return lens_of_matrices(found, *k, d, sized_lens(found, width, height), path);
 }
 
-CameraSet colmap_model(const fs::path& path) {
+CameraSet colmap_model(const fs::path& path, const RunContext& context) {
   if (!fs::is_directory(path))
-    return path.extension() == ".bin" ? read_colmap_binary(path.parent_path())
-                                      : read_colmap_text(path.parent_path());
+    return path.extension() == ".bin" ? read_colmap_binary(path.parent_path(), context)
+                                      : read_colmap_text(path.parent_path(), context);
   const fs::path sparse = path / "sparse" / "0";
   for (const fs::path& folder : {sparse, path}) {
     if (!is_colmap_model(folder)) continue;
-    return fs::exists(folder / "cameras.txt") ? read_colmap_text(folder)
-                                              : read_colmap_binary(folder);
+    return fs::exists(folder / "cameras.txt") ? read_colmap_text(folder, context)
+                                              : read_colmap_binary(folder, context);
   }
   throw NoInputError(path, "holds no COLMAP model: neither cameras.txt nor cameras.bin");
 }
@@ -62,7 +62,7 @@ Intrinsics lens_of(const CameraSet& set, const std::string& image, const fs::pat
 
 Intrinsics lens_in(const fs::path& path, const std::string& image, int width, int height) {
   if (fs::is_directory(path) || is_colmap_model(path))
-    return lens_of(colmap_model(path), image, path);
+    return lens_of(colmap_model(path, {}), image, path);
   const std::string text = read_text_file(path);
   if (first_letter(text) != '{') return opencv_lens(text, path, width, height);
   const Json json = parse_json(text, path.string());
@@ -84,9 +84,9 @@ bool is_colmap_model(const fs::path& path) {
          name == "images.bin";
 }
 
-CameraSet read_camera_file(const fs::path& path) {
+CameraSet read_camera_file(const fs::path& path, const RunContext& context) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
-  if (fs::is_directory(path) || is_colmap_model(path)) return colmap_model(path);
+  if (fs::is_directory(path) || is_colmap_model(path)) return colmap_model(path, context);
   const std::string text = read_text_file(path);
   if (first_letter(text) != '{') {
     refuse_foreign_calibration(text, path);

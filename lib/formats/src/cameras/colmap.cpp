@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// COLMAP's own files, cameras.bin and images.bin (its documentation, "Output Format").
+// COLMAP's own files, as text and binary (its documentation, "Output Format"): lenses, images with
+// their poses, and since COLMAP 3.12 rigs and frames, which say where an image was taken from.
 #include "cameras/colmap.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "cameras/colmap_parts.h"
@@ -109,6 +114,166 @@ std::string next_name(PackedReader& reader) {
   return name;
 }
 
+// Where the cameras of a rig are in it, and where the rig was for the images of each frame. A
+// sensor that is no camera has no images.
+using CamerasOfRig = std::map<std::uint64_t, RigidTransform>;  // camera_from_rig
+struct ColmapFrames {
+  std::map<std::uint64_t, CamerasOfRig> rigs;
+  std::map<std::uint64_t, RigidTransform> camera_from_world;  // of each image
+
+  void add(std::uint64_t image, std::uint64_t camera, std::uint64_t rig,
+           const RigidTransform& rig_from_world, const fs::path& path) {
+    const auto cameras = rigs.find(rig);
+    if (cameras == rigs.end() || !cameras->second.contains(camera))
+      throw BadDataError(path, "rig " + std::to_string(rig) + " does not say where its camera " +
+                                   std::to_string(camera) + " is");
+    camera_from_world[image] = cameras->second.at(camera) * rig_from_world;
+  }
+};
+
+// Of a line of text, or of what follows in a binary file.
+class TextNumbers {
+ public:
+  TextNumbers(const std::string& line, const fs::path& path)
+      : line_(line), words_(line), path_(path) {}
+
+  std::uint64_t number() { return next<std::uint64_t>(); }
+  std::uint64_t count() { return number(); }
+  std::uint64_t image() { return number(); }
+  double real() { return next<double>(); }
+  bool flag() { return number() != 0; }
+  bool is_camera() { return next<std::string>() == "CAMERA"; }
+  const fs::path& path() const { return path_; }
+
+ private:
+  template <class Value>
+  Value next() {
+    Value value{};
+    if (!(words_ >> value)) throw BadDataError(path_, "'" + line_ + "' ends early");
+    return value;
+  }
+  const std::string& line_;
+  std::istringstream words_;
+  const fs::path& path_;
+};
+
+class BinaryNumbers {
+ public:
+  BinaryNumbers(PackedReader& reader, const fs::path& path) : reader_(reader), path_(path) {}
+
+  std::uint64_t number() { return reader_.next<std::uint32_t>(); }
+  std::uint64_t count() { return number(); }
+  std::uint64_t image() { return reader_.next<std::uint64_t>(); }
+  double real() { return reader_.next<double>(); }
+  bool flag() { return reader_.next<std::uint8_t>() != 0; }
+  bool is_camera() { return reader_.next<std::int32_t>() == 0; }
+  const fs::path& path() const { return path_; }
+
+ private:
+  PackedReader& reader_;
+  const fs::path& path_;
+};
+
+template <class Numbers>
+RigidTransform next_pose(Numbers& from) {
+  double values[7];  // quaternion w x y z, translation
+  for (double& value : values) value = from.real();
+  const Eigen::Quaterniond q(values[0], values[1], values[2], values[3]);
+  const Eigen::Vector3d translation(values[4], values[5], values[6]);
+  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite())
+    throw BadDataError(from.path(), "holds a pose that is none");
+  return {q.normalized().toRotationMatrix(), translation};
+}
+
+template <class Numbers>
+void add_rig(Numbers& from, ColmapFrames& frames) {
+  CamerasOfRig& cameras = frames.rigs[from.number()];
+  const std::uint64_t sensors = from.count();
+  for (std::uint64_t s = 0; s < sensors; ++s) {
+    const bool is_camera = from.is_camera();
+    const std::uint64_t id = from.number();
+    const bool first = s == 0;  // the others are placed by it
+    if (!first && !from.flag()) continue;
+    const RigidTransform pose = first ? RigidTransform() : next_pose(from);
+    if (is_camera) cameras[id] = pose;
+  }
+}
+
+template <class Numbers>
+void add_frame(Numbers& from, ColmapFrames& frames) {
+  from.number();  // its own
+  const std::uint64_t rig = from.number();
+  const RigidTransform rig_from_world = next_pose(from);
+  const std::uint64_t images = from.count();
+  for (std::uint64_t i = 0; i < images; ++i) {
+    const bool is_camera = from.is_camera();
+    const std::uint64_t camera = from.number(), image = from.image();
+    if (is_camera) frames.add(image, camera, rig, rig_from_world, from.path());
+  }
+}
+
+// Calls add(numbers) for each entry of a file.
+template <class Add>
+void for_each_entry(const fs::path& path, const Add& add) {
+  if (path.extension() == ".txt") {
+    for (const std::string& line : lines_of(path)) {
+      if (line.empty()) continue;
+      TextNumbers numbers(line, path);
+      add(numbers);
+    }
+    return;
+  }
+  const std::vector<std::byte> bytes = read_file(path);
+  PackedReader reader(bytes, path.string());
+  BinaryNumbers numbers(reader, path);
+  for (auto left = reader.next<std::uint64_t>(); left > 0; --left) add(numbers);
+  reader.end();
+}
+
+// Nothing for a model without rigs and frames: before COLMAP 3.12, or with files of both that are
+// empty.
+std::optional<ColmapFrames> read_frames(const fs::path& folder, const std::string& ending) {
+  const fs::path rigs = folder / ("rigs" + ending), poses = folder / ("frames" + ending);
+  if (!fs::exists(rigs) || !fs::exists(poses)) return std::nullopt;
+  ColmapFrames frames;
+  for_each_entry(rigs, [&](auto& numbers) { add_rig(numbers, frames); });
+  for_each_entry(poses, [&](auto& numbers) { add_frame(numbers, frames); });
+  if (frames.rigs.empty() && frames.camera_from_world.empty()) return std::nullopt;
+  return frames;
+}
+
+// COLMAP itself takes poses from the frames and passes over those beside the images, which other
+// programs leave as they were when they change frames or rigs.
+void place_by_frames(const fs::path& path, const std::vector<std::uint64_t>& ids,
+                     const ColmapFrames& frames, CameraSet& set, const RunContext& context) {
+  constexpr double kRounding = 1e-6;  // rad, and of a translation's length
+  double most_rad = 0, most_mm = 0;
+  std::size_t stale = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto found = frames.camera_from_world.find(ids[i]);
+    if (found == frames.camera_from_world.end())
+      throw BadDataError(path, "image " + std::to_string(ids[i]) + " stands in no frame of frames" +
+                                   path.extension().string());
+    RigidTransform& written = set.cameras[i].camera_from_world;
+    const RigidTransform between = found->second * written.inverse();
+    const double turn_rad = Eigen::AngleAxisd(between.rotation).angle();
+    const double apart_mm =
+        (found->second.inverse().translation - written.inverse().translation).norm();
+    if (turn_rad > kRounding || apart_mm > kRounding * (1 + written.translation.norm())) {
+      ++stale;
+      most_rad = std::max(most_rad, turn_rad);
+      most_mm = std::max(most_mm, apart_mm);
+    }
+    written = found->second;
+  }
+  if (stale == 0) return;
+  context.warn(path.string() + ": the poses of " + std::to_string(stale) + " of its " +
+               std::to_string(ids.size()) +
+               " images differ from those of the frames and rigs, by " + to_text(most_mm, 3) +
+               " mm and " + to_text(most_rad * 180 / M_PI, 3) +
+               "° at the most; the frames' are taken, as COLMAP does");
+}
+
 void skip_points(PackedReader& reader) {
   constexpr std::size_t kPointBytes = 24;  // x, y, and which point in space it shows
   const auto points = reader.next<std::uint64_t>();
@@ -118,11 +283,12 @@ void skip_points(PackedReader& reader) {
 
 }  // namespace
 
-CameraSet read_colmap_text(const fs::path& folder) {
+CameraSet read_colmap_text(const fs::path& folder, const RunContext& context) {
   const std::map<long, Intrinsics> lenses = read_lenses(folder / "cameras.txt");
   const fs::path path = folder / "images.txt";
   const std::vector<std::string> lines = lines_of(path);
   CameraSet set;
+  std::vector<std::uint64_t> ids;
   // Every second line holds points; an image without any has an empty one.
   for (std::size_t i = 0; i < lines.size(); i += 2) {
     if (lines[i].empty()) continue;
@@ -139,7 +305,10 @@ CameraSet read_colmap_text(const fs::path& folder) {
       throw BadDataError(path, "'" + lines[i] + "' is no image with a pose and a known camera");
     }
     add_colmap_image(pose, lenses.at(lens), name, id, path, set);
+    ids.push_back(static_cast<std::uint64_t>(id));
   }
+  if (const auto frames = read_frames(folder, ".txt"))
+    place_by_frames(path, ids, *frames, set, context);
   return set;
 }
 
@@ -199,12 +368,13 @@ std::string colmap_points_text(const std::vector<SparsePoint>& points) {
   return text;
 }
 
-CameraSet read_colmap_binary(const fs::path& folder) {
+CameraSet read_colmap_binary(const fs::path& folder, const RunContext& context) {
   const std::map<std::uint32_t, Intrinsics> lenses = binary_lenses(folder / "cameras.bin");
   const fs::path path = folder / "images.bin";
   const std::vector<std::byte> bytes = read_file(path);
   PackedReader reader(bytes, path.string());
   CameraSet set;
+  std::vector<std::uint64_t> ids;
   for (auto left = reader.next<std::uint64_t>(); left > 0; --left) {
     const auto id = reader.next<std::uint32_t>();
     double pose[7];  // quaternion w x y z, translation
@@ -215,8 +385,11 @@ CameraSet read_colmap_binary(const fs::path& folder) {
     if (lens == lenses.end())
       reader.fail("image " + std::to_string(id) + " is of a camera that cameras.bin has not");
     add_colmap_image(pose, lens->second, name, id, path, set);
+    ids.push_back(id);
   }
   reader.end();
+  if (const auto frames = read_frames(folder, ".bin"))
+    place_by_frames(path, ids, *frames, set, context);
   return set;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "organbake/bundle/cameras_json.h"
+#include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -19,9 +20,9 @@ namespace organbake {
 // a transforms.json (NeRF: camera to world, OpenGL axes); a COLMAP model, text or binary (its
 // folder, the folder with its sparse/0, or its file of cameras or of images; lenses SIMPLE_PINHOLE,
 // PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV without k4…k6, OPENCV_FISHEYE and its simpler
-// ones). Lengths are taken as
-// millimetres. Throws NoInputError, BadDataError.
-CameraSet read_camera_file(const std::filesystem::path& path);
+// ones; where it has rigs and frames, their poses, and it is warned of images' own that differ).
+// Lengths are taken as millimetres. Throws NoInputError, BadDataError.
+CameraSet read_camera_file(const std::filesystem::path& path, const RunContext& context = {});
 
 // Whether it is named as one of COLMAP's files of cameras or of images, or is a folder that holds
 // one of cameras.
