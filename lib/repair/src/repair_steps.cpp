@@ -134,10 +134,16 @@ std::vector<Loop> open_loops(const TriangleMesh& mesh) {
   return loops;
 }
 
-double size_of(const TriangleMesh& mesh, const Loop& loop) {
+// Whether two points of the rim lie further apart than this.
+bool is_wider(const TriangleMesh& mesh, const Loop& loop, double largest_mm) {
   Bounds box;
   for (const std::uint32_t v : loop) box.add(mesh.vertices[v]);
-  return box.diagonal();
+  if (box.diagonal() <= largest_mm) return false;
+  if ((box.max - box.min).maxCoeff() > largest_mm) return true;
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if ((mesh.vertices[loop[i]] - mesh.vertices[loop[j]]).norm() > largest_mm) return true;
+  return false;
 }
 
 bool close_loop(TriangleMesh& mesh, const Loop& loop) {
@@ -238,7 +244,7 @@ std::size_t split_edges(TriangleMesh& mesh) {
 ClosedHoles close_holes(TriangleMesh& mesh, double largest_mm) {
   ClosedHoles holes;
   for (const Loop& loop : open_loops(mesh)) {
-    const bool closed = size_of(mesh, loop) <= largest_mm && close_loop(mesh, loop);
+    const bool closed = !is_wider(mesh, loop, largest_mm) && close_loop(mesh, loop);
     ++(closed ? holes.closed : holes.left);
   }
   return holes;

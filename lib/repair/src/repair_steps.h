@@ -13,8 +13,9 @@ struct ClosedHoles {
   std::size_t closed = 0, left = 0;  // loops of open edges
 };
 
-// Closes every hole whose rim fits into a box of this diagonal (mm) with triangles between the
-// rim's own vertices (minimal area and bending, Liepa 2003). The mesh must be a manifold.
+// Closes every hole that is no wider than this (mm, the largest distance of two points of its rim)
+// with triangles between the rim's own vertices (minimal area and bending, Liepa 2003). The mesh
+// must be a manifold.
 ClosedHoles close_holes(TriangleMesh& mesh, double largest_mm);
 
 // Parts what touches along edges of four or more faces, or at a vertex of several fans: round each

@@ -13,8 +13,8 @@ namespace organbake {
 struct RepairOptions {
   // Pieces with less of the largest one's area than this share are dropped as islands; 0 = none.
   double island_share = 0.05;
-  // Holes whose rim fits into a box of this diagonal are closed, wider ones left open; 0 = a tenth
-  // of the surface's own.
+  // Holes up to this width, the largest distance of two points of the rim, are closed, wider ones
+  // left open; 0 = a tenth of the diagonal of the surface's box.
   double hole_mm = 0;
   // More tunnels than this (loops through a solid, its genus) are closed by a wrap. An organ has
   // hardly any, and a coarse proxy has no faces for them.
