@@ -5,10 +5,12 @@
 
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <unordered_map>
 
@@ -24,9 +26,9 @@ using ExactKernel = CGAL::Exact_predicates_exact_constructions_kernel;
 using ExactMesh = CGAL::Surface_mesh<ExactKernel::Point_3>;
 namespace PMP = CGAL::Polygon_mesh_processing;
 
-// What overlaps is joined; the members of each set in ascending order.
-std::vector<std::vector<std::uint32_t>> overlapping_sets(const TriangleMesh& outward,
-                                                         const std::vector<MeshPiece>& pieces) {
+// Pairs of closed pieces whose faces meet: that overlap, or touch.
+std::vector<BodyPair> meeting_pieces(const TriangleMesh& outward,
+                                     const std::vector<MeshPiece>& pieces) {
   TriangleMesh closed{outward.vertices, {}, {}};
   std::vector<std::uint32_t> piece_of_face;
   for (std::uint32_t p = 0; p < pieces.size(); ++p) {
@@ -34,11 +36,18 @@ std::vector<std::vector<std::uint32_t>> overlapping_sets(const TriangleMesh& out
     for (const std::uint32_t f : pieces[p].faces) closed.faces.push_back(outward.faces[f]);
     piece_of_face.resize(closed.faces.size(), p);
   }
-  UnionFind joined(pieces.size());
-  for (const auto& [a, b] : overlapping_bodies(closed, piece_of_face)) joined.join(a, b);
-  std::map<std::uint32_t, std::vector<std::uint32_t>> members;
-  for (std::uint32_t p = 0; p < pieces.size(); ++p) members[joined.root(p)].push_back(p);
-  std::vector<std::vector<std::uint32_t>> sets;
+  return overlapping_bodies(closed, piece_of_face);
+}
+
+using PieceSet = std::vector<std::uint32_t>;
+
+// What meets is joined; the members of each set in ascending order.
+std::vector<PieceSet> joined_sets(const std::vector<BodyPair>& pairs, std::size_t pieces) {
+  UnionFind joined(pieces);
+  for (const auto& [a, b] : pairs) joined.join(a, b);
+  std::map<std::uint32_t, PieceSet> members;
+  for (std::uint32_t p = 0; p < pieces; ++p) members[joined.root(p)].push_back(p);
+  std::vector<PieceSet> sets;
   for (auto& [root, set] : members)
     if (set.size() > 1) sets.push_back(std::move(set));
   return sets;
@@ -61,9 +70,41 @@ ExactMesh exact_mesh(const TriangleMesh& mesh, const MeshPiece& piece) {
   return exact;
 }
 
+// Whether a body's inside reaches into the other's: by points just below its faces, which the
+// bodies' common lines have cut.
+bool reaches_into(const ExactMesh& body, const ExactMesh& other) {
+  constexpr double kBelow = 1e-9;  // of the face's size, so that none lies on the other's skin
+  const CGAL::Side_of_triangle_mesh<ExactMesh, ExactKernel> side(other);
+  for (const auto face : body.faces()) {
+    std::array<ExactKernel::Point_3, 3> corners;
+    std::size_t corner = 0;
+    for (const auto v : body.vertices_around_face(body.halfedge(face)))
+      corners[corner++] = body.point(v);
+    const auto along = corners[1] - corners[0], up = corners[2] - corners[0];
+    const auto normal = CGAL::cross_product(along, up);
+    const auto middle = CGAL::centroid(corners[0], corners[1], corners[2]);
+    const double size = std::sqrt(CGAL::to_double(along.squared_length()));
+    const double area = std::sqrt(CGAL::to_double(normal.squared_length()));
+    if (!(area > 0)) continue;
+    if (side(middle - normal * (kBelow * size / area)) == CGAL::ON_BOUNDED_SIDE) return true;
+  }
+  return false;
+}
+
+// False for bodies that only touch: at points, along edges or over faces. Where that cannot be
+// told, since they cross themselves, they are taken to overlap.
+bool overlap(ExactMesh a, ExactMesh b) {
+  try {
+    PMP::corefine(a, b, PMP::parameters::throw_on_self_intersection(true));
+  } catch (const PMP::Corefinement::Self_intersection_exception&) {
+    return true;
+  }
+  return reaches_into(a, b) || reaches_into(b, a);
+}
+
 // Empty where the pieces cross themselves, or their union is no manifold.
 ExactMesh union_of(const TriangleMesh& outward, const std::vector<MeshPiece>& pieces,
-                   const std::vector<std::uint32_t>& set) {
+                   const PieceSet& set) {
   ExactMesh all = exact_mesh(outward, pieces[set.front()]);
   for (std::size_t i = 1; i < set.size(); ++i) {
     ExactMesh next = exact_mesh(outward, pieces[set[i]]), both;
@@ -130,41 +171,87 @@ TriangleMesh turned_outward(const TriangleMesh& mesh, std::vector<MeshPiece>& pi
   return outward;
 }
 
-}  // namespace
+// Unites the sets one by one, and knows what became of the pieces.
+class Union {
+ public:
+  Union(const TriangleMesh& outward, const std::vector<MeshPiece>& pieces)
+      : outward_(outward), pieces_(pieces), gone_(outward.faces.size(), false) {}
 
-UnitedPieces unite_overlapping_pieces(TriangleMesh& mesh) {
-  UnitedPieces summary;
-  std::vector<MeshPiece> pieces = pieces_of(mesh);
-  if (pieces.size() < 2) return summary;
-  const TriangleMesh outward = turned_outward(mesh, pieces);
-  std::vector<bool> gone(mesh.faces.size(), false);
-  TriangleMesh all_united;
-  for (const auto& set : overlapping_sets(outward, pieces)) {
-    double sum_mm3 = 0, largest_mm3 = 0;
-    for (const std::uint32_t p : set) {
-      sum_mm3 += pieces[p].volume_mm3;
-      largest_mm3 = std::max(largest_mm3, pieces[p].volume_mm3);
-      for (const std::uint32_t f : pieces[p].faces) gone[f] = true;
+  void unite(std::vector<BodyPair> pairs) {
+    for (const PieceSet& set : joined_sets(pairs, pieces_.size())) {
+      if (unite(set)) continue;
+      // Bodies that touch along an edge have no manifold round both. They stay as they are.
+      std::vector<BodyPair> overlapping;
+      for (const auto& [a, b] : pairs)
+        if (std::binary_search(set.begin(), set.end(), a) &&
+            overlap(exact_mesh(outward_, pieces_[a]), exact_mesh(outward_, pieces_[b])))
+          overlapping.emplace_back(a, b);
+      for (const PieceSet& part : joined_sets(overlapping, pieces_.size()))
+        if (!unite(part)) refuse(part);
     }
-    const TriangleMesh united = rounded(union_of(outward, pieces, set));
+  }
+
+  const UnitedPieces& summary() const { return summary_; }
+  const TriangleMesh& united() const { return united_; }
+  bool is_gone(std::size_t face) const { return gone_[face]; }
+
+ private:
+  bool unite(const PieceSet& set) {
+    const TriangleMesh united = rounded(union_of(outward_, pieces_, set));
     const double volume_mm3 = signed_volume(united);
     constexpr double kRounding = 1e-6;
     // A union is no smaller than its largest part, and no larger than all of them.
-    const bool sound =
-        volume_mm3 >= (1 - kRounding) * largest_mm3 && volume_mm3 <= (1 + kRounding) * sum_mm3;
-    summary.refused |= !sound;
-    summary.pieces += set.size();
-    summary.shared_mm3 += sum_mm3 - (sound ? volume_mm3 : largest_mm3);
-    append(all_united, united);
+    const bool sound = volume_mm3 >= (1 - kRounding) * largest_mm3(set) &&
+                       volume_mm3 <= (1 + kRounding) * sum_mm3(set);
+    if (!sound) return false;
+    summary_.pieces += set.size();
+    summary_.shared_mm3 += sum_mm3(set) - volume_mm3;
+    for (const std::uint32_t p : set)
+      for (const std::uint32_t f : pieces_[p].faces) gone_[f] = true;
+    append(united_, united);
+    return true;
   }
-  if (summary.pieces == 0 || summary.refused) return summary;
+
+  void refuse(const PieceSet& set) {
+    summary_.refused = true;
+    summary_.pieces += set.size();
+    summary_.shared_mm3 += sum_mm3(set) - largest_mm3(set);
+  }
+
+  double sum_mm3(const PieceSet& set) const {
+    double sum = 0;
+    for (const std::uint32_t p : set) sum += pieces_[p].volume_mm3;
+    return sum;
+  }
+  double largest_mm3(const PieceSet& set) const {
+    double largest = 0;
+    for (const std::uint32_t p : set) largest = std::max(largest, pieces_[p].volume_mm3);
+    return largest;
+  }
+
+  const TriangleMesh& outward_;
+  const std::vector<MeshPiece>& pieces_;
+  std::vector<bool> gone_;
+  UnitedPieces summary_;
+  TriangleMesh united_;
+};
+
+}  // namespace
+
+UnitedPieces unite_overlapping_pieces(TriangleMesh& mesh) {
+  std::vector<MeshPiece> pieces = pieces_of(mesh);
+  if (pieces.size() < 2) return {};
+  const TriangleMesh outward = turned_outward(mesh, pieces);
+  Union all(outward, pieces);
+  all.unite(meeting_pieces(outward, pieces));
+  if (all.summary().pieces == 0 || all.summary().refused) return all.summary();
   TriangleMesh result{mesh.vertices, {}, mesh.colors};
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-    if (!gone[f]) result.faces.push_back(mesh.faces[f]);
-  append(result, all_united);
+    if (!all.is_gone(f)) result.faces.push_back(mesh.faces[f]);
+  append(result, all.united());
   color_from(mesh, result);
   mesh = std::move(result);
-  return summary;
+  return all.summary();
 }
 
 }  // namespace organbake

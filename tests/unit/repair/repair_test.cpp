@@ -3,10 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <map>
 
+#include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
@@ -193,6 +195,37 @@ TEST(Repair, BoxesWhoseSidesLieInOnePlaneAreUnited) {
   EXPECT_NEAR(signed_volume(repaired.mesh), 3500, 1e-6);
 }
 
+// Two boxes, of which the second lies so that they share nothing but points.
+TEST(Repair, PiecesThatTouchAlongAnEdgeStayAsTheyAre) {
+  const TriangleMesh box = box_mesh({50, 50, 50});
+  TriangleMesh on_its_edge = box;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  for (auto& v : on_its_edge.vertices) v = turn * v;
+  const std::pair<const char*, Eigen::Vector3d> places[] = {
+      {"the whole edge", {50, 50, 0}},
+      {"a part of it", {50, 50, 20}},
+      {"a little of it", {50, 50, 49.9}},
+      {"one point of two edges", {50, 50, 50}},
+      {"where its edges' third lies", {50, -50, 50. / 3}}};
+  for (const auto& [what, at] : places) {
+    const TriangleMesh both = joined(box, moved(box, at));
+    const RepairSummary repaired = repair(both, {});
+    EXPECT_FALSE(repaired.wrapped) << what;
+    EXPECT_EQ(repaired.mesh.faces, both.faces) << what;
+    EXPECT_NEAR(signed_volume(repaired.mesh), 250000, 1e-6) << what;
+  }
+  TriangleMesh base = box_mesh({50, 90, 50});
+  base = moved(base, {0, -45, -50});
+  const RepairSummary standing = repair(joined(base, on_its_edge), {});
+  EXPECT_FALSE(standing.wrapped) << "an edge within a face";
+  EXPECT_NEAR(signed_volume(standing.mesh), 350000, 1e-6);
+  const RepairSummary also =
+      repair(joined(joined(box, moved(box, {50, 50, 20})), moved(box, {10, 20, -40})), {});
+  EXPECT_FALSE(also.wrapped) << "two that touch, one that overlaps the first";
+  EXPECT_NEAR(signed_volume(also.mesh), 375000 - 40. * 30 * 10, 1e-3);
+}
+
 TEST(Repair, PiecesThatCrossThemselvesTooAreWrapped) {
   // A ball of which a patch is pushed out through the other side.
   TriangleMesh crossing = sphere_mesh(30, 3);
@@ -290,6 +323,44 @@ TEST(Repair, SmallHolesAreClosedAndAnOpenSurfaceStaysOpen) {
   EXPECT_EQ(open.open_loops, 1u);
   EXPECT_FALSE(open.wrapped);
   EXPECT_EQ(open.mesh.faces.size(), half.faces.size());
+}
+
+// A ball of 30 mm with a round hole at its top, whose rim has an even number of corners: the
+// furthest two lie across the whole hole.
+TriangleMesh bladder_with_hole(double width_mm) {
+  constexpr double kRadius_mm = 30;
+  constexpr int kRings = 40;
+  const double rim = std::acos(width_mm / 2 / kRadius_mm);
+  std::vector<Eigen::Vector2d> outline = {{0, -kRadius_mm}};
+  for (int i = 1; i <= kRings; ++i) {
+    const double latitude = -M_PI / 2 + (rim + M_PI / 2) * i / kRings;
+    outline.emplace_back(kRadius_mm * std::cos(latitude), kRadius_mm * std::sin(latitude));
+  }
+  outline.emplace_back(0, kRadius_mm * std::sin(rim));
+  TriangleMesh mesh = revolved_mesh(outline, 48);
+  std::erase_if(mesh.faces, [&](const Face& face) {
+    return std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+      return mesh.vertices[v].z() > 0 && mesh.vertices[v].head<2>().norm() < 1e-9;
+    });
+  });
+  return mesh;
+}
+
+TEST(Repair, AHoleIsAsWideAsItsFurthestTwoPointsLieApart) {
+  const TriangleMesh whole = bladder_with_hole(9);
+  EXPECT_NEAR(bounds(whole).diagonal() / 10, 10.4, 0.05) << "the usual limit";
+  for (const double width_mm : {8.6, 9.8, 10.3}) {
+    const RepairSummary closed = repair(bladder_with_hole(width_mm), {});
+    EXPECT_EQ(closed.open_loops, 0u) << width_mm << " mm";
+    expect_sound(closed);
+  }
+  EXPECT_EQ(repair(bladder_with_hole(10.6), {}).open_loops, 1u);
+  for (const double limit_mm : {13.5, 18.0, 25.0}) {
+    EXPECT_EQ(repair(bladder_with_hole(limit_mm - 0.1), {.hole_mm = limit_mm}).open_loops, 0u);
+    const RepairSummary open = repair(bladder_with_hole(limit_mm + 0.1), {.hole_mm = limit_mm});
+    EXPECT_EQ(open.open_loops, 1u) << limit_mm;
+    EXPECT_THAT(open.done, Contains("1 hole wider than " + to_text(limit_mm, 1) + " mm left open"));
+  }
 }
 
 TEST(Repair, ManyTunnelsAreClosedByAWrapThatStaysNear) {
