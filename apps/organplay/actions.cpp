@@ -7,15 +7,16 @@
 #include <optional>
 
 #include "bench.h"
+#include "comparison/comparison_module.h"
 #include "dataset_run.h"
 #include "graphics_loader.h"
+#include "loaded_module.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
-#include "organbake/player/comparison_table.h"
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/eye_inside.h"
 #include "organbake/player/orbit.h"
@@ -156,9 +157,14 @@ void compare(const Command& command, Player& player, Results& results, const Run
   CompareOptions options;
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
   if (command.size) options.size_px = command.size->height;
-  const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
+  const auto compare_by_module = reinterpret_cast<decltype(&organplay_compare)>(load_door(
+      {"organplay_comparison.so", "the paper's comparison", "the comparison cannot be loaded",
+       "without it, give --script with --out, --view-deg with -o, or --bench"},
+      "organplay_compare"));
+  ComparisonTexts found;
+  compare_by_module(player, reader.read_surface(), options, context, found);
   context.throw_if_cancelled();
-  results.add("comparison", Json::parse(comparison_json(table)), comparison_text(table));
+  results.add("comparison", Json::parse(found.json), found.text);
 }
 
 }  // namespace

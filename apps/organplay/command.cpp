@@ -6,7 +6,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/player/comparison_table.h"
+#include "organbake/evaluation/comparison_table.h"
 #include "organbake/truth/truth_recorder.h"
 
 namespace organbake {

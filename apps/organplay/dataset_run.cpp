@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dataset_run.h"
 
-#include <dlfcn.h>
-
 #include <filesystem>
 #include <string>
 
+#include "loaded_module.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/version.h"
@@ -21,17 +20,11 @@ std::string spec_text(const fs::path& file) {
   const std::string text = read_text_file(file);
   const std::string ending = lower_ending(file);
   if (ending != ".yaml" && ending != ".yml") return text;
-  const fs::path module =
-      (program_folder() / ".." / "lib" / "organbake" / "organplay_yaml.so").lexically_normal();
-  constexpr const char* kInstead = "; write the data set's SPEC as JSON instead, with that ending";
-  if (!fs::exists(module))
-    throw UsageError("this organplay was built without YAML (" + module.string() + " is missing)" +
-                     kInstead);
-  void* const opened = ::dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);  // until the program ends
-  if (!opened) throw UsageError(std::string("YAML cannot be read: ") + ::dlerror() + kInstead);
   using Convert = void (*)(const std::string&, const std::string&, std::string&);
-  const auto convert = reinterpret_cast<Convert>(::dlsym(opened, "organplay_json_of_yaml"));
-  if (!convert) throw Error(ExitCode::internal, module.string() + " is not the YAML of organplay");
+  const auto convert = reinterpret_cast<Convert>(
+      load_door({"organplay_yaml.so", "YAML", "YAML cannot be read",
+                 "write the data set's SPEC as JSON instead, with that ending"},
+                "organplay_json_of_yaml"));
   std::string json;
   convert(text, file.string(), json);
   return json;

@@ -1,31 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graphics_loader.h"
 
-#include <dlfcn.h>
-
-#include <filesystem>
-
 #include "graphics/graphics_module.h"
-#include "organbake/core/error.h"
-#include "organbake/core/files.h"
+#include "loaded_module.h"
 
 namespace organbake {
 namespace {
 
 OpenedGraphics open_graphics() {
-  const std::filesystem::path file =
-      (program_folder() / ".." / "lib" / "organbake" / "organplay_graphics.so").lexically_normal();
-  constexpr const char* kWithout = "; draw with --draw cpu";
-  if (!std::filesystem::exists(file))
-    throw UsageError("this organplay was built without graphics hardware (" + file.string() +
-                     " is missing)" + kWithout);
-  // Never closed, as the window's module.
-  void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!module)
-    throw UsageError(std::string("graphics hardware cannot be used: ") + ::dlerror() + kWithout);
-  using Open = void (*)(OpenedGraphics&);
-  const auto open = reinterpret_cast<Open>(::dlsym(module, "organplay_open_graphics"));
-  if (!open) throw Error(ExitCode::internal, file.string() + " is not a module of organplay");
+  const auto open = reinterpret_cast<decltype(&organplay_open_graphics)>(
+      load_door({"organplay_graphics.so", "graphics hardware", "graphics hardware cannot be used",
+                 "draw with --draw cpu"},
+                "organplay_open_graphics"));
   OpenedGraphics opened;
   open(opened);
   return opened;

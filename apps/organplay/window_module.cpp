@@ -1,42 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "window_module.h"
 
-#include <dlfcn.h>
-
-#include <filesystem>
-
-#include "organbake/core/error.h"
-#include "organbake/core/files.h"
+#include "loaded_module.h"
 #include "organbake/truth/scope_lens.h"
 #include "window/run_window.h"
 
 namespace organbake {
-namespace {
-
-namespace fs = std::filesystem;
-
-fs::path module_file() {
-  return (program_folder() / ".." / "lib" / "organbake" / "organplay_window.so").lexically_normal();
-}
-
-}  // namespace
 
 void open_window(const Command& command, const RunContext& context) {
-  const fs::path file = module_file();
-  constexpr const char* kWithout =
-      "; without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
-      "--bench";
-  if (!fs::exists(file)) {
-    throw UsageError("this organplay was built without its window (" + file.string() +
-                     " is missing)" + kWithout);
-  }
-  // Never closed: OpenGL's drivers are not made to be unloaded, and the program ends soon.
-  void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!module)
-    throw UsageError(std::string("the window cannot be loaded: ") + ::dlerror() + kWithout);
   using Run = void (*)(const WindowCommand&, const RunContext&);
-  const auto run = reinterpret_cast<Run>(::dlsym(module, "organplay_run_window"));
-  if (!run) throw Error(ExitCode::internal, file.string() + " is not the window of organplay");
+  const auto run = reinterpret_cast<Run>(load_door(
+      {"organplay_window.so", "its window", "the window cannot be loaded",
+       "without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
+       "--bench"},
+      "organplay_run_window"));
   WindowCommand window;
   window.bundles = command.bundles;
   window.solver = command.solver;

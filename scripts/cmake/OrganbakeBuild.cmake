@@ -107,16 +107,16 @@ function(organbake_optimize_files_for_build_time)
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# organbake_module(<name> [RUNTIME] [ROOMS ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
+# organbake_module(<name> [RUNTIME [NOT_INSTALLED]] [ROOMS ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
 # Declares organbake::<name>, the folder that calls it:
 #   include/organbake/<name>/*.h  what others may include, as "organbake/<name>/...";
 #   src/**                        the rest, which no other target sees. Of src/native, which opens
 #                                 files and the like, pages have nothing; of src/web, they alone.
-# RUNTIME modules are what organplay needs: they are exported, and the headers that INSTALL names
-# are installed. ROOMS are folders of src in the order in which they use each other, which
+# RUNTIME modules are what organplay needs: they are exported, unless they are NOT_INSTALLED, and the
+# headers that INSTALL names are installed. ROOMS are folders of src in the order in which they use each other, which
 # scripts/check_layers holds.
 function(organbake_module name)
-  cmake_parse_arguments(arg "RUNTIME" "" "ROOMS;INSTALL;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "RUNTIME;NOT_INSTALLED" "" "ROOMS;INSTALL;PUBLIC;PRIVATE" ${ARGN})
   set(target organbake_${name})
   set(include ${CMAKE_CURRENT_SOURCE_DIR}/include)
   file(GLOB headers CONFIGURE_DEPENDS ${include}/organbake/${name}/*.h)
@@ -146,6 +146,9 @@ function(organbake_module name)
   # another processor: pictures would differ by a level here and there. Files of plain loops over
   # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).
   target_compile_options(${target} PRIVATE ${ORGANBAKE_UNFUSED})
+  if(arg_NOT_INSTALLED)
+    return()
+  endif()
   if(arg_INSTALL)
     list(TRANSFORM arg_INSTALL PREPEND ${include}/organbake/${name}/)
     target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${include} FILES ${arg_INSTALL})

@@ -7,11 +7,11 @@
 
 #include "measuring/memory_bundle.h"
 #include "organbake/decimate/decimate.h"
+#include "organbake/evaluation/comparison_table.h"
 #include "organbake/geometry/icosphere.h"
 #include "organbake/image/difference.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/player/carried_surface.h"
-#include "organbake/player/comparison_table.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "promises.h"

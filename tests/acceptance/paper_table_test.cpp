@@ -6,7 +6,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
-#include "organbake/player/comparison_table.h"
+#include "organbake/evaluation/comparison_table.h"
 #include "organbake/player/orbit.h"
 #include "promises.h"
 

@@ -19,7 +19,7 @@
 #endif
 #include "measuring/player_bundles.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/player/comparison_table.h"
+#include "organbake/evaluation/comparison_table.h"
 #include "promises.h"
 
 namespace organbake {

@@ -291,6 +291,20 @@ Bundle make_synthetic_bundle(const SyntheticOptions& o) {
   return bundle;
 }
 
+const SyntheticOptions& organ_options() {
+  static const SyntheticOptions options = [] {
+    SyntheticOptions o;
+    o.organ.lump_share = 0.05;
+    return o;
+  }();
+  return options;
+}
+
+const Bundle& organ_to_play() {
+  static const Bundle bundle = make_synthetic_bundle(organ_options());
+  return bundle;
+}
+
 std::vector<Vector3d> dented(const TriangleMesh& proxy, const Vector3d& direction,
                              double depth_mm) {
   const Bounds box = bounds(proxy);

@@ -39,6 +39,10 @@ struct SyntheticOptions {
 CameraSet make_cameras(const SyntheticOptions& options);
 Bundle make_synthetic_bundle(const SyntheticOptions& options);
 
+// A lumpy organ with 6 cameras of 128² and an 80-face proxy, made once.
+const SyntheticOptions& organ_options();
+const Bundle& organ_to_play();
+
 // The organ moved by a smooth dent of a given depth at the proxy vertex that lies farthest along
 // `direction`: new positions of the proxy's vertices. Vertices farther from it than 0.3 of the
 // proxy's diagonal stay exactly where they are.

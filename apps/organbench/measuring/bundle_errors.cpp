@@ -6,10 +6,10 @@
 #include "measuring/material_picture.h"
 #include "organbake/bundle/bundle.h"
 #include "organbake/bundle/bundle_reader.h"
+#include "organbake/evaluation/frame_errors.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
-#include "organbake/player/projection_error.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

@@ -9,9 +9,9 @@
 #include "bench.h"
 #include "measuring/material_bundle.h"
 #include "measuring/scope_views.h"
+#include "organbake/evaluation/frame_errors.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/player.h"
-#include "organbake/player/seams.h"
 
 namespace organbake {
 namespace {

@@ -3,20 +3,6 @@
 
 namespace organbake {
 
-const SyntheticOptions& organ_options() {
-  static const SyntheticOptions options = [] {
-    SyntheticOptions o;
-    o.organ.lump_share = 0.05;
-    return o;
-  }();
-  return options;
-}
-
-const Bundle& organ_to_play() {
-  static const Bundle bundle = make_synthetic_bundle(organ_options());
-  return bundle;
-}
-
 Script short_script(double depth_mm) {
   const Eigen::Vector3d front = organ_to_play().cameras.manifold.directions.front();
   Script script;

@@ -33,7 +33,7 @@ Lighting oblique_light() {
           .finish = {}};
 }
 
-const SyntheticOptions& organ_options() {
+const SyntheticOptions& lit_organ_options() {
   static const SyntheticOptions options = [] {
     SyntheticOptions o;
     o.base_step_mm = 2;
@@ -43,7 +43,7 @@ const SyntheticOptions& organ_options() {
 }
 
 Vector3d ellipsoid_normal(const Vector3d& point) {
-  const SyntheticOrgan& organ = organ_options().organ;
+  const SyntheticOrgan& organ = lit_organ_options().organ;
   return (point - organ.center).cwiseQuotient(organ.half_axes_mm.cwiseAbs2()).normalized();
 }
 
@@ -83,13 +83,13 @@ Bundle lit_bundle(const SyntheticOptions& options, const Lighting& lighting, Nor
 }
 
 Bundle lit_bundle(const Lighting& lighting, const Matrix3d& turn) {
-  return lit_bundle(organ_options(), lighting, [&](const Vector3d& point) {
+  return lit_bundle(lit_organ_options(), lighting, [&](const Vector3d& point) {
     return Vector3d(turn * ellipsoid_normal(point));
   });
 }
 
 std::vector<Vector3d> turned(const TriangleMesh& proxy, const Matrix3d& turn) {
-  const Vector3d& center = organ_options().organ.center;
+  const Vector3d& center = lit_organ_options().organ.center;
   std::vector<Vector3d> positions;
   for (const Vector3d& v : proxy.vertices) positions.push_back(center + turn * (v - center));
   return positions;
@@ -171,9 +171,9 @@ class RelitDent : public testing::TestWithParam<DentCase> {};
 
 // Pushed skin is lit as a smooth dent is, not as the flat faces of the proxy that it moves.
 TEST_P(RelitDent, IsLitAsItsSmoothSkinWouldBe) {
-  const SyntheticOrgan& organ = organ_options().organ;
+  const SyntheticOrgan& organ = lit_organ_options().organ;
   const Dent dent{organ.center - Vector3d(0, organ.half_axes_mm.y(), 0), {0, 12, 0}, 50};
-  SyntheticOptions options = organ_options();
+  SyntheticOptions options = lit_organ_options();
   options.proxy_subdivisions = GetParam().subdivisions;
   const Bundle baked = lit_bundle(options, oblique_light(), ellipsoid_normal);
   const Bundle truth = lit_bundle(options, oblique_light(),
@@ -256,7 +256,7 @@ TEST(RelitSkin, TheHighlightSitsHalfWayBetweenLampAndEye) {
     for (int x = 0; x < expected.width; ++x) {
       const Vector3d eye = view.camera.center_world_mm();
       const Vector3d ray = world_from_view * unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
-      const double t = organ_options().organ.trace(eye, ray);
+      const double t = lit_organ_options().organ.trace(eye, ray);
       if (!std::isfinite(t)) continue;
       const Vector3d gloss = glossy.glossy(ellipsoid_normal(eye + t * ray), -ray.normalized());
       for (int c = 0; c < 3; ++c)
@@ -276,7 +276,7 @@ TEST(RelitSkin, WithoutABaseLayerThereIsNoMacroSurfaceToLight) {
 }
 
 TEST(RelitSkin, WithoutAKnownLightItIsRefused) {
-  const Bundle bundle = make_synthetic_bundle(organ_options());
+  const Bundle bundle = make_synthetic_bundle(lit_organ_options());
   EXPECT_THROW(draw_once(bundle, bundle.proxy.vertices, front_view(bundle), relit()), UsageError);
 }
 

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "organbake/bundle/bundle.h"
 #include "organbake/core/run_context.h"
+#include "organbake/evaluation/frame_errors.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
-#include "organbake/player/projection_error.h"
-#include "organbake/player/seams.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 
@@ -60,5 +65,14 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
 
 std::string comparison_json(const ComparisonTable& table);
 std::string comparison_text(const ComparisonTable& table);
+
+// The best picture that the bundle's maps allow: at each pixel's centre the exact point of the
+// carried surface, its colour read from the same cameras' maps by Catmull–Rom interpolation in
+// linear light, blended as the warp blends. Where none of the view's cameras sees the point, any
+// other that does; where none does, the truth's own colour. The ceiling for any warp of the maps.
+// Every map must have been read.
+Rgb8Image ideal_picture(const Bundle& bundle, const CarriedSurface& truth,
+                        const std::vector<Eigen::Vector3d>& proxy_positions, const View& view,
+                        const std::array<std::uint8_t, 3>& background);
 
 }  // namespace organbake

@@ -3,11 +3,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/view_manifold.h"
+#include "organbake/image/channel_image.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
@@ -76,5 +78,25 @@ class ProjectionComparison {
   ShellBinder binder_;
   std::vector<OnFace> closest_;  // of every vertex, on the shell's surface at rest
 };
+
+// Colour steps in 8-bit sRGB, the largest of the three channels.
+struct SeamSteps {
+  double frame = 0;   // the largest step in the frame
+  double truth = 0;   // the largest step in the truth
+  double excess = 0;  // the largest |step in the frame| − |step in the truth| of one place
+  std::size_t places = 0;
+};
+
+// Steps across the proxy's edges: along the picture of each edge, pixel pairs of which one shows
+// one face and the other the other are averaged, signed, so that texture cancels and a seam stays.
+// The truth is its sharp picture: averaging a pixel's rays would soften the steps that its own
+// texture and folds make, and a frame is not averaged. Edges with fewer than 40 pairs are too short
+// to tell. All pictures have one size.
+SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth);
+
+// Steps in time, when the set of active cameras changes between two views that hardly differ: means
+// of 8×8 pixel blocks that both pictures cover, before against after.
+SeamSteps switch_steps(const Rgb8Image& before, const Rgb8Image& after,
+                       const TruthFrame& truth_before, const TruthFrame& truth_after);
 
 }  // namespace organbake
