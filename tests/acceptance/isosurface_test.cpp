@@ -3,7 +3,7 @@
 
 #include "measuring/error_measures.h"
 #include "organbake/core/text.h"
-#include "organbake/decimate/largest_diameter.h"
+#include "organbake/decimate/mesh_distance.h"
 #include "organbake/isosurface/label_surface.h"
 #include "organbake/phantom/ball_scan.h"
 #include "organbake/volume/read_volume.h"

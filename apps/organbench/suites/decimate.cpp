@@ -5,7 +5,6 @@
 
 #include "bench.h"
 #include "organbake/core/text.h"
-#include "organbake/decimate/collapse.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/icosphere.h"

@@ -2,7 +2,7 @@
 // Edge collapses in the order of their cost, by two libraries: Lindstrom & Turk's memoryless cost
 // (1998) with CGAL, which keeps volume and is what proxies start from, and Garland & Heckbert's
 // quadrics (1997) with OpenMesh, the usual one, to compare with.
-#include "organbake/decimate/collapse.h"
+#include "organbake/decimate/decimate.h"
 
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
@@ -16,7 +16,7 @@
 #include <OpenMesh/Tools/Decimater/Observer.hh>
 #include <stdexcept>
 
-#include "unit_frame.h"
+#include "fitting.h"
 
 namespace organbake {
 namespace {

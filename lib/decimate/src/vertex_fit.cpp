@@ -1,17 +1,183 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "vertex_fit.h"
-
+// All vertices of a proxy moved at once to lower its two-sided distance to a surface
+// (Gauss–Newton). The surface is evenly spread samples and a search tree; points on the proxy's
+// faces follow a low-discrepancy sequence, so that few of them cover a face. The normal equations
+// are a sparse matrix of 3 × 3 blocks, factored by Cholesky; a kept volume is one linear constraint
+// on the step, met by one more solve.
+#include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <vector>
 
-#include "fit_equations.h"
+#include "fitting.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/area_sampler.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {
+
+constexpr std::uint64_t kSeed = 0x6669'7473'616d'706c;
+
+bool is_closed(const TriangleMesh& mesh) {
+  const auto twins = manifold_twins(mesh);
+  return twins && std::find(twins->begin(), twins->end(), kNoHalfEdge) == twins->end();
+}
+
+}  // namespace
+
+FitReference::FitReference(const TriangleMesh& surface, const TriangleMesh& thinned,
+                           std::size_t samples)
+    : volume_mm3_(signed_volume(surface)),
+      closed_(is_closed(thinned)),
+      scene_(std::make_shared<RayScene>(thinned)) {
+  const AreaSampler sample(surface, samples, kSeed);
+  area_mm2_ = sample.area_mm2();
+  samples_.reserve(samples);
+  for (std::size_t i = 0; i < samples; ++i) samples_.push_back(sample(i));
+  std::vector<Eigen::Vector3d> normals(thinned.faces.size());
+  for (std::size_t f = 0; f < normals.size(); ++f) normals[f] = face_normal(thinned, f);
+  normals_ = std::make_shared<std::vector<Eigen::Vector3d>>(std::move(normals));
+}
+
+FitReference FitReference::every(std::size_t k) const {
+  FitReference result = *this;
+  result.samples_.clear();
+  for (std::size_t i = 0; i < samples_.size(); i += k) result.samples_.push_back(samples_[i]);
+  return result;
+}
+
+std::size_t FitReference::points_on_face(double face_area_mm2) const {
+  constexpr double kFewest = 4, kMost = 4096;
+  const double even = face_area_mm2 / area_mm2_ * double(samples_.size());
+  return static_cast<std::size_t>(std::clamp(std::round(even), kFewest, kMost));
+}
+
+// The R2 sequence (Roberts 2018) on the unit square, folded onto the triangle.
+Eigen::Vector3d FitReference::weights_on_face(std::size_t i) {
+  constexpr double kPlastic = 1.32471795724474602596;
+  double u = std::fmod(0.5 + double(i + 1) / kPlastic, 1.0);
+  double v = std::fmod(0.5 + double(i + 1) / (kPlastic * kPlastic), 1.0);
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
+  return {1 - u - v, u, v};
+}
+
+namespace {
+
+// The normal equations of one Gauss–Newton step for all of a proxy's vertices: sparse, 3 × 3
+// blocks. Faces stay the same from step to step, so the pattern is analysed once.
+class FitEquations {
+ public:
+  explicit FitEquations(const std::vector<Face>& faces, std::size_t vertices);
+  ~FitEquations();
+
+  void clear();
+  // A sample whose proxy point has these barycentric weights in `face`.
+  void add(std::uint32_t face, const Eigen::Vector3d& weights, const FitTerm& term);
+
+  // The step of every vertex. With a volume gradient (one per vertex) the step changes the linear
+  // volume by exactly volume_change; without (empty) it is free. Empty when there is no solution.
+  std::vector<Eigen::Vector3d> solve(const std::vector<Eigen::Vector3d>& volume_gradient,
+                                     double volume_change);
+
+ private:
+  struct FaceSums {
+    std::array<Eigen::Matrix3d, 6> blocks;  // 00 01 02 11 12 22
+    std::array<Eigen::Vector3d, 3> right;
+  };
+  struct Solver;
+
+  const std::vector<Face>& faces_;
+  std::size_t vertices_;
+  std::vector<FaceSums> sums_;
+  std::unique_ptr<Solver> solver_;
+};
+
+struct FitEquations::Solver {
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
+  bool analysed = false;
+};
+
+FitEquations::FitEquations(const std::vector<Face>& faces, std::size_t vertices)
+    : faces_(faces), vertices_(vertices), sums_(faces.size()), solver_(std::make_unique<Solver>()) {
+  clear();
+}
+
+FitEquations::~FitEquations() = default;
+
+void FitEquations::clear() {
+  for (FaceSums& sums : sums_) {
+    sums.blocks.fill(Eigen::Matrix3d::Zero());
+    sums.right.fill(Eigen::Vector3d::Zero());
+  }
+}
+
+void FitEquations::add(std::uint32_t face, const Eigen::Vector3d& weights, const FitTerm& term) {
+  FaceSums& sums = sums_[face];
+  int block = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) sums.blocks[block++] += (weights[i] * weights[j]) * term.matrix;
+    sums.right[i] += weights[i] * term.right;
+  }
+}
+
+std::vector<Eigen::Vector3d> FitEquations::solve(
+    const std::vector<Eigen::Vector3d>& volume_gradient, double volume_change) {
+  // Vertices that no sample speaks for must not make the matrix singular.
+  constexpr double kDamping = 1e-4;  // of the mean diagonal
+  const auto n = static_cast<Eigen::Index>(3 * vertices_);
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(81 * faces_.size() / 2 + n);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+  double trace = 0;
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    int block = 0;
+    for (int i = 0; i < 3; ++i) {
+      right.segment<3>(3 * faces_[f][i]) += sums_[f].right[i];
+      for (int j = i; j < 3; ++j, ++block) {
+        // The lower triangle only: that is what the factorisation reads.
+        const std::uint32_t row = std::max(faces_[f][i], faces_[f][j]);
+        const std::uint32_t column = std::min(faces_[f][i], faces_[f][j]);
+        for (int r = 0; r < 3; ++r) {
+          for (int c = 0; c < (i == j ? r + 1 : 3); ++c) {
+            entries.emplace_back(3 * row + r, 3 * column + c, sums_[f].blocks[block](r, c));
+          }
+        }
+        if (i == j) trace += sums_[f].blocks[block].trace();
+      }
+    }
+  }
+  for (Eigen::Index i = 0; i < n; ++i) entries.emplace_back(i, i, kDamping * trace / double(n));
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  if (!solver_->analysed) solver_->cholesky.analyzePattern(matrix);
+  solver_->analysed = true;
+  solver_->cholesky.factorize(matrix);
+  if (!(trace > 0) || solver_->cholesky.info() != Eigen::Success) return {};
+
+  Eigen::VectorXd step = solver_->cholesky.solve(right);
+  if (!volume_gradient.empty()) {
+    const Eigen::Map<const Eigen::VectorXd> gradient(volume_gradient.front().data(), n);
+    const Eigen::VectorXd direction = solver_->cholesky.solve(gradient);
+    const double curvature = gradient.dot(direction);
+    if (curvature > 0) step += (volume_change - gradient.dot(step)) / curvature * direction;
+  }
+  if (!step.allFinite()) return {};
+  std::vector<Eigen::Vector3d> result(vertices_);
+  for (std::size_t v = 0; v < vertices_; ++v) {
+    result[v] = step.segment<3>(static_cast<Eigen::Index>(3 * v));
+  }
+  return result;
+}
 
 // One sample at the current proxy: where on the proxy, and how far to its target.
 struct Match {

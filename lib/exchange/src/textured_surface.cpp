@@ -10,8 +10,7 @@
 #include "atlas.h"
 #include "charts.h"
 #include "organbake/core/error.h"
-#include "organbake/decimate/collapse.h"
-#include "organbake/decimate/fast_collapse.h"
+#include "organbake/decimate/decimate.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/exchange/base_surface.h"
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "organbake/core/error.h"
-#include "organbake/decimate/largest_diameter.h"
 #include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_distance.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage_binding.h"

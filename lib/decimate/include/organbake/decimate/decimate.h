@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// From an organ's surface to its proxy, and the ways of thinning a surface that stand on their own.
+
 #include <cstddef>
 
 #include "organbake/core/run_context.h"
@@ -20,7 +22,7 @@ struct DecimateOptions {
   std::size_t faces = 80;   // at most this many; not asked when max_error_mm is given
   double max_error_mm = 0;  // the fewest faces found within this distance both ways; 0 = by faces
   // As many more faces than `faces`, up to most_faces, as keep the largest distance both ways
-  // within this share of the thickness (thickness_regions.h), vessels by their own; 0 = not asked.
+  // within this share of the thickness, vessels by their own; 0 = not asked.
   // What could not be reached shows in the result.
   double max_share = 0;
   std::size_t most_faces = 6000;
@@ -56,5 +58,24 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
 // paper's, and at most 1,500, whose springs are still solved in a fraction of a frame.
 // Throws UsageError unless the radius is positive.
 std::size_t faces_for_tool(const TriangleMesh& surface, double tool_radius_mm);
+
+// Collapses edges by the memoryless volume- and boundary-preserving cost of Lindstrom & Turk
+// (1998) until at most `faces` are left or no collapse keeps the topology. The surface must be
+// manifold (manifold_faces()); the result is.
+TriangleMesh collapse_edges(const TriangleMesh& surface, std::size_t faces,
+                            const RunContext& context = {});
+
+// Collapses edges by error quadrics (Garland & Heckbert 1997) with OpenMesh's decimater: a widely
+// used peer, for comparison; it loses volume at low counts. The surface must be manifold; the
+// result is.
+TriangleMesh collapse_by_quadrics(const TriangleMesh& surface, std::size_t faces,
+                                  const RunContext& context = {});
+
+// Thins a manifold surface (manifold_faces()) to about `faces`, at a million faces a second: edges
+// below a quadric error that rises from pass to pass are collapsed as they come, with no queue.
+// Link condition, no turned normals: the result is manifold with the same genus and components.
+// Vertices at a border stay. Leaves more faces where nothing more can be collapsed.
+TriangleMesh fast_collapse(const TriangleMesh& surface, std::size_t faces,
+                           const RunContext& context = {});
 
 }  // namespace organbake

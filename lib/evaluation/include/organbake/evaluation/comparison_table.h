@@ -43,7 +43,7 @@ struct ComparisonRow {
   PixelErrors displayed_paper, displayed_polygons;
   PictureErrors picture;
   PictureErrors paper;  // of the paper's own warp, its outline smoothed as the player's is
-  // Of the best picture that the maps allow, one sample a pixel (ideal_picture.h); and with a
+  // Of the best picture that the maps allow, one sample a pixel (ideal_picture()); and with a
   // smooth outline.
   PictureErrors ideal, smooth_ideal;
   // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
