@@ -5,10 +5,9 @@
 #include <cmath>
 
 #include "measuring/capture_scenario.h"
-#include "organbake/capture/camera_rays.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/photo_view.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"

@@ -6,8 +6,8 @@
 #include "measuring/capture_scenario.h"
 #include "measuring/error_measures.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/random.h"
 #include "promises.h"
 

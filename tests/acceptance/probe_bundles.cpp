@@ -8,7 +8,6 @@
 #include "measuring/memory_bundle.h"
 #include "odd_inputs.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/skin_bake.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_checks.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"

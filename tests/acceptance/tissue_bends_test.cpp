@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/deform/deformer.h"

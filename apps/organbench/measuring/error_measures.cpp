@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/capture/camera_rays.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/random.h"
 
 namespace organbake {

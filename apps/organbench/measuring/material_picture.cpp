@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "measuring/material_picture.h"
 
-#include "organbake/capture/camera_rays.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "organbake/capture/smooth_normals.h"
 #include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

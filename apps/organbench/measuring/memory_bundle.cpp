@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/mechanics/mechanics.h"
 

@@ -7,7 +7,7 @@
 
 #include "bench.h"
 #include "measuring/frame_timing.h"
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/mechanics/mechanics.h"

@@ -1,23 +1,230 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The bake: maps tile by tile, confidence by depth edges, the base layer from the finished maps.
-// Tiles are shared out, each writes its own texels, so that bytes do not hang on threads.
+// The bake of a bundle's pictures. In: a surface with its colours, the proxy and the cameras. Out:
+// maps, tile by tile (texel_tile.cpp), their confidence lowered at depth edges, and of the finished
+// maps the base layer, a coarse coloured lattice over the proxy that is drawn where no camera sees.
+//
+// Tiles are shared out and each writes its own texels, so that bytes do not hang on threads.
 #include "organbake/capture/capture.h"
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <numeric>
+#include <span>
 
-#include "base_layer_bake.h"
-#include "organbake/capture/camera_rays.h"
+#include "baking.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell_binder.h"
-#include "shell_hits.h"
-#include "texel_tile.h"
 
 namespace organbake {
+namespace {
+
+// Lines of the shell meet the surface both ways along each, past faces that turn away: the nearest
+// meeting whose normal agrees counts.
+
+using ShellLine = Lattice::ShellLine;
+
+constexpr std::size_t kLinesAtOnce = 256;
+
+// A stretch of lines, worked on together.
+class LineBatch {
+ public:
+  LineBatch(std::span<const ShellLine> lines, std::span<RayHit> found, const TracedSurface& surface,
+            double reach_mm)
+      : lines_(lines), found_(found), surface_(surface), reach_mm_(reach_mm) {}
+
+  void find() {
+    cast(+1);
+    cast(-1);
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (found_[i].face == kNoHit) take_closest(i);
+    }
+  }
+
+ private:
+  // Looks along all lines one way, past faces that turn away, and keeps what is nearer than the
+  // find so far.
+  void cast(int way) {
+    // The surface may pass through the foot itself: start a little on the other side of it.
+    const double behind = 1e-6 * reach_mm_;
+    constexpr int kMostFacesPassed = 8;
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < lines_.size(); ++i) open.push_back(i);
+    std::vector<double> from(lines_.size(), 0);
+    for (int round = 0; round < kMostFacesPassed && !open.empty(); ++round) {
+      std::vector<Ray> rays(open.size());
+      std::vector<RayHit> hits(open.size());
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        const ShellLine& line = lines_[open[k]];
+        rays[k].direction = way * line.direction;
+        rays[k].origin = line.foot - behind * rays[k].direction;
+        rays[k].t_min = from[open[k]];
+        rays[k].t_max = reach_mm_;
+      }
+      surface_.rays.first_hits(rays, hits);
+      std::vector<std::size_t> still_open;
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        if (hits[k].face == kNoHit) continue;
+        if (surface_.normals.faces_against(hits[k].face, -lines_[open[k]].direction)) {
+          keep_nearer(open[k], way * (hits[k].t - behind), hits[k]);
+        } else {
+          from[open[k]] = hits[k].t + behind;
+          still_open.push_back(open[k]);
+        }
+      }
+      open = std::move(still_open);
+    }
+  }
+
+  void keep_nearer(std::size_t i, double height, RayHit hit) {
+    if (found_[i].face != kNoHit && std::abs(found_[i].t) <= std::abs(height)) return;
+    hit.t = height;
+    found_[i] = hit;
+  }
+
+  void take_closest(std::size_t i) {
+    const ShellLine& line = lines_[i];
+    const ClosestPoint closest = surface_.rays.closest_point(line.foot);
+    found_[i] = surface_.normals.hit_at(closest.face, closest.point);
+    const double length2 = line.direction.squaredNorm();
+    found_[i].t = length2 > 0 ? (closest.point - line.foot).dot(line.direction) / length2 : 0;
+  }
+
+  std::span<const ShellLine> lines_;
+  std::span<RayHit> found_;
+  const TracedSurface& surface_;
+  double reach_mm_;
+};
+
+}  // namespace
+
+double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy) {
+  constexpr std::size_t kProbes = 4000;
+  constexpr double kRoom = 2.5;
+  constexpr double kLeastShareOfSize = 1e-3;
+  const RayScene proxy_scene(proxy);
+  const std::size_t stride = std::max<std::size_t>(1, surface.vertices.size() / kProbes);
+  const std::size_t probes = (surface.vertices.size() + stride - 1) / stride;
+  std::vector<double> distances(probes);
+  parallel_for(std::size_t{0}, probes, [&](std::size_t i) {
+    distances[i] = proxy_scene.closest_point(surface.vertices[i * stride]).distance_mm;
+  });
+  return std::max(kRoom * *std::max_element(distances.begin(), distances.end()),
+                  kLeastShareOfSize * bounds(proxy).diagonal());
+}
+
+std::vector<RayHit> shell_hits(const std::vector<ShellLine>& lines, const TracedSurface& surface,
+                               double reach_mm, const RunContext& context) {
+  std::vector<RayHit> hits(lines.size());
+  const std::size_t batches = (lines.size() + kLinesAtOnce - 1) / kLinesAtOnce;
+  parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
+    context.throw_if_cancelled();
+    const std::size_t first = b * kLinesAtOnce;
+    const std::size_t count = std::min(kLinesAtOnce, lines.size() - first);
+    LineBatch(std::span(lines).subspan(first, count), std::span(hits).subspan(first, count),
+              surface, reach_mm)
+        .find();
+  });
+  return hits;
+}
+
+namespace {
+
+using Eigen::Vector3d;
+using ShellLine = Lattice::ShellLine;
+
+constexpr std::size_t kMaxNodes = 1'000'000;
+constexpr std::size_t kNodesAtOnce = 256;
+constexpr std::size_t kMostCameras = 32;  // bits of seen_by
+
+struct NodeValues {
+  std::vector<double> height_mm;
+  std::vector<Eigen::Vector3f> color;
+  std::vector<std::uint32_t> seen_by;
+};
+
+// A camera sees a point when its map has that depth there, with confidence.
+std::uint32_t seen_by(const BaseLayerScene& scene, const Vector3d& point) {
+  constexpr float kSureConfidence = 0.5f;
+  // Half a texel's diagonal off the texel's centre, on a surface seen at up to 70°.
+  constexpr double kTexels = 2.5;
+  std::uint32_t bits = 0;
+  for (std::size_t c = 0; c < std::min(scene.cameras.size(), kMostCameras); ++c) {
+    const PosedCamera& camera = scene.cameras[c];
+    const CameraMaps& maps = scene.maps[c];
+    const Vector3d in_camera = camera.camera_from_world * point;
+    if (!(in_camera.z() > 0)) continue;
+    const Eigen::Vector2d pixel = project(camera.intrinsics, in_camera);
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < maps.width && pixel.y() < maps.height))
+      continue;
+    const auto texel = std::size_t(pixel.y()) * maps.width + std::size_t(pixel.x());
+    const double tolerance = kTexels * in_camera.z() / camera.intrinsics.fx;
+    if (maps.confidence[texel] > kSureConfidence &&
+        std::abs(maps.depth_mm[texel] - in_camera.z()) <= tolerance)
+      bits |= 1u << c;
+  }
+  return bits;
+}
+
+void bake_stretch(const BaseLayerScene& scene, std::span<const RayHit> hits, std::size_t first,
+                  NodeValues& values) {
+  std::vector<Vector3d> points(hits.size()), normals(hits.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    points[i] = scene.surface.normals.point(hits[i]);
+    normals[i] = scene.surface.normals.at(hits[i]);
+    values.height_mm[first + i] = hits[i].t;
+    values.seen_by[first + i] = seen_by(scene, points[i]);
+  }
+  std::vector<Eigen::Vector3f> colors;
+  scene.color.shade(points, normals, {hits.begin(), hits.end()}, colors);
+  std::copy(colors.begin(), colors.end(), values.color.begin() + first);
+}
+
+NodeValues bake_nodes(const BaseLayerScene& scene, const std::vector<ShellLine>& lines,
+                      const RunContext& context) {
+  const std::vector<RayHit> hits = shell_hits(lines, scene.surface, scene.reach_mm, context);
+  NodeValues values;
+  values.height_mm.resize(lines.size());
+  values.color.resize(lines.size());
+  values.seen_by.resize(lines.size());
+  const std::size_t batches = (lines.size() + kNodesAtOnce - 1) / kNodesAtOnce;
+  parallel_for(std::size_t{0}, batches, [&](std::size_t b) {
+    context.throw_if_cancelled();
+    const std::size_t first = b * kNodesAtOnce;
+    const std::size_t count = std::min(kNodesAtOnce, lines.size() - first);
+    bake_stretch(scene, std::span(hits).subspan(first, count), first, values);
+  });
+  return values;
+}
+
+}  // namespace
+
+BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const RunContext& context) {
+  const Lattice lattice(scene.proxy, lattice_steps(scene.proxy, step_mm, kMaxNodes));
+  const NodeValues values = bake_nodes(scene, lattice.shell_lines(), context);
+
+  BaseLayer layer;
+  layer.steps = lattice.steps();
+  layer.face_count = static_cast<std::uint32_t>(scene.proxy.faces.size());
+  const std::size_t count = std::size_t(layer.face_count) * layer.nodes_per_face();
+  layer.height_mm.reserve(count);
+  layer.color.reserve(count);
+  layer.seen_by.reserve(count);
+  for (std::uint32_t face = 0; face < layer.face_count; ++face)
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      const std::uint32_t node = lattice.node(face, i, j);
+      layer.height_mm.push_back(static_cast<float>(values.height_mm[node]));
+      layer.color.push_back(values.color[node]);
+      layer.seen_by.push_back(values.seen_by[node]);
+    });
+  return layer;
+}
+
 namespace {
 
 struct TileAddress {

@@ -2,7 +2,7 @@
 // The exemplar on a surface: a triangle grid of cells on three planes (Burley 2019; planes blended
 // by the normal), each cell from a place of its own by a hash. Blended channels are matched to the
 // tissue's quantiles.
-#include "exemplar_texture.h"
+#include "coloring.h"
 
 #include <algorithm>
 #include <cmath>

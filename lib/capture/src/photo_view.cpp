@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a photograph sees of a surface and how far its colour is to be trusted. Occlusion is asked
 // of a depth map of the photo's own view: a shadow ray's yes or no would leave a seam round every
-// shadow.
-#include "organbake/capture/photo_view.h"
-
+// shadow. Where no photograph sees the surface, colours are carried on from where they are known,
+// ring by ring over the mesh, then smoothed: a diffusion that needs no solver and gives the same
+// colours in any order.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
-#include "depth_edges.h"
-#include "organbake/capture/camera_rays.h"
-#include "organbake/capture/smooth_step.h"
+#include "baking.h"
+#include "coloring.h"
+#include "organbake/capture/solid_noise.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/adjacency.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -140,6 +144,73 @@ PhotoView::Look PhotoView::look_at_point(const Vector3d& point, const Vector3d& 
   const double weight = cosine2 * smooth_step(kGrazingCosine, kFacingCosine, std::sqrt(cosine2)) *
                         smooth_step(0, kBorderShare, border) * visible * nearness * nearness;
   return {static_cast<float>(weight), linear_color(pixel)};
+}
+
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kSmoothingRounds = 40;
+
+Vector3f mean_of_known(const std::vector<char>& known, const std::vector<Vector3f>& colors) {
+  Vector3f sum = Vector3f::Zero();
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < colors.size(); ++v)
+    if (known[v]) {
+      sum += colors[v];
+      ++count;
+    }
+  if (count == 0)
+    throw BadDataError(
+        "no photograph sees the surface: check that poses and surface share one frame (mm, LPS)");
+  return sum / static_cast<float>(count);
+}
+
+}  // namespace
+
+void flood_colors(const TriangleMesh& mesh, const std::vector<char>& known,
+                  std::vector<Vector3f>& colors) {
+  const Vector3f elsewhere = mean_of_known(known, colors);
+  const VertexNeighbours neighbours(mesh.faces, mesh.vertices.size());
+  std::vector<char> reached = known;
+  std::vector<std::uint32_t> front, carried;
+  for (std::uint32_t v = 0; v < known.size(); ++v)
+    if (known[v]) front.push_back(v);
+
+  // Ring by ring: a whole ring is coloured from the rings before it, so order does not matter.
+  while (!front.empty()) {
+    std::vector<std::uint32_t> ring;
+    for (const std::uint32_t v : front)
+      for (const std::uint32_t n : neighbours.of(v))
+        if (!reached[n]) ring.push_back(n);
+    std::sort(ring.begin(), ring.end());
+    ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+    for (const std::uint32_t v : ring) {
+      Vector3f sum = Vector3f::Zero();
+      int count = 0;
+      for (const std::uint32_t n : neighbours.of(v))
+        if (reached[n]) {
+          sum += colors[n];
+          ++count;
+        }
+      colors[v] = sum / static_cast<float>(count);
+    }
+    for (const std::uint32_t v : ring) reached[v] = 1;
+    carried.insert(carried.end(), ring.begin(), ring.end());
+    front = std::move(ring);
+  }
+  for (std::size_t v = 0; v < colors.size(); ++v)
+    if (!reached[v]) colors[v] = elsewhere;
+
+  std::vector<Vector3f> next(carried.size());
+  for (int round = 0; round < kSmoothingRounds; ++round) {
+    for (std::size_t i = 0; i < carried.size(); ++i) {
+      Vector3f sum = Vector3f::Zero();
+      for (const std::uint32_t n : neighbours.of(carried[i])) sum += colors[n];
+      next[i] = sum / static_cast<float>(neighbours.of(carried[i]).size());
+    }
+    for (std::size_t i = 0; i < carried.size(); ++i) colors[carried[i]] = next[i];
+  }
 }
 
 }  // namespace organbake

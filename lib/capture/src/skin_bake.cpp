@@ -9,13 +9,14 @@
 // a thin sheet or of a fold, however near, are then far from each other. Where the vertices near by
 // lie in a plane they say nothing of what leaves it: the skin stays in the plane and the rest is
 // microstructure.
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 
 #include <algorithm>
 #include <cmath>
 #include <queue>
 #include <utility>
 
+#include "baking.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
@@ -24,8 +25,6 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "organbake/raycast/ray_scene.h"
-#include "shell_hits.h"
-#include "thin_plate.h"
 
 namespace organbake {
 namespace {

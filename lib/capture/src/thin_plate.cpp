@@ -2,7 +2,7 @@
 // Thin plates (Duchon 1977) in the space of places and directions, and the directions of that space
 // in which their centres spread: affine functions along others would be extrapolated from next to
 // nothing.
-#include "thin_plate.h"
+#include "baking.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organ_random.h"
-#include "organbake/capture/smooth_step.h"
+#include "organbake/capture/solid_noise.h"
 
 namespace organbake {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "organbake/capture/solid_noise.h"
 #include "organbake/capture/surface_color.h"
-#include "organbake/capture/tissue_look.h"
 #include "organbake/core/parallel.h"
 #include "vessel_tree.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/capture/exemplar.h"
+#include "organbake/capture/surface_color.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "exemplar_texture.h"
+#include "coloring.h"
 #include "organbake/capture/solid_noise.h"
-#include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 

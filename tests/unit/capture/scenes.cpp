@@ -3,8 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "organbake/capture/camera_rays.h"
-#include "organbake/capture/smooth_normals.h"
+#include "organbake/capture/traced_surface.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

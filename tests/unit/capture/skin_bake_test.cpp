@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/capture.h"
 
 #include <gtest/gtest.h>
 

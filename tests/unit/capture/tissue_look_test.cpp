@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/capture/tissue_look.h"
+#include "organbake/capture/surface_color.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "coloring.h"
+#include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
-#include "tissue_color.h"
+#include "organbake/core/random.h"
 #include "unit/capture/scenes.h"
-#include "vessel_tile.h"
 
 namespace organbake {
 namespace {
@@ -142,6 +144,115 @@ TEST(Tissue, WhatIsOfThePlainMaterialIsRefusedBesideATissuesName) {
   refused([](Material& m) { m.albedo = {0.1f, 0.2f, 0.3f}; });
   refused([](Material& m) { m.variation = 0.5f; });
   refused([](Material& m) { m.feature_mm = 3; });
+}
+
+using Eigen::Vector3d;
+
+TEST(Material, DefaultsAreValid) { EXPECT_NO_THROW(Material().check()); }
+
+TEST(Material, EachBoundIsKept) {
+  const auto refused = [](auto change) {
+    Material material;
+    change(material);
+    EXPECT_THROW(material.check(), UsageError);
+    EXPECT_THROW(make_material_color(material), UsageError);
+  };
+  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  refused([](auto& m) { m.albedo[0] = -0.1f; });
+  refused([](auto& m) { m.albedo[2] = 1.1f; });
+  refused([&](auto& m) { m.albedo[1] = not_a_number; });
+  refused([](auto& m) { m.variation = 2; });
+  refused([&](auto& m) { m.variation = not_a_number; });
+  refused([](auto& m) { m.feature_mm = 0; });
+  refused([&](auto& m) { m.feature_mm = not_a_number; });
+  refused([](auto& m) { m.ambient = -1; });
+  refused([](auto& m) { m.light_direction.setZero(); });
+  refused([](auto& m) { m.light_direction[0] = std::numeric_limits<double>::infinity(); });
+}
+
+TEST(Material, WithoutVariationItIsAlbedoTimesLight) {
+  Material material;
+  material.variation = 0;
+  material.light_direction = {0, 0, 4};
+  const auto color = make_material_color(material);
+  std::vector<Eigen::Vector3f> colors;
+  color->shade({Vector3d(1, 2, 3), Vector3d(4, 5, 6), Vector3d(7, 8, 9)},
+               {Vector3d::UnitZ(), Vector3d::UnitX(), -Vector3d::UnitZ()}, {{}, {}, {}}, colors);
+  ASSERT_EQ(colors.size(), 3u);
+  EXPECT_LT((colors[0] - material.albedo).norm(), 1e-6);
+  EXPECT_LT((colors[1] - 0.35f * material.albedo).norm(), 1e-6);
+  EXPECT_LT((colors[2] - 0.35f * material.albedo).norm(), 1e-6);
+}
+
+TEST(Material, VariesWithinReasonAndNeverBelowZero) {
+  Material material;
+  material.variation = 1;
+  const auto color = make_material_color(material);
+  const TriangleMesh sphere = sphere_mesh(40, 4);
+  double least = 1, most = 0;
+  for (const auto& sample :
+       shade_through(sphere, *color, plain_camera({0, -150, 0}, Vector3d::Zero(), 64))) {
+    EXPECT_TRUE(sample.color.allFinite());
+    EXPECT_GE(sample.color.minCoeff(), 0);
+    least = std::min<double>(least, sample.color.x());
+    most = std::max<double>(most, sample.color.x());
+  }
+  EXPECT_GT(most, 2 * least);
+}
+
+using Eigen::Vector3d;
+
+Vector3d random_point(RandomStream& random) {
+  return {random.uniform(-90, 90), random.uniform(-90, 90), random.uniform(-90, 90)};
+}
+
+TEST(SolidNoise, IsCentredWithItsDocumentedSpread) {
+  const SolidNoise noise(3, 4.0);
+  RandomStream random(1);
+  double sum = 0, sum2 = 0, largest = 0;
+  constexpr int kPoints = 100000;
+  for (int i = 0; i < kPoints; ++i) {
+    const double value = noise.value(random_point(random));
+    sum += value;
+    sum2 += value * value;
+    largest = std::max(largest, std::abs(value));
+  }
+  EXPECT_NEAR(sum / kPoints, 0, 0.005);
+  EXPECT_NEAR(std::sqrt(sum2 / kPoints), 0.19, 0.01);
+  EXPECT_LT(largest, 1.5);
+}
+
+TEST(SolidNoise, GradientIsTheValuesSlopeAlsoAcrossCells) {
+  const SolidNoise noise(3, 4.0);
+  RandomStream random(2);
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < 2000; ++i) {
+    Vector3d point = random_point(random);
+    if (i % 4 == 0) point[i % 3] = 4.0 * std::round(point[i % 3] / 4.0);  // on a cell's wall
+    const NoiseSample at = noise.sample(point);
+    EXPECT_NEAR(at.value, noise.value(point), 1e-14);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d step = kStep * Vector3d::Unit(axis);
+      const double slope = (noise.value(point + step) - noise.value(point - step)) / (2 * kStep);
+      EXPECT_NEAR(at.gradient_per_mm[axis], slope, 1e-7);
+    }
+  }
+}
+
+TEST(SolidNoise, SeedsAndCellsMatter) {
+  const Vector3d point(1.7, -2.3, 5.1);
+  EXPECT_EQ(SolidNoise(1, 4.0).value(point), SolidNoise(1, 4.0).value(point));
+  EXPECT_NE(SolidNoise(1, 4.0).value(point), SolidNoise(2, 4.0).value(point));
+  EXPECT_NEAR(SolidNoise(1, 4.0).value(point), SolidNoise(1, 8.0).value(2 * point), 1e-14);
+}
+
+TEST(SolidNoise, AbsurdPointsAreZero) {
+  const SolidNoise noise(1, 4.0);
+  for (const double value : {1e300, -1e12, std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_EQ(noise.value(Vector3d(0.3, value, 0.2)), 0);
+    EXPECT_EQ(noise.sample(Vector3d(value, 0.1, 0.2)).gradient_per_mm.norm(), 0);
+  }
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// From a surface, its proxy, cameras and colours to what a bundle holds: maps, base layer, and the
+// smooth skin.
+
 #include <string>
 #include <vector>
 
@@ -9,6 +12,7 @@
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
+#include "organbake/geometry/smooth_skin.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -52,5 +56,10 @@ CaptureResult capture(const TracedSurface& surface, const TriangleMesh& proxy,
 // Maps that hold nothing, or little beside what saw the surface from behind, would play as an empty
 // picture: throws BadDataError that says what to do about the surface of this name.
 void check_filled(const CaptureResult& captured, const std::string& surface);
+
+// A smooth skin over the proxy along the surface, with edges of about edge_mm. The same for any
+// number of threads. Throws UsageError unless edge_mm is positive, BadDataError for broken meshes.
+SmoothSkin bake_smooth_skin(const TracedSurface& surface, const TriangleMesh& proxy, double edge_mm,
+                            const RunContext& context = {});
 
 }  // namespace organbake

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// What capture() and bake_smooth_skin() are made of: meetings of the shell's lines with the
+// surface, tiles of maps and their edges, the base layer, thin plates.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "organbake/bundle/base_layer.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/capture/traced_surface.h"
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/shell_binder.h"
+#include "organbake/raycast/ray_scene.h"
+
+namespace organbake {
+
+// How far from the proxy the shell must reach: some surface points' distances tell, with room for
+// points between them and for shell lines that lean. A point beyond is bound to the nearest face.
+double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy);
+
+// Where shell lines meet the surface: of all meetings within reach_mm of the foot, both ways, the
+// nearest whose normal agrees with the line; where there is none, the closest surface point. A
+// hit's t is the height over the foot, in lengths of the line's direction.
+std::vector<RayHit> shell_hits(const std::vector<Lattice::ShellLine>& lines,
+                               const TracedSurface& surface, double reach_mm,
+                               const RunContext& context);
+
+// Two texels side by side lie on one surface when their depths differ by at most this many texel
+// widths (depth / focal length in pixels): a plane seen 80° from facing.
+inline constexpr double kSteepestDepth = 5.67;
+
+// Distance, in texels, from each texel's centre to the nearest depth edge: a jump between
+// neighbours that kSteepestDepth does not explain, an outline against the background, or the
+// image's border. At most `reach`; 0 for background. Depth is planar, +inf = background.
+std::vector<float> depth_edge_distance(std::span<const float> depth_mm, int width, int height,
+                                       double focal_px, double reach);
+
+inline constexpr int kTileSide = 16;  // texels: coherent rays, and enough of them to share out
+
+// What one capture works on.
+struct CaptureScene {
+  const TracedSurface& surface;
+  const ShellBinder& shell;
+  const SurfaceColor& color;
+  int rays_per_side;
+};
+
+struct TileCounts {
+  std::size_t in_prism = 0, by_fallback = 0, unbound = 0, back_faces = 0;
+  double largest_height_mm = 0;
+};
+
+// An empty map of the camera's size: all background.
+CameraMaps background_maps(const Intrinsics& intrinsics);
+
+// Fills the texels of one tile: depth at their centres, colour, face and height; confidence holds
+// the incidence alone until fade_at_edges, where it is 0 they have a depth alone.
+TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,
+                        CameraMaps& maps);
+
+// Lowers the confidence of texels near a depth edge, where cameras disagree. Texels that have none
+// become background: nobody draws them. Returns how many did.
+std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
+
+// Leads the colours some texels on beyond the outline. Nobody draws them: a program in which a map
+// is painted or made smaller then mixes no black into the rim.
+void lead_colors_beyond_outline(CameraMaps& maps);
+
+struct BaseLayerScene {
+  const TriangleMesh& proxy;
+  const TracedSurface& surface;
+  const SurfaceColor& color;
+  const std::vector<PosedCamera>& cameras;
+  const std::vector<CameraMaps>& maps;  // finished
+  double reach_mm;                      // along a shell line, both ways
+};
+
+// Every node's height is where its shell line meets the surface, of all meetings the nearest to
+// the proxy whose normal agrees; where there is none, the height of the closest surface point.
+// Faces that share a vertex or an edge get the same values there, so the layer has no cracks.
+BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const RunContext& context);
+
+// A place on a surface and the surface's direction there, a unit vector.
+struct DirectedPlace {
+  Eigen::Vector3d at_mm, normal;
+};
+
+// Where places lie for a plate: along the directions in which those that it runs through spread
+// and, beyond what follows from those, their normals. r³ is only fit for interpolation together
+// with all affine functions of the space that r is measured in, and those need places that spread
+// in all of it.
+class PlateSpace {
+ public:
+  PlateSpace() = default;
+  // twist_mm: what a turn of 1 rad counts as.
+  PlateSpace(const std::vector<DirectedPlace>& through, const DirectedPlace& center,
+             double twist_mm);
+
+  Eigen::Index dimensions() const { return place_axes_.rows() + normal_axes_.rows(); }
+  Eigen::VectorXd operator()(const DirectedPlace& place) const;
+
+ private:
+  DirectedPlace center_;
+  Eigen::MatrixXd place_axes_, normal_axes_, place_in_normal_;
+};
+
+// A thin plate (Duchon 1977) through some places of a surface, the first of which it is about.
+class ThinPlate {
+ public:
+  ThinPlate() = default;
+  // reach_mm: how far it counts.
+  ThinPlate(const std::vector<DirectedPlace>& through, double twist_mm, double reach_mm);
+
+  // Fades from 1 to 0 at the plate's reach, twice continuously differentiable (Wendland 1995).
+  double share(const DirectedPlace& place) const;
+  // Of what it runs through, in that order; they sum to 1.
+  Eigen::VectorXd weights(const DirectedPlace& place) const;
+
+ private:
+  Eigen::VectorXd functions(const Eigen::VectorXd& place) const;
+  void solve();
+
+  DirectedPlace center_;
+  double twist_mm_ = 0, reach_mm_ = 0, size_mm_ = 0;
+  PlateSpace space_;
+  std::vector<Eigen::VectorXd> through_;  // in the plate's space, in sizes
+  Eigen::MatrixXd inverse_;
+};
+
+}  // namespace organbake
