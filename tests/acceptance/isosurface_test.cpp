@@ -5,7 +5,7 @@
 #include "organbake/core/text.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/isosurface/label_surface.h"
-#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/volume/read_volume.h"
 #include "promises.h"
 #include "support/ramp_volume.h"

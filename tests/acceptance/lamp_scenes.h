@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "organbake/phantom/lamp_photo.h"
+#include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 

@@ -5,7 +5,7 @@
 
 #include "measuring/error_measures.h"
 #include "organbake/core/text.h"
-#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/light_estimate.h"
 #include "organbake/shading/light_ratio.h"

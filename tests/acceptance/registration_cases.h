@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/phantom/lamp_photo.h"
+#include "organbake/phantom/phantom.h"
 #include "organbake/registration/register_photo.h"
 
 namespace organbake {

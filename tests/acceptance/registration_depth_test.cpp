@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "measuring/known_poses.h"
-#include "organbake/phantom/faulty_depth.h"
+#include "organbake/phantom/known_answers.h"
 #include "promises.h"
 #include "registration_cases.h"
 #include "support/ramp_volume.h"

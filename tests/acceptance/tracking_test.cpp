@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "measuring/known_poses.h"
-#include "organbake/phantom/lamp_photo.h"
+#include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/track.h"
 #include "promises.h"

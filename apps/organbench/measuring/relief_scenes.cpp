@@ -11,7 +11,7 @@
 #include "organbake/core/random.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/image/srgb.h"
-#include "organbake/phantom/moving_clip.h"
+#include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/video_reader.h"
 #include "peers/colmap.h"
 

@@ -5,7 +5,7 @@
 
 #include "bench.h"
 #include "measuring/error_measures.h"
-#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
 #include "peers/contours.h"
 

@@ -6,7 +6,7 @@
 #include "measuring/frame_timing.h"
 #include "measuring/known_poses.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/phantom/lamp_photo.h"
+#include "organbake/phantom/phantom.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/registration/track.h"
 

@@ -7,7 +7,7 @@
 #include "measuring/error_measures.h"
 #include "measuring/eye_pair.h"
 #include "organbake/core/text.h"
-#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/shading/distant.h"
 #include "organbake/shading/fast_sweeping.h"
 #include "organbake/shading/frame_depth.h"

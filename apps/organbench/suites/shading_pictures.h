@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/phantom/known_answers.h"
 
 namespace organbake {
 

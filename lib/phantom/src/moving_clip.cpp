@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/phantom/moving_clip.h"
+// Clips of a scope that moves over breathing tissue: rays meet the relief (tissue_relief.cpp) as
+// the breath has pushed it, colours come from its skin (tissue_skin.cpp), and the sensor takes what
+// is left after jerks, stop and noise (scope_motion.cpp). Rows are drawn by several threads, each
+// pixel's noise by its own place.
+#include "organbake/phantom/laparoscopy.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,16 +13,13 @@
 #include <numbers>
 #include <optional>
 
-#include "crossing_instrument.h"
+#include "moving_scene.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/shading/prepared_frame.h"
-#include "scope_exposure.h"
-#include "tissue_relief.h"
-#include "tissue_skin.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "organbake/options/options.h"
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/phantom/moving_clip.h"
 #include "organbake/phantom/phantom.h"
 
 namespace organbake {

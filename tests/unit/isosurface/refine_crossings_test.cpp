@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/known_answers.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/phantom/moving_clip.h"
+#include "organbake/phantom/laparoscopy.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
+#include "moving_scene.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
 #include "tissue_of_tests.h"
 
 namespace organbake {
@@ -130,6 +133,163 @@ TEST(MovingClip, TheSurfaceIsWiderThanAFrameSees) {
   const Bounds box = bounds(mesh);
   EXPECT_GT(box.max.x() - box.min.x(), 180);
   EXPECT_GT(box.max.y() - box.min.y(), 120);
+}
+
+constexpr ScopePath kAll[] = {ScopePath::still, ScopePath::slide, ScopePath::approach,
+                              ScopePath::turn,  ScopePath::orbit, ScopePath::tour,
+                              ScopePath::zoom};
+
+Eigen::Vector3d center(ScopePath path, double share) {
+  return scope_pose(path, share).camera_from_world.inverse().translation;
+}
+
+double turned_rad(ScopePath path, double from, double to) {
+  const Eigen::Matrix3d turn = scope_pose(path, to).camera_from_world.rotation *
+                               scope_pose(path, from).camera_from_world.rotation.transpose();
+  return Eigen::AngleAxisd(turn).angle();
+}
+
+TEST(ScopePath, PosesAreRigidAndSmooth) {
+  constexpr int kSteps = 120;
+  for (const ScopePath path : kAll)
+    for (int i = 0; i < kSteps; ++i) {
+      const double share = double(i) / kSteps, next = double(i + 1) / kSteps;
+      EXPECT_TRUE(is_rotation(scope_pose(path, share).camera_from_world.rotation, 1e-9));
+      // A hand moves less than this from frame to frame.
+      EXPECT_LT((center(path, next) - center(path, share)).norm(), 3.0);
+      EXPECT_LT(turned_rad(path, share, next), 0.06);
+    }
+}
+
+TEST(ScopePath, WhatHasNoParallaxStaysWhereItIs) {
+  for (const ScopePath path : {ScopePath::still, ScopePath::turn, ScopePath::zoom})
+    for (const double share : {0.1, 0.5, 0.9, 1.0}) EXPECT_EQ(center(path, share), center(path, 0));
+  EXPECT_EQ(turned_rad(ScopePath::still, 0, 0.7), 0);
+  EXPECT_GT(turned_rad(ScopePath::turn, 0, 0.25), 0.2);
+  EXPECT_EQ(scope_pose(ScopePath::zoom, 0).zoom, 1);
+  EXPECT_GT(scope_pose(ScopePath::zoom, 1).zoom, 1.5);
+  EXPECT_EQ(scope_pose(ScopePath::tour, 1).zoom, 1);
+}
+
+TEST(ScopePath, LoopsCloseAndTheOthersTravel) {
+  for (const ScopePath path : {ScopePath::orbit, ScopePath::tour}) {
+    EXPECT_LT((center(path, 1) - center(path, 0)).norm(), 0.5);
+    EXPECT_LT(turned_rad(path, 0, 1), 0.02);
+    EXPECT_GT((center(path, 0.4) - center(path, 0)).norm(), 20);
+  }
+  EXPECT_GT((center(ScopePath::slide, 1) - center(ScopePath::slide, 0)).x(), 50);
+  EXPECT_GT((center(ScopePath::approach, 1) - center(ScopePath::approach, 0)).z(), 35);
+}
+
+constexpr int kWidth = 101, kHeight = 61;
+
+SensorLight spot_of_light() {
+  SensorLight light(kWidth, kHeight);
+  light.radiance[30 * kWidth + 50].setConstant(1);
+  return light;
+}
+
+Intrinsics lens() { return {kWidth, kHeight, 80, 80, kWidth / 2.0, kHeight / 2.0}; }
+
+// A turn about y moves what is seen along x.
+TEST(ScopeExposure, ATurnLeavesATrailOfItsLength) {
+  constexpr double kTrail_px = 10;
+  const SensorLight blurred = blurred_by_turn(spot_of_light(), lens(), {0, kTrail_px / 80});
+  double sum = 0, mean = 0, spread = 0;
+  for (int x = 0; x < kWidth; ++x) {
+    const double value = blurred.radiance[30 * kWidth + x][0];
+    sum += value;
+    mean += value * x;
+    spread += value * (x - 50.0) * (x - 50.0);
+  }
+  EXPECT_NEAR(sum, 1, 0.02);  // no light is lost; the trail bends by next to nothing
+  EXPECT_NEAR(mean / sum, 50, 0.05);
+  EXPECT_NEAR(std::sqrt(12 * spread / sum), kTrail_px, 0.5);  // an even trail's length
+  EXPECT_LT(blurred.radiance[34 * kWidth + 50][0], 1e-6);
+}
+
+TEST(ScopeExposure, EncodesAsSrgbWithNoiseOfItsDeviation) {
+  SensorLight light(400, 300);
+  for (auto& value : light.radiance) value = {0.5f, 0.2f, 0.02f};
+  const Rgb8Image image = exposed(light, {.noise = 0.02});
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0, squares = 0, count = 0;
+    for (int y = 140; y < 160; ++y)
+      for (int x = 190; x < 210; ++x, ++count) {
+        sum += image.at(x, y)[c];
+        squares += image.at(x, y)[c] * image.at(x, y)[c];
+      }
+    const double mean = sum / count;
+    const double wanted = 255 * srgb_from_linear(light.radiance[0][c]);
+    EXPECT_NEAR(mean, wanted, 1);  // 400 pixels of 5.1 grey levels of noise
+    EXPECT_NEAR(std::sqrt(squares / count - mean * mean), 5.1, 0.8);
+  }
+}
+
+TEST(ScopeExposure, TheStopIsBlack) {
+  SensorLight light(kWidth, kHeight);
+  for (auto& value : light.radiance) value.setConstant(0.5f);
+  const ScopeSensor sensor{.noise = 0, .stop_radius_px = 20};
+  const Rgb8Image image = exposed(light, sensor);
+  EXPECT_EQ(image.at(50 + 21, 30)[0], 0);
+  EXPECT_GT(image.at(50 + 19, 30)[0], 100);
+}
+
+TEST(ScopeExposure, TheColumnsWithinTheStopAreThoseNotBehindIt) {
+  const ScopeSensor sensor{.stop_radius_px = 35};
+  for (int y = 0; y < kHeight; ++y) {
+    const auto [first, last] = columns_in_stop(sensor, 0, kWidth, kHeight, y);
+    for (int x = 0; x < kWidth; ++x) {
+      const bool inside = x >= first && x < last;
+      // The column at either end may be cut by the stop.
+      EXPECT_TRUE(inside || behind_stop(sensor, kWidth, kHeight, x, y));
+      EXPECT_TRUE(!inside || x == first || x == last - 1 ||
+                  !behind_stop(sensor, kWidth, kHeight, x, y));
+    }
+  }
+  EXPECT_EQ(columns_in_stop({}, 0, kWidth, kHeight, 3), std::pair(0, kWidth));
+  EXPECT_EQ(columns_in_stop({.stop_radius_px = 10}, 0, kWidth, kHeight, 3), std::pair(0, 0));
+}
+
+using Eigen::Vector3d;
+
+TEST(CrossingInstrument, ComesAndGoes) {
+  for (const double share : {0.0, 0.2, 0.3, 0.7, 1.0})
+    EXPECT_FALSE(CrossingInstrument(share).inside());
+  for (const double share : {0.35, 0.5, 0.65}) EXPECT_TRUE(CrossingInstrument(share).inside());
+  EXPECT_FALSE(CrossingInstrument(0).first_hit({0, 0, 0}, {0, 0, 1}));
+  // The tip sweeps over the tissue.
+  EXPECT_GT((CrossingInstrument(0.45).tip_mm() - CrossingInstrument(0.55).tip_mm()).norm(), 3);
+}
+
+// Rays from above all over it: what they hit lies 2.5 mm from the axis or the tip, faces the eye,
+// and nothing of it is farther off.
+TEST(CrossingInstrument, IsAShaftOfFiveMillimetres) {
+  const CrossingInstrument instrument(0.5);
+  const Vector3d tip = instrument.tip_mm(), eye(5, 0, 0);
+  int hits = 0, beyond = 0;
+  for (double x = -40; x < 80; x += 0.7)
+    for (double y = -40; y < 60; y += 0.7) {
+      const Vector3d ray = Vector3d(x, y, 47) - eye;
+      const auto hit = instrument.first_hit(eye, ray);
+      if (!hit) continue;
+      ++hits;
+      EXPECT_NEAR(hit->normal.norm(), 1, 1e-9);
+      EXPECT_LT(hit->normal.dot(ray), 0);
+      // 2.5 mm below the point, against its normal, is the axis: on the ball its end.
+      const Vector3d inner = eye + hit->length * ray - 2.5 * hit->normal;
+      beyond += (inner - tip).norm() < 1e-6;
+    }
+  EXPECT_GT(hits, 300);
+  EXPECT_GT(beyond, 10);
+}
+
+TEST(CrossingInstrument, MissesBesideIt) {
+  const CrossingInstrument instrument(0.5);
+  const Vector3d tip = instrument.tip_mm(), along(0, 0, 1);
+  EXPECT_TRUE(instrument.first_hit(tip - 40 * along, along));
+  EXPECT_FALSE(instrument.first_hit(tip - 40 * along - Vector3d(2.6, 0, 0), along));
+  EXPECT_FALSE(instrument.first_hit(tip + 40 * along, along));  // it lies behind
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "tissue_relief.h"
+#include "moving_scene.h"
 
 namespace organbake {
 

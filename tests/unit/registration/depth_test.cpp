@@ -10,7 +10,7 @@
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/phantom/faulty_depth.h"
+#include "organbake/phantom/known_answers.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "organbake/core/random.h"
-#include "organbake/phantom/lamp_photo.h"
+#include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/phantom/known_answers.h"
 
 namespace organbake {
 namespace {

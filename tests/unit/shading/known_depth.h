@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// Small inputs whose answer is known: a ball's CT, the surfaces on which shape from shading is
+// usually measured, and depth with the faults of an endoscope's.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "organbake/geometry/camera.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/shading/distant.h"
+#include "organbake/shading/grid.h"
+#include "organbake/volume/volume.h"
+
+namespace organbake {
+
+inline constexpr double kBallAir_hu = -1000, kBallTissue_hu = 60;
+inline constexpr double kBallHalfWay_hu = (kBallAir_hu + kBallTissue_hu) / 2;
+
+// A ball round the world's origin as a scanner without noise sees it: every voxel is the mean over
+// its box. The grid's middle is off the origin by a part of a voxel and 10 mm of air lie around.
+Volume scan_ball(double radius_mm, const Eigen::Vector3d& spacing_mm);
+
+// RMS radial error (mm), over all edges of the grid, of where the straight line between two voxels
+// crosses the half-way level: what marching cubes reaches when it does nothing wrong.
+double linear_crossing_rms_mm(const Volume& ball, double radius_mm);
+
+// The surfaces on which shape from shading is usually measured, with what an ideal camera sees.
+
+// "vase", "sphere", "gauss", "sombrero", "peaks" (Zhang et al. 1999 and others), size × size
+// pixels, orthographic, lit from afar with albedo 1.
+struct DistantScene {
+  Plane intensity;  // max(0, n·s)
+  Plane depth;      // Z, pixels, away from the camera
+};
+const std::vector<std::string>& distant_scene_names();
+DistantScene distant_scene(const std::string& name, int size, const DistantLight& light);
+
+// ln r = ln 60 + 0.06 A [peaks at 5.2 x, 5.2 y] for a laparoscope of focal length `size`, light at
+// the optical centre, brightest pixel 1. For A = 1 ranges are 40–98 mm.
+struct NearScene {
+  Plane intensity;
+  Plane log_range;  // ln mm
+  Intrinsics camera;
+};
+NearScene near_scene(double amplitude, int size);
+
+// Adds Gaussian noise of this share of full scale, and 8 bits when `eight_bit`.
+void add_noise(Plane& intensity, double share, bool eight_bit, std::uint64_t seed);
+
+// How the depth of a real endoscope errs, and what else it shows.
+struct DepthFaults {
+  double noise = 0.02;      // of a pixel, share of its depth: standard deviation
+  double bias = 0;          // at most so much of all depth, either way
+  double bumps_mm = 0;      // smooth over some 20 mm: standard deviation
+  double hidden_share = 0;  // of the view, by fat that lies up to 12 mm before the organ
+  double mm_per_unit = 1;   // of the lengths that come out
+};
+
+// Points that a depth map of the organ shows, in the camera's axes: of each pixel one; beside the
+// organ a wall that stands `wall_mm` from the camera, aslant. Seeded.
+std::vector<Eigen::Vector3d> faulty_depth(const RayScene& organ, const PosedCamera& camera,
+                                          double wall_mm, const DepthFaults& faults,
+                                          std::uint64_t seed);
+
+}  // namespace organbake

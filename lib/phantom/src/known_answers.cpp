@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Inputs with known answers, by their formulas. A voxel of the ball's CT is the mean over its box,
+// and a perfect marching cubes' error is counted from it; the surfaces for shading are those of
+// Zhang et al. 1999 and others. Depth is faulty as matching leaves it: noise from pixel to pixel,
+// errors that are smooth over the tissue, a scale that is a little wrong, and tissue in front.
+#include "organbake/phantom/known_answers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/shading/ray_grid.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kMargin_mm = 10;
+constexpr double kOffCentre_voxels = 0.37;
+
+// Share of a voxel's box inside the ball: exact along z, by midpoints across.
+double share_in_ball(const Eigen::Vector3d& at, const Eigen::Vector3d& box, double radius) {
+  if (at.norm() > radius + box.norm()) return 0;
+  if (at.norm() < radius - box.norm()) return 1;
+  constexpr int kColumns = 8;
+  double inside = 0;
+  for (int a = 0; a < kColumns; ++a) {
+    for (int b = 0; b < kColumns; ++b) {
+      const double x = at.x() + ((a + 0.5) / kColumns - 0.5) * box.x();
+      const double y = at.y() + ((b + 0.5) / kColumns - 0.5) * box.y();
+      const double half = std::sqrt(std::max(0.0, radius * radius - x * x - y * y));
+      const double low = std::max(-half, at.z() - box.z() / 2);
+      const double high = std::min(half, at.z() + box.z() / 2);
+      inside += std::max(0.0, high - low) / box.z();
+    }
+  }
+  return inside / (kColumns * kColumns);
+}
+
+Volume empty_grid(double extent_mm, const Eigen::Vector3d& spacing_mm) {
+  Volume volume;
+  volume.spacing_mm = spacing_mm;
+  Eigen::Vector3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    volume.size[axis] = 2 * static_cast<int>(std::ceil(extent_mm / spacing_mm[axis] / 2)) + 1;
+    middle[axis] = (volume.size[axis] - 1) / 2.0 + kOffCentre_voxels;
+  }
+  volume.origin_mm = -spacing_mm.cwiseProduct(middle);
+  return volume;
+}
+
+}  // namespace
+
+Volume scan_ball(double radius_mm, const Eigen::Vector3d& spacing_mm) {
+  Volume ct = empty_grid(2 * (radius_mm + kMargin_mm), spacing_mm);
+  for (int k = 0; k < ct.size[2]; ++k) {
+    for (int j = 0; j < ct.size[1]; ++j) {
+      for (int i = 0; i < ct.size[0]; ++i) {
+        const double share =
+            share_in_ball(ct.world_from_index(Eigen::Vector3d(i, j, k)), spacing_mm, radius_mm);
+        const double hu = kBallAir_hu + (kBallTissue_hu - kBallAir_hu) * share;
+        ct.voxels.push_back(static_cast<std::int16_t>(std::lround(hu)));
+      }
+    }
+  }
+  return ct;
+}
+
+double linear_crossing_rms_mm(const Volume& ball, double radius_mm) {
+  double squares = 0;
+  std::size_t count = 0;
+  for (int k = 0; k + 1 < ball.size[2]; ++k) {
+    for (int j = 0; j + 1 < ball.size[1]; ++j) {
+      for (int i = 0; i + 1 < ball.size[0]; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          Eigen::Vector3i next(i, j, k);
+          ++next[axis];
+          const double here = ball.at(i, j, k), there = ball.at(next.x(), next.y(), next.z());
+          if ((here >= kBallHalfWay_hu) == (there >= kBallHalfWay_hu)) continue;
+          Eigen::Vector3d index(i, j, k);
+          index[axis] += (kBallHalfWay_hu - here) / (there - here);
+          const double miss = ball.world_from_index(index).norm() - radius_mm;
+          squares += miss * miss;
+          ++count;
+        }
+      }
+    }
+  }
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
+namespace {
+
+constexpr double kStep = 1e-5;  // of numerical slopes; the surfaces are of size 1
+
+double peaks(double x, double y) {
+  return 3 * (1 - x) * (1 - x) * std::exp(-x * x - (y + 1) * (y + 1)) -
+         10 * (x / 5 - x * x * x - std::pow(y, 5)) * std::exp(-x * x - y * y) -
+         std::exp(-(x + 1) * (x + 1) - y * y) / 3;
+}
+
+double root(double square) { return square > 0 ? std::sqrt(square) : 0; }
+
+// Heights in image widths; x in −½…½, y in 0…1.
+double height_of(const std::string& name, double x, double y) {
+  const double v = y - 0.5, r2 = x * x + v * v;
+  if (name == "vase") {
+    const double f = 0.15 - 0.1 * y * std::pow(6 * y + 1, 2) * std::pow(y - 1, 2) * (3 * y - 2);
+    return root(f * f - x * x);
+  }
+  if (name == "sphere") return root(0.16 - r2);
+  if (name == "gauss") return 0.25 * std::exp(-r2 / 0.045);
+  if (name == "sombrero") {
+    const double r = 20 * std::sqrt(r2);
+    return 40.0 / 128 * (r < 1e-9 ? 1 : std::sin(r) / r);
+  }
+  if (name == "peaks") return 0.03 * peaks(6 * x, 6 * v);
+  throw UsageError("there is no surface '" + name + "'");
+}
+
+}  // namespace
+
+const std::vector<std::string>& distant_scene_names() {
+  static const std::vector<std::string> names = {"vase", "sphere", "gauss", "sombrero", "peaks"};
+  return names;
+}
+
+DistantScene distant_scene(const std::string& name, int size, const DistantLight& light) {
+  DistantScene scene{Plane(size, size), Plane(size, size)};
+  const Eigen::Vector3d toward = light.toward();
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column) {
+      const double x = (column + 0.5) / size - 0.5, y = (row + 0.5) / size;
+      const double p =
+          -(height_of(name, x + kStep, y) - height_of(name, x - kStep, y)) / (2 * kStep);
+      const double q =
+          -(height_of(name, x, y + kStep) - height_of(name, x, y - kStep)) / (2 * kStep);
+      scene.intensity.at(column, row) = static_cast<float>(std::max(0.0, lambert(p, q, toward)));
+      scene.depth.at(column, row) = static_cast<float>(-size * height_of(name, x, y));
+    }
+  return scene;
+}
+
+NearScene near_scene(double amplitude, int size) {
+  NearScene scene{Plane(size, size), Plane(size, size), {}};
+  scene.camera.width = scene.camera.height = size;
+  scene.camera.fx = scene.camera.fy = size;
+  scene.camera.cx = scene.camera.cy = 0.5 * size;
+  const RayGrid rays = ray_grid(scene.camera);
+  const auto log_range = [&](double x, double y) {
+    return std::log(60.0) + 0.06 * amplitude * peaks(5.2 * x, 5.2 * y);
+  };
+  std::vector<double> light(scene.intensity.size());
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column) {
+      const double x = rays.x(column), y = rays.y(row);
+      const double p = (log_range(x + kStep, y) - log_range(x - kStep, y)) / (2 * kStep);
+      const double q = (log_range(x, y + kStep) - log_range(x, y - kStep)) / (2 * kStep);
+      const double along = x * p + y * q;
+      const double g = (1 + x * x + y * y) * (p * p + q * q + along * along);
+      const double v = log_range(x, y);
+      const std::size_t k = scene.intensity.index(column, row);
+      scene.log_range.values[k] = static_cast<float>(v);
+      light[k] = std::exp(-2 * v) / std::sqrt(1 + g);
+    }
+  const double brightest = *std::max_element(light.begin(), light.end());
+  for (std::size_t k = 0; k < light.size(); ++k)
+    scene.intensity.values[k] = static_cast<float>(light[k] / brightest);
+  return scene;
+}
+
+void add_noise(Plane& intensity, double share, bool eight_bit, std::uint64_t seed) {
+  for (std::size_t k = 0; k < intensity.size(); ++k) {
+    RandomStream random(seed, k);
+    double value = intensity.values[k] + share * random.normal();
+    if (eight_bit) value = std::round(255 * std::clamp(value, 0.0, 1.0)) / 255;
+    intensity.values[k] = static_cast<float>(value);
+  }
+}
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A sum of waves of about one length in all directions; mean 0, standard deviation 1.
+class SmoothField {
+ public:
+  SmoothField(double wavelength, RandomStream& random) {
+    for (Wave& wave : waves_) {
+      const double angle = random.uniform(0, 2 * std::numbers::pi);
+      wave.slope = 2 * std::numbers::pi / wavelength * random.uniform(0.6, 1.6) *
+                   Vector2d(std::cos(angle), std::sin(angle));
+      wave.phase = random.uniform(0, 2 * std::numbers::pi);
+    }
+  }
+  double at(const Vector2d& x) const {
+    double sum = 0;
+    for (const Wave& wave : waves_) sum += std::cos(wave.slope.dot(x) + wave.phase);
+    return sum * std::sqrt(2.0 / kWaves);
+  }
+
+ private:
+  static constexpr int kWaves = 12;
+  struct Wave {
+    Vector2d slope;
+    double phase = 0;
+  };
+  std::array<Wave, kWaves> waves_;
+};
+
+std::vector<Vector3d> rays_of(const Intrinsics& lens) {
+  std::vector<Vector3d> rays;
+  for (int y = 0; y < lens.height; ++y)
+    for (int x = 0; x < lens.width; ++x) rays.push_back(unproject(lens, {x + 0.5, y + 0.5}));
+  return rays;
+}
+
+// The height of the field above which so much of the view lies.
+double level_of_share(const SmoothField& field, const std::vector<Vector3d>& rays, double share) {
+  if (!(share > 0)) return std::numeric_limits<double>::infinity();
+  std::vector<double> heights;
+  for (const Vector3d& ray : rays) heights.push_back(field.at(ray.head<2>()));
+  const auto at = heights.begin() +
+                  static_cast<std::ptrdiff_t>((1 - std::min(1.0, share)) * (heights.size() - 1.0));
+  std::nth_element(heights.begin(), at, heights.end());
+  return *at;
+}
+
+}  // namespace
+
+std::vector<Vector3d> faulty_depth(const RayScene& organ, const PosedCamera& camera, double wall_mm,
+                                   const DepthFaults& faults, std::uint64_t seed) {
+  constexpr double kBump_mm = 20, kFat = 0.7, kSlant = 0.5, kThin_mm = 2, kThick_mm = 10;
+  RandomStream random(seed, 1601);
+  const SmoothField bumps(kBump_mm / wall_mm, random), fat(kFat, random);
+  const double bias = faults.bias * (random.uniform() < 0.5 ? -1 : 1) * random.uniform(0.5, 1);
+  const std::vector<Vector3d> rays = rays_of(camera.intrinsics);
+  const double fat_level = level_of_share(fat, rays, faults.hidden_share);
+  const RigidTransform world_from_camera = camera.camera_from_world.inverse();
+  std::vector<Vector3d> points;
+  for (const Vector3d& ray : rays) {
+    const Ray way{world_from_camera.translation, world_from_camera.rotation * ray};
+    RayHit seen;
+    organ.first_hits({&way, 1}, {&seen, 1});
+    const Vector2d view = ray.head<2>();
+    double z = seen.face == kNoHit ? wall_mm * (1 + kSlant * view.x()) : seen.t;
+    const double over = fat.at(view) - fat_level;
+    if (over > 0) z -= kThin_mm + kThick_mm * std::min(1.0, over);
+    z *= 1 + bias + faults.noise * random.normal();
+    z += faults.bumps_mm * bumps.at(view);
+    points.push_back(z / faults.mm_per_unit * ray);
+  }
+  return points;
+}
+
+}  // namespace organbake

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "organ.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/phantom/phantom.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+TEST(OrganPhantomOptions, DefaultsAreValid) { EXPECT_NO_THROW(OrganPhantomOptions().check()); }
+
+template <class Change>
+void expect_refused(Change change) {
+  OrganPhantomOptions options;
+  change(options);
+  EXPECT_THROW(options.check(), UsageError);
+  EXPECT_THROW(OrganPhantom{options}, UsageError);
+}
+
+TEST(OrganPhantomOptions, EachBoundIsKept) {
+  expect_refused([](auto& o) { o.ct_size[0] = 7; });
+  expect_refused([](auto& o) { o.ct_size[2] = 2049; });
+  expect_refused([](auto& o) { o.ct_size[1] = -256; });
+  expect_refused([](auto& o) { o.spacing_mm[0] = 0; });
+  expect_refused([](auto& o) { o.spacing_mm[1] = 51; });
+  expect_refused([](auto& o) { o.spacing_mm[2] = kNaN; });
+  expect_refused([](auto& o) { o.noise_hu = -1; });
+  expect_refused([](auto& o) { o.noise_hu = 501; });
+  expect_refused([](auto& o) { o.noise_hu = kNaN; });
+  expect_refused([](auto& o) { o.photo_count = -1; });
+  expect_refused([](auto& o) { o.photo_count = 1001; });
+  expect_refused([](auto& o) { o.photo_size = 15; });
+  expect_refused([](auto& o) { o.photo_size = 16385; });
+}
+
+TEST(OrganPhantomOptions, MessageNamesOptionValueAndBound) {
+  OrganPhantomOptions options;
+  options.spacing_mm[2] = 77;
+  try {
+    options.check();
+    FAIL() << "accepted";
+  } catch (const UsageError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("spacing_mm along z = 77"), std::string::npos) << message;
+    EXPECT_NE(message.find("0.05…50"), std::string::npos) << message;
+  }
+}
+
+TEST(OrganPhantomOptions, TheSmallestOrganIsStillAnOrgan) {
+  OrganPhantomOptions options;
+  options.ct_size = {8, 8, 8};
+  options.spacing_mm = {0.05, 0.05, 0.05};
+  const OrganPhantom phantom(options);
+  EXPECT_GT(signed_volume(phantom.surface(3)), 0);
+  EXPECT_EQ(phantom.scan().voxels.size(), 512u);
+}
+
+using Eigen::Vector3d;
+
+const Vector3d kCenter{3, -4, 5};
+
+TEST(OrganShape, SampleIsTheValueWithItsGradient) {
+  const OrganShape shape(1, 1, kCenter);
+  constexpr double kStep = 1e-5;
+  constexpr double kTolerance =
+      1e-8;  // central differences: step² times third derivatives below 10
+  for (const Vector3d& direction : make_icosphere(2).vertices) {
+    const Vector3d point = kCenter + 61.3 * direction;
+    const OrganShape::Sample at = shape.sample(point);
+    EXPECT_NEAR(at.value, shape.value(point), 1e-12);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d step = kStep * Vector3d::Unit(axis);
+      const double slope = (shape.value(point + step) - shape.value(point - step)) / (2 * kStep);
+      EXPECT_NEAR(at.gradient[axis], slope, kTolerance);
+    }
+  }
+}
+
+TEST(OrganShape, SurfacePointsAreTheZeroSet) {
+  const OrganShape shape(7, 0.8, kCenter);
+  for (const Vector3d& direction : make_icosphere(3).vertices) {
+    const Vector3d point = shape.surface_point(direction);
+    EXPECT_NEAR(shape.value(point), 0, 1e-12);
+    EXPECT_GT(shape.value(kCenter + 0.9 * (point - kCenter)), 0);
+    EXPECT_LT(shape.value(kCenter + 1.1 * (point - kCenter)), 0);
+  }
+}
+
+// The scan skips voxels by these bounds, so they must hold between the directions they come from.
+TEST(OrganShape, MeasuredBoundsHoldEverywhere) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const OrganShape shape(seed, 1, kCenter);
+    for (const Vector3d& direction : make_icosphere(5).vertices) {
+      const Vector3d point = shape.surface_point(direction);
+      const double radius = (point - kCenter).norm();
+      EXPECT_GT(radius, shape.inner_radius_mm());
+      EXPECT_LT(radius, shape.outer_radius_mm());
+      EXPECT_LT(shape.sample(point).gradient.norm(), shape.lipschitz());
+    }
+  }
+}
+
+TEST(OrganShape, FineBumpsAreAFewTenthsOfAMillimetre) {
+  // Bumps are what remains of the radius after its mean over a cap wider than a bump.
+  const OrganShape shape(1, 1, kCenter);
+  double sum2 = 0, largest = 0;
+  int count = 0;
+  for (const Vector3d& direction : make_icosphere(3).vertices) {
+    const Vector3d u = direction.unitOrthogonal(), v = direction.cross(u);
+    double mean = 0;
+    constexpr int kRing = 12;
+    for (int k = 0; k < kRing; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kRing, reach = 0.06;  // 3–5 mm: half a bump
+      mean += (shape.surface_point(
+                   (direction + reach * (std::cos(angle) * u + std::sin(angle) * v)).normalized()) -
+               kCenter)
+                  .norm() /
+              kRing;
+    }
+    const double bump = (shape.surface_point(direction) - kCenter).norm() - mean;
+    sum2 += bump * bump;
+    largest = std::max(largest, std::abs(bump));
+    ++count;
+  }
+  EXPECT_GT(std::sqrt(sum2 / count), 0.1);
+  EXPECT_GT(largest, 0.4);
+  EXPECT_LT(largest, 2.5);
+}
+
+TEST(OrganShape, CentreAndOddPointsAreNoTrap) {
+  const OrganShape shape(1, 1, kCenter);
+  EXPECT_GT(shape.value(kCenter), 0);
+  EXPECT_TRUE(shape.sample(kCenter).gradient.allFinite());
+  EXPECT_LT(shape.value(Vector3d(1e12, 0, 0)), 0);
+  EXPECT_TRUE(
+      std::isnan(shape.value(Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()))));
+}
+
+// A mirrored or transposed organ must not pass for the organ: every such copy, laid centre on
+// centre, misses the surface by several millimetres on average.
+TEST(OrganShape, IsAsymmetricInEveryAxis) {
+  OrganPhantomOptions options;
+  const OrganPhantom phantom(options);
+  const TriangleMesh surface = phantom.surface(4);
+  const Vector3d center = bounds(surface).center();
+  const auto mean_miss_mm = [&](const Eigen::Matrix3d& map) {
+    double sum = 0;
+    for (const Vector3d& vertex : surface.vertices)
+      sum += std::abs(phantom.inside(center + map * (vertex - center)));
+    return sum / static_cast<double>(surface.vertices.size());
+  };
+  EXPECT_NEAR(mean_miss_mm(Eigen::Matrix3d::Identity()), 0, 1e-9);
+  constexpr double kPlainMm = 4;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Matrix3d mirror = Eigen::Matrix3d::Identity();
+    mirror(axis, axis) = -1;
+    EXPECT_GT(mean_miss_mm(mirror), kPlainMm) << "mirrored in axis " << axis;
+    Eigen::Matrix3d swap = Eigen::Matrix3d::Identity();
+    swap.col(axis).swap(swap.col((axis + 1) % 3));
+    EXPECT_GT(mean_miss_mm(swap), kPlainMm) << "axes " << axis << " and the next swapped";
+    EXPECT_GT(mean_miss_mm(-mirror), kPlainMm) << "turned half round axis " << axis;
+  }
+  EXPECT_GT(mean_miss_mm(-Eigen::Matrix3d::Identity()), kPlainMm);
+}
+
+TEST(OrganShape, TheSeedMakesAnotherOrgan) {
+  const OrganShape a(1, 1, kCenter), again(1, 1, kCenter), b(2, 1, kCenter);
+  const Vector3d direction = Vector3d(0.3, 0.5, 0.8).normalized();
+  EXPECT_EQ(a.surface_point(direction), again.surface_point(direction));
+  EXPECT_GT((a.surface_point(direction) - b.surface_point(direction)).norm(), 0.05);
+}
+
+using Eigen::Vector3d;
+
+// Measured image errors depend on the organ, so its formula is frozen: whoever changes one of these
+// numbers has made another phantom, and every figure that was measured on it is void.
+struct Frozen {
+  Vector3d world_mm;
+  double inside_mm;
+  Vector3d albedo;
+};
+const Frozen kFrozen[] = {
+    {{0, 0, 0}, 13.49806411438, {0.24011793660, 0.04500873473, 0.02944289081}},
+    {{60, -20, 40}, 42.75385832589, {0.21170917038, 0.03982523724, 0.02555163473}},
+    {{-40, 0, 30}, 15.68131595563, {0.26381091753, 0.06057283689, 0.03994068549}},
+    {{16, -60, 20}, -1.62043931662, {0.17965770520, 0.03683413255, 0.02459901008}},
+    {{16, 30, 60}, 0.40418373436, {0.22387125800, 0.04752608671, 0.03090621807}},
+    {{-200, 500, 10}, -499.24780539507, {0.13826406508, 0.02633676912, 0.01930253264}},
+    {{6.25, 34.5, 17.75}, 0.14057451652, {0.13117516001, 0.01934858497, 0.02303997627}},
+    {{-7.5, -18.25, 94}, -0.00340124251, {0.57176923231, 0.35842672505, 0.14598687025}},
+    {{14.5, -27, -15.25}, -0.00380992648, {0.19836248987, 0.26081805656, 0.07398998560}},
+};
+constexpr double kFrozenTolerance = 1e-9;  // libm and fused multiply-adds differ in the last digits
+
+TEST(OrganFormula, IsFrozen) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  const OrganShape shape(1, 1, Vector3d(16.3, -11.7, 34.0));
+  const OrganTexture texture(1, shape);
+  for (const Frozen& frozen : kFrozen) {
+    EXPECT_NEAR(phantom.inside(frozen.world_mm), frozen.inside_mm, kFrozenTolerance);
+    EXPECT_NEAR(shape.value(frozen.world_mm), frozen.inside_mm, kFrozenTolerance);
+    const Vector3d albedo = texture.albedo(frozen.world_mm);
+    EXPECT_LT((albedo - frozen.albedo).cwiseAbs().maxCoeff(), kFrozenTolerance)
+        << albedo.transpose();
+    EXPECT_EQ(phantom.albedo(frozen.world_mm), albedo.cast<float>());
+  }
+}
+
+TEST(OrganFormula, AlbedoIsAColourEverywhere) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  for (const Vector3d& vertex : phantom.surface(4).vertices) {
+    const Eigen::Vector3f albedo = phantom.albedo(vertex);
+    EXPECT_TRUE(albedo.allFinite());
+    EXPECT_GE(albedo.minCoeff(), 0);
+    EXPECT_LE(albedo.maxCoeff(), 1);
+  }
+}
+
+// Detail narrower than a few texels of 0.3 mm would alias whatever the baker does.
+TEST(OrganFormula, TextureIsSmoothAtATexel) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  constexpr double kTexelMm = 0.3;
+  double sum2 = 0, sum_bend2 = 0;
+  int count = 0;
+  for (const Vector3d& vertex : phantom.surface(5).vertices) {
+    const Vector3d along = kTexelMm * phantom.normal(vertex).unitOrthogonal();
+    const auto at = [&](double texels) -> Eigen::Vector3f {
+      return phantom.albedo(vertex + texels * along);
+    };
+    sum2 += (at(1) - at(-1)).squaredNorm();
+    sum_bend2 += (at(-1) - 2 * at(0) + at(1)).squaredNorm();
+    ++count;
+  }
+  // A wave of length L has bend/step = tan(π · 0.3 / L): 0.3 for L = 3.2 mm, two 1.6 mm features.
+  EXPECT_LT(std::sqrt(sum_bend2 / sum2), 0.3);
+  EXPECT_GT(std::sqrt(sum2 / count), 0.01) << "there must be texture to align and to blur";
+}
+
+// One patch of bile green on the organ's right, front and lower side: a mirrored picture shows it
+// on the wrong side.
+TEST(OrganFormula, TheGreenMarkIsWhereItBelongs) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  const TriangleMesh surface = phantom.surface(5);
+  const Vector3d center = bounds(surface).center();
+  Vector3d green_sum = Vector3d::Zero();
+  int green = 0;
+  for (const Vector3d& vertex : surface.vertices) {
+    const Eigen::Vector3f albedo = phantom.albedo(vertex);
+    if (albedo.y() < 1.15f * albedo.x()) continue;
+    green_sum += vertex - center;
+    ++green;
+  }
+  const double share = double(green) / static_cast<double>(surface.vertices.size());
+  EXPECT_GT(share, 0.005);
+  EXPECT_LT(share, 0.05);
+  const Vector3d mean = green_sum / green;
+  EXPECT_LT(mean.x(), -10);  // right
+  EXPECT_LT(mean.y(), -10);  // anterior
+  EXPECT_LT(mean.z(), -20);  // inferior
+}
+
+using Eigen::Vector3d;
+
+TEST(OrganSurface, VerticesLieOnTheFormula) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  const TriangleMesh surface = phantom.surface(5);
+  EXPECT_EQ(surface.faces.size(), 20480u);
+  for (const Vector3d& vertex : surface.vertices) EXPECT_NEAR(phantom.inside(vertex), 0, 1e-9);
+  const MeshTopology topology = analyse_topology(surface);
+  EXPECT_TRUE(topology.closed_manifold());
+  EXPECT_EQ(topology.euler_characteristic, 2);
+  EXPECT_GT(signed_volume(surface), 0);
+}
+
+TEST(OrganSurface, NormalsLookOutAndAgreeWithTheMesh) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  const TriangleMesh surface = phantom.surface(6);
+  const std::vector<Vector3d> normals = vertex_normals(surface);
+  double sum = 0;
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const Vector3d normal = phantom.normal(surface.vertices[v]);
+    EXPECT_NEAR(normal.norm(), 1, 1e-12);
+    sum += normal.dot(normals[v]);
+  }
+  // Faces of 1 mm on bumps of 6 mm: the mesh's normals are some degrees off, on either side.
+  EXPECT_GT(sum / static_cast<double>(normals.size()), 0.99);
+}
+
+TEST(OrganSurface, ColoursAreTheDiffuseLight) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  const TriangleMesh surface = phantom.surface(3);
+  ASSERT_EQ(surface.colors.size(), surface.vertices.size());
+  for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
+    const Vector3d& point = surface.vertices[v];
+    const Vector3d expected = phantom.albedo(point)
+                                  .cast<double>()
+                                  .cwiseProduct(studio_lighting().diffuse(phantom.normal(point)))
+                                  .cwiseMin(1.0);
+    EXPECT_LT((surface.colors[v].cast<double>() - expected).norm(), 1e-6);
+    EXPECT_GT(surface.colors[v].minCoeff(), 0) << "no side may be black";
+  }
+}
+
+TEST(OrganSurface, FillsTheSameShareOfAnyScan) {
+  const auto outline = [](std::array<int, 3> size, Vector3d spacing) {
+    OrganPhantomOptions options;
+    options.ct_size = size;
+    options.spacing_mm = spacing;
+    const Bounds box = bounds(OrganPhantom(options).surface(4));
+    return Vector3d((box.max - box.min)
+                        .cwiseQuotient(spacing.cwiseProduct(Vector3d(size[0], size[1], size[2]))));
+  };
+  const Vector3d whole = outline({256, 256, 96}, {1, 1, 3});
+  const Vector3d quarter = outline({64, 64, 24}, {1, 1, 3});
+  const Vector3d finer = outline({512, 512, 192}, {0.5, 0.5, 1.5});
+  constexpr double kBumps = 0.03;  // bumps keep their millimetres
+  EXPECT_LT((whole - quarter).cwiseAbs().maxCoeff(), kBumps);
+  EXPECT_LT((whole - finer).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(OrganSurface, RefusesOddSubdivisions) {
+  const OrganPhantom phantom(OrganPhantomOptions{});
+  EXPECT_THROW(phantom.surface(-1), UsageError);
+  EXPECT_THROW(phantom.surface(12), UsageError);
+}
+
+}  // namespace
+}  // namespace organbake
