@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "array_arguments.h"
 
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+
 #include "organbake/core/error.h"
 
 namespace organbake {
@@ -123,6 +127,27 @@ py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
                           [](void* p) { delete static_cast<std::vector<Eigen::Vector3d>*>(p); });
   return py::array_t<double>({py::ssize_t(kept->size()), py::ssize_t(3)},
                              reinterpret_cast<const double*>(kept->data()), owner);
+}
+
+void translate_error(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    switch (error.code()) {
+      case ExitCode::usage:
+      case ExitCode::bad_data:
+      case ExitCode::bad_recipe:
+        return PyErr_SetString(PyExc_ValueError, error.what());
+      case ExitCode::no_input:
+      case ExitCode::read_error:
+      case ExitCode::cannot_write:
+        return PyErr_SetString(PyExc_OSError, error.what());
+      default:
+        return PyErr_SetString(PyExc_RuntimeError, error.what());
+    }
+  } catch (const std::filesystem::filesystem_error& error) {
+    PyErr_SetString(PyExc_OSError, error.what());
+  }
 }
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include <Eigen/Core>
+#include <exception>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,5 +39,9 @@ RawNumbers raw_numbers(const pybind11::object& argument, const std::string& name
 
 // (n, 3), over memory of its own.
 pybind11::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors);
+
+// What C++ throws, as Python's own: ValueError for what was asked or what a file holds, OSError for
+// files that are not there or cannot be used, with the programs' sentences.
+void translate_error(std::exception_ptr thrown);
 
 }  // namespace organbake

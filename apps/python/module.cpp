@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+
 #include <pybind11/stl.h>
 
 #include <filesystem>
 #include <new>
 
 #include "array_arguments.h"
-#include "bind_mesh.h"
-#include "bind_states.h"
-#include "bind_step.h"
-#include "bind_view.h"
 #include "organbake/core/error.h"
-#include "picture_arrays.h"
-#include "python_errors.h"
-#include "shared_player.h"
+#include "player_bindings.h"
 
 namespace organbake {
 namespace py = pybind11;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shared_player.h"
+#include "player_bindings.h"
 
 #include <cstring>
 

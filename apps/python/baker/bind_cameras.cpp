@@ -5,7 +5,6 @@
 #include <string>
 
 #include "array_arguments.h"
-#include "bindings.h"
 #include "exchange.h"
 #include "organbake/capture/capture.h"
 #include "organbake/viewpoints/placement.h"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "array_arguments.h"
-#include "bindings.h"
 #include "exchange.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_depth.h"

@@ -69,4 +69,8 @@ auto run_released(const Work& work) {
   return result;
 }
 
+void bind_meshes(pybind11::module_& m);   // surface, decimate
+void bind_cameras(pybind11::module_& m);  // place, capture
+void bind_photos(pybind11::module_& m);   // register, shade
+
 }  // namespace organbake

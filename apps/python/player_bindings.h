@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What the module organplay is made of: the player that threads share, what Python tells of tips,
+// and pictures whose arrays are over C++'s memory.
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/instruments/instrument.h"
+#include "organbake/player/embedded_player.h"
+#include "organbake/player/held_tools.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/truth/batch_drawing.h"
+#include "organbake/truth/flow.h"
+#include "organbake/truth/truth_tracker.h"
+
+namespace organbake {
+
+// One picture and what was asked for beside it.
+struct DrawnPicture {
+  Rgb8Image color;
+  LayerSet layers;
+  PixelTruth truth;
+  bool has_flow = false;
+  Flow backward, forward;  // from this picture to the last one, and from that to this
+};
+
+using StateNumbers = decltype(StateBatch::xyz_mm);
+
+// A player that several threads may call, one after the other: without the interpreter's lock,
+// which no call needs. Throws what Player throws, and UsageError once it was closed.
+class SharedPlayer {
+ public:
+  SharedPlayer(const std::vector<std::filesystem::path>& bundles, const DeformOptions& options,
+               std::optional<DrawnLight> light);
+
+  StepReport step(const std::vector<Instrument>& instruments);
+  void place_tools(const std::vector<Instrument>& instruments);  // for pictures alone
+  void reset();
+  void close();
+  View orbit(const OrbitPose& pose, int width, int height);
+  // With the tools of the last step, if they are wanted. `pixels`: room for the picture in the
+  // caller's memory instead of the result's own, or nullptr.
+  DrawnPicture draw(const View& view, const LayerSet& layers, bool tools, std::uint8_t* pixels);
+  std::size_t organ_count();
+  std::vector<Eigen::Vector3d> proxy_positions(std::size_t organ);
+  std::vector<Face> proxy_faces(std::size_t organ);
+  void set_state(const StateNumbers& xyz_mm, StateOf of, std::size_t organ);
+  EmbeddedPlayer::Mesh mesh(std::size_t organ);
+  std::vector<Eigen::Vector3d> contact_forces(const std::vector<Instrument>& instruments,
+                                              std::size_t organ, bool on_nodes);
+  void draw_many(const StateBatch& states, const std::vector<View>& views,
+                 const BatchPlanes& planes);
+  Eigen::Vector3d skin_point(const Eigen::Vector3d& direction);
+
+ private:
+  Player& open();  // with the lock held
+
+  std::mutex mutex_;
+  std::unique_ptr<Player> player_;
+  std::optional<DrawnLight> light_;
+  std::vector<Instrument> instruments_;  // of the last step, where they were held
+  double time_step_s_, time_s_ = 0;      // passed since it was loaded
+  std::optional<HeldTools> tools_;       // once they were drawn
+  Frame frame_;
+  std::optional<TruthTracker> tracker_;
+  std::optional<BatchDrawing> batch_;  // once many were drawn
+};
+
+// What Python tells of tips, each for all of them or one by one.
+struct TipArguments {
+  const pybind11::object &positions_mm, &radius_mm, &axis_mm, &grabs, &cuts, &snips, &opening_mm,
+      &cut_width_mm, &pierces, &active;
+
+  // Throws UsageError naming the argument.
+  std::vector<Instrument> instruments() const;
+};
+
+// A method of tips: work(player, instruments, more…), whose further arguments are keywords, too.
+template <class Class, class... More, class Result>
+void def_with_tips_as(Class& player, const char* name,
+                      Result (*work)(SharedPlayer&, const std::vector<Instrument>&, More...),
+                      const char* doc, const auto&... more) {
+  namespace py = pybind11;
+  using Given = const py::object&;
+  player.def(
+      name,
+      [work](SharedPlayer& self, Given positions_mm, Given radius_mm, Given axis_mm, Given grabs,
+             Given cuts, Given snips, Given opening_mm, Given cut_width_mm, Given pierces,
+             Given active, More... rest) {
+        const TipArguments tips{positions_mm, radius_mm,  axis_mm,      grabs,   cuts,
+                                snips,        opening_mm, cut_width_mm, pierces, active};
+        return work(self, tips.instruments(), rest...);
+      },
+      py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
+      py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
+      py::arg("snips") = false, py::arg("opening_mm") = py::none(), py::arg("cut_width_mm") = 0.0,
+      py::arg("pierces") = false, py::arg("active") = true, more..., doc);
+}
+template <class Class>
+void def_with_tips(Class& player, const char* name, auto work, const char* doc,
+                   const auto&... more) {
+  def_with_tips_as(player, name, +work, doc, more...);
+}
+
+// A picture as Python sees it: every attribute is an array over memory that the picture owns and
+// keeps alive as long as any of them is in use. Nothing is copied.
+class PictureArrays {
+ public:
+  explicit PictureArrays(DrawnPicture picture, pybind11::object rgb);
+
+  pybind11::object rgb() const;
+  pybind11::object depth_mm() const;  // None unless asked for, as the others
+  pybind11::object normals() const;
+  pybind11::object mask() const;
+  pybind11::object skin() const;  // a structured array
+  pybind11::object organ() const;
+  pybind11::object weight() const;
+  pybind11::object flow_back() const;  // None at a first picture, too
+  pybind11::object flow_back_seen() const;
+  pybind11::object flow_from_last() const;
+  pybind11::object flow_from_last_seen() const;
+
+ private:
+  std::shared_ptr<DrawnPicture> picture_;
+  pybind11::object rgb_;  // the caller's own array, or None
+};
+
+void bind_view(pybind11::module_& m);  // organplay.View
+
+// The class Mesh: what another solver needs of an organ.
+void bind_mesh(pybind11::module_& m);
+
+// organplay.Step, and the player's method that returns one.
+void bind_step(pybind11::module_& m,
+               pybind11::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>& player);
+
+// States that another solver computes: Player's methods for them, and the class Pictures.
+void bind_states(pybind11::module_& m,
+                 pybind11::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>& player);
+
+}  // namespace organbake
