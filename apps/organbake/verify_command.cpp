@@ -7,12 +7,12 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/dataset/dataset_spec.h"
+#include "organbake/dataset/dataset.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/bake_warnings.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/schemas.h"
-#include "organbake/truth/scope_lens.h"
+#include "organbake/truth/lens_picture.h"
 
 namespace organbake {
 namespace {

@@ -24,7 +24,7 @@
 #include "organbake/player/player.h"
 #include "organbake/player/reference_frames.h"
 #include "organbake/player/script_camera.h"
-#include "organbake/truth/scope_lens.h"
+#include "organbake/truth/lens_picture.h"
 #include "organbake/truth/truth_recorder.h"
 #include "organbake/warp/paper_warp.h"
 #include "outputs.h"

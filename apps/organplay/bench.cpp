@@ -15,7 +15,7 @@
 #include "organbake/core/text.h"
 #include "organbake/player/play.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {

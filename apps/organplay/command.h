@@ -10,7 +10,7 @@
 #include "option_values.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/player/orbit.h"
-#include "organbake/truth/layer_set.h"
+#include "organbake/truth/pixel_truth.h"
 #include "organbake/warp/drawn_light.h"
 #include "window/drawn_by.h"
 

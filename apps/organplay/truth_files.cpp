@@ -10,9 +10,9 @@
 #include "organbake/geometry/camera.h"
 #include "organbake/image/png.h"
 #include "organbake/player/script_camera.h"
-#include "organbake/truth/layer_files.h"
-#include "organbake/truth/scope_lens.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/lens_picture.h"
+#include "organbake/truth/pixel_truth.h"
+#include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -2,7 +2,7 @@
 #include "window_module.h"
 
 #include "loaded_module.h"
-#include "organbake/truth/scope_lens.h"
+#include "organbake/truth/lens_picture.h"
 #include "window/run_window.h"
 
 namespace organbake {

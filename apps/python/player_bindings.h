@@ -20,8 +20,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/batch_drawing.h"
-#include "organbake/truth/flow.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 

@@ -4,7 +4,7 @@
 #include "organbake/bundle/lighting.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/files.h"
-#include "organbake/dataset/dataset_spec.h"
+#include "organbake/dataset/dataset.h"
 #include "organbake/pipelines/case_table.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/recipe.h"

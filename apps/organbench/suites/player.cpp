@@ -8,7 +8,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/pipelines/worker_process.h"
 #include "organbake/player/player.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {

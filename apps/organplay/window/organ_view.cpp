@@ -15,7 +15,7 @@
 #endif
 #include "organbake/image/png.h"
 #include "organbake/player/eye_inside.h"
-#include "organbake/truth/cavity_wall.h"
+#include "organbake/truth/lens_picture.h"
 #include "window/look_panel.h"
 #include "window/measured_picture.h"
 #include "window/overlays.h"

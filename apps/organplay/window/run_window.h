@@ -8,7 +8,7 @@
 #include "drawn_by.h"
 #include "organbake/core/run_context.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/truth/scope_picture.h"
+#include "organbake/truth/lens_picture.h"
 #include "organbake/warp/drawn_light.h"
 
 namespace organbake {

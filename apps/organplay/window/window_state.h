@@ -9,7 +9,7 @@
 #include "organbake/player/live_session.h"
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/player.h"
-#include "organbake/truth/scope_picture.h"
+#include "organbake/truth/lens_picture.h"
 #include "organbake/truth/truth_recorder.h"
 #include "window/truth_pictures.h"
 

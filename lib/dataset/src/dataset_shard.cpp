@@ -1,19 +1,159 @@
 // SPDX-License-Identifier: Apache-2.0
+// One shard: clips of random views, lights and pokes from its own random stream, played and
+// recorded with their truth.
 #include "dataset_shard.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <memory>
+#include <numbers>
 
-#include "clip.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/background_tasks.h"
+#include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/random.h"
 #include "organbake/image/png.h"
+#include "organbake/image/srgb.h"
 #include "organbake/player/play.h"
 #include "organbake/player/reference_frames.h"
+#include "organbake/player/skin_point.h"
 #include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// Evenly over the cap of directions within an angle of another.
+Vector3d in_cone(const Vector3d& middle, double angle_rad, RandomStream& random) {
+  const double cosine = random.uniform(std::cos(angle_rad), 1),
+               turn = random.uniform(0, 2 * std::numbers::pi),
+               sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+  const Vector3d aside = middle.unitOrthogonal(), other = middle.cross(aside);
+  return cosine * middle + sine * (std::cos(turn) * aside + std::sin(turn) * other);
+}
+
+RigidTransform view_along(const Bundle& bundle, const Vector3d& direction, double distance,
+                          double roll_rad) {
+  const Vector3d center = bundle.cameras.manifold.center_world_mm;
+  const Vector3d to_first = bundle.cameras.cameras.front().center_world_mm() - center;
+  const RigidTransform roll = {Eigen::AngleAxisd(roll_rad, Vector3d::UnitZ()).toRotationMatrix(),
+                               Vector3d::Zero()};
+  return roll * look_at(center + distance * to_first.norm() * direction, center, up_from(to_first));
+}
+
+double drawn_from(const SampledRange& range, RandomStream& random) {
+  return random.uniform(range.low, range.high);
+}
+
+// In and out again, once, from a direction that meets skin.
+std::optional<InstrumentPath> make_poke(const DatasetSpec& spec, const Bundle& bundle,
+                                        const Vector3d& view, int number, RandomStream& random) {
+  const double depth = drawn_from(spec.depth_mm, random),
+               radius = drawn_from(spec.radius_mm, random);
+  const double all = spec.clip_frames * spec.time_step_s;
+  const double deepest = random.uniform(0.4, 0.8) * all;
+  constexpr int kTries = 8;
+  constexpr double kAbove_mm = 2;
+  for (int i = 0; i < kTries; ++i) {
+    const Vector3d from = in_cone(view, spec.poke_cone_rad, random);
+    try {
+      skin_point(bundle, from);
+    } catch (const BadDataError&) {
+      continue;
+    }
+    InstrumentPath poke;
+    poke.name = "probe " + std::to_string(number);
+    poke.instrument.radius_mm = radius;
+    poke.path = {{0, std::nullopt, from, -kAbove_mm},
+                 {deepest, std::nullopt, from, depth},
+                 {all + spec.time_step_s, std::nullopt, from, -kAbove_mm}};
+    return poke;
+  }
+  return std::nullopt;
+}
+
+// Quantiles of the normal distribution: quick, and the same everywhere.
+constexpr int kQuantileBits = 12;
+const std::array<float, 1 << kQuantileBits>& normal_quantiles() {
+  static const auto table = [] {
+    std::array<float, 1 << kQuantileBits> quantiles{};
+    // By bisection of the distribution function.
+    for (std::size_t i = 0; i < quantiles.size(); ++i) {
+      const double share = (double(i) + 0.5) / double(quantiles.size());
+      double low = -6, high = 6;
+      for (int k = 0; k < 60; ++k) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::numbers::sqrt2) < share ? low : high) = middle;
+      }
+      quantiles[i] = static_cast<float>(0.5 * (low + high));
+    }
+    return quantiles;
+  }();
+  return table;
+}
+
+void add_noise(double deviation, RandomStream random, Rgb8Image& picture) {
+  const auto& quantiles = normal_quantiles();
+  const auto scale = static_cast<float>(deviation);
+  constexpr int kAtOnce = 64 / kQuantileBits;
+  std::uint64_t bits = 0;
+  int left = 0;
+  for (std::uint8_t& value : picture.pixels) {
+    if (left == 0) bits = random(), left = kAtOnce;
+    const float noisy = static_cast<float>(value) + scale * quantiles[bits % quantiles.size()];
+    bits >>= kQuantileBits, --left;
+    value = static_cast<std::uint8_t>(std::clamp(noisy + 0.5f, 0.0f, 255.0f));
+  }
+}
+
+}  // namespace
+
+DatasetClip make_clip(const DatasetSpec& spec, const Bundle& bundle, std::size_t organ,
+                      int number) {
+  constexpr std::uint64_t kClipsOfOrgan = std::uint64_t{1} << 32;
+  RandomStream random(spec.seed, organ * kClipsOfOrgan + static_cast<std::uint64_t>(number));
+  DatasetClip clip;
+  Script& script = clip.script;
+  script.name = "clip " + std::to_string(number);
+  script.time_step_s = spec.time_step_s;
+  script.frames = spec.clip_frames;
+  script.width = spec.width, script.height = spec.height;
+  const Vector3d front =
+      (bundle.cameras.cameras.front().center_world_mm() - bundle.cameras.manifold.center_world_mm)
+          .normalized();
+  const Vector3d from = in_cone(front, spec.cone_rad, random),
+                 to = in_cone(from, spec.motion_rad, random);
+  const double distance = drawn_from(spec.distance, random),
+               roll = random.uniform(-spec.roll_rad, spec.roll_rad);
+  script.camera.push_back({0, {}, view_along(bundle, from, distance, roll)});
+  if (spec.clip_frames > 1)
+    script.camera.push_back({spec.clip_frames - 1, {}, view_along(bundle, to, distance, roll)});
+  const auto pokes =
+      spec.fewest_pokes +
+      static_cast<int>(random.below(std::uint64_t(spec.most_pokes - spec.fewest_pokes) + 1));
+  for (int i = 0; i < pokes; ++i)
+    if (auto poke = make_poke(spec, bundle, from, i, random))
+      script.instruments.push_back(std::move(*poke));
+  if (!spec.lights.empty()) script.light = spec.lights[random.below(spec.lights.size())];
+  clip.gain = drawn_from(spec.gain, random);
+  clip.noise = drawn_from(spec.noise, random);
+  return clip;
+}
+
+void expose(double gain, double noise, std::uint64_t seed, std::uint64_t item, Rgb8Image& picture) {
+  if (gain != 1) {
+    std::array<std::uint8_t, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i)
+      table[i] = srgb8_from_linear(static_cast<float>(gain) * linear_from_srgb8()[i]);
+    for (std::uint8_t& value : picture.pixels) value = table[value];
+  }
+  if (noise > 0) add_noise(noise, RandomStream(seed ^ 0x6e6f697365ull, item), picture);
+}
+
 namespace {
 
 // Files are packed and written while the next frames are played; not many at once, each holds its

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "embree.h"
 #include "traced_mesh.h"
 
 namespace organbake {

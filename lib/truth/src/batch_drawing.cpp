@@ -12,7 +12,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {

@@ -2,7 +2,7 @@
 // The wall's folds are sine waves that bend each other (domain warping, Quilez 2002), without a
 // seam. Its light falls off with the square of the range, from what skin in the middle of its
 // depths is exposed for.
-#include "organbake/truth/cavity_wall.h"
+#include "organbake/truth/lens_picture.h"
 
 #include <algorithm>
 #include <array>

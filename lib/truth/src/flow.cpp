@@ -2,7 +2,7 @@
 // Row by row, while what is asked for lies in the cache: where a row's points were and are, by runs
 // of one face side by side, and where they land; then whether they are seen there, by what lands
 // round them and by the depth of the other picture.
-#include "organbake/truth/flow.h"
+#include "organbake/truth/pixel_truth.h"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The truth of a picture's pixels from the samples that it was drawn of: which layers are asked
+// for, where everything lay at a moment, and depth, labels, points and normals at the pixels'
+// centres.
 #include "organbake/truth/pixel_truth.h"
 
 #include <Eigen/Geometry>
@@ -7,10 +10,101 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 
 namespace organbake {
+namespace {
+
+const std::vector<std::pair<std::string, bool LayerSet::*>>& layers() {
+  static const std::vector<std::pair<std::string, bool LayerSet::*>> all = {
+      {"depth", &LayerSet::depth}, {"flow", &LayerSet::flow}, {"normals", &LayerSet::normals},
+      {"mask", &LayerSet::mask},   {"id", &LayerSet::id},     {"weight", &LayerSet::weight}};
+  return all;
+}
+
+void add(const std::string& name, LayerSet& set) {
+  bool known = false;
+  for (const auto& [of, member] : layers()) {
+    if (name != "all" && name != of) continue;
+    set.*member = known = true;
+  }
+  if (known) return;
+  std::string all;
+  for (const std::string& one : layer_names()) all += one + ", ";
+  throw UsageError("'" + name + "' is no layer; take any of " + all + "or all");
+}
+
+}  // namespace
+
+const std::vector<std::string>& layer_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const auto& layer : layers()) all.push_back(layer.first);
+    return all;
+  }();
+  return names;
+}
+
+LayerSet layers_from(std::string_view text) {
+  LayerSet set;
+  while (true) {
+    const std::size_t comma = text.find(',');
+    add(std::string(text.substr(0, comma)), set);
+    if (comma == std::string_view::npos) return set;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+void Moment::take(const std::vector<DrawnOrgan>& organs, const View& from,
+                  const std::vector<Solid>& tools) {
+  view = from;
+  solids = tools;
+  const RigidTransform& pose = view.camera.camera_from_world;
+  bases.clear();
+  for (const DrawnOrgan& organ : organs) bases.push_back(&organ.base);
+  shells.resize(organs.size());
+  for (std::size_t o = 0; o < shells.size(); ++o) {
+    const std::vector<ShellMatrix>& world = organs[o].shell;
+    std::vector<Columns>& placed = shells[o];
+    placed.resize(world.size());
+    constexpr std::size_t kGrain = 1 << 10;
+    parallel_pieces(std::size_t{0}, world.size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t f = first; f < last; ++f) {
+        ShellMatrix metric = pose.rotation * world[f];
+        metric.col(0) += pose.translation;
+        placed[f].topRows<3>() = metric.cast<float>();
+        placed[f].row(3).setZero();
+      }
+    });
+  }
+}
+
+bool Moment::faces_eye(std::size_t organ, const BoundPixel& point) const {
+  const BaseLayer& base = *bases[organ];
+  const int n = static_cast<int>(base.steps);
+  const float step = 1 / static_cast<float>(n);
+  const float* heights = &base.height_mm[std::size_t(point.face) * base.nodes_per_face()];
+  const auto node = [&](int i, int j) {
+    BoundPixel at;
+    at.face = point.face;
+    at.b1 = step * static_cast<float>(i), at.b2 = step * static_cast<float>(j);
+    at.height_mm = heights[base_node_index(base.steps, static_cast<std::uint32_t>(i),
+                                           static_cast<std::uint32_t>(j))];
+    return place(organ, at);
+  };
+  const float u = point.b1 * static_cast<float>(n), v = point.b2 * static_cast<float>(n);
+  const int i = std::clamp(static_cast<int>(u), 0, n - 1),
+            j = std::clamp(static_cast<int>(v), 0, n - 1 - i);
+  const bool upper = u - static_cast<float>(i) + v - static_cast<float>(j) > 1 && i + j + 2 <= n;
+  const Eigen::Vector3f b = node(i + 1, j), c = node(i, j + 1),
+                        a = upper ? node(i + 1, j + 1) : node(i, j);
+  const Eigen::Vector3f normal = upper ? (c - a).cross(b - a) : (b - a).cross(c - a);
+  return normal.dot(a + b + c) < 0;
+}
+
 namespace {
 
 using Eigen::Vector3f;
@@ -213,6 +307,29 @@ void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, P
   trim_outline(moment, truth);
   put_tools(moment, layers, truth);
   if (layers.normals) put_skin_normals(truth);
+}
+
+void TruthTracker::advance(const Player& player, const View& view, const std::vector<Solid>& tools,
+                           Frame& picture) {
+  for (std::size_t organ = 0; organ < player.organ_count(); ++organ) {
+    if (player.is_cut(organ))
+      throw UsageError("the truth of a picture is told of organs as they were baked, and '" +
+                       player.bundle(organ).manifest.name +
+                       "' has been cut; leave out the layers, or the blade");
+  }
+  std::vector<DrawnOrgan> organs;
+  for (std::size_t o = 0; o < player.organ_count(); ++o)
+    organs.push_back({player.bundle(o).base, player.shell_matrices(o)});
+  advance(organs, view, tools, picture);
+}
+
+void TruthTracker::advance(const std::vector<DrawnOrgan>& organs, const View& view,
+                           const std::vector<Solid>& tools, Frame& picture) {
+  if (picture.bound.empty())
+    throw UsageError("the truth of a picture needs it drawn with its bound pixels kept");
+  ++pictures_;
+  moments_[pictures_ % 2].take(organs, view, tools);
+  take_pixels(moments_[pictures_ % 2], layers_, picture, truths_[pictures_ % 2]);
 }
 
 }  // namespace organbake

@@ -9,7 +9,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
-#include "organbake/raycast/face_queries.h"
 #include "support/meshes.h"
 
 namespace organbake {

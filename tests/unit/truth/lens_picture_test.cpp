@@ -7,12 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "depth_of_field.h"
-#include "fold_shadows.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/orbit.h"
-#include "organbake/truth/cavity_wall.h"
 #include "traced_organ.h"
 
 namespace organbake {

@@ -8,7 +8,7 @@
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/truth/truth_tracker.h"
+#include "organbake/truth/pixel_truth.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

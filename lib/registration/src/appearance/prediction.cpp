@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "organbake/core/parallel.h"
-#include "organbake/raycast/face_queries.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "organbake/player/player.h"
 #include "organbake/player/state_reader.h"
-#include "organbake/truth/layer_set.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 

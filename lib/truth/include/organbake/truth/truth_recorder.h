@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// The truth beside a script's frames, as files.
+
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -10,11 +12,32 @@
 
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
-#include "organbake/truth/layer_files.h"
-#include "organbake/truth/layer_set.h"
 #include "organbake/truth/lens_picture.h"
+#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
+
+// Pieces of work that write one file each, from planes of their own: whoever makes them may run
+// them later, and from any thread.
+using WriteJob = std::function<void()>;
+
+// Of the layers but for flow, as <before>depth<after>.exr, normals, id and weight likewise, and
+// the mask as PNG of 8-bit labels. Channels: Z, as floats of 24 bits (to 0.001 mm
+// at 100 mm); X Y Z; organ face b1 b2 h (face 4294967295 and the rest 0 at the background); weight.
+// The jobs throw IoError.
+std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std::string& before,
+                                 const std::string& after, const LayerSet& layers,
+                                 const PixelTruth& truth);
+
+// The same, at once.
+void write_layers(const std::filesystem::path& folder, const std::string& before,
+                  const std::string& after, const LayerSet& layers, const PixelTruth& truth);
+
+// flow as EXR: forward.x forward.y forward.seen and backward likewise, px to 1/256 as half floats
+// (to one part in 4096), and 0 or 1; of a picture that is the first or the last one of the two is
+// missing; without both there is no file.
+std::vector<WriteJob> flow_jobs(const std::filesystem::path& file, int width, int height,
+                                const Flow* forward, const Flow* backward);
 
 struct TruthOptions {
   LayerSet layers;
@@ -45,8 +68,8 @@ inline constexpr double kUsualBaseline_mm = 5;
 void check_baseline(double baseline_mm);  // throws UsageError for one that makes no stereo
 
 // Writes the truth of a script's frames into a folder that the caller makes and commits: by frame
-// the layers (layer_files.h) as depth_0000.exr and so on, for the sequence cameras.json and
-// scenes.jsonl (scene_record.h). The right eye's frames and layers, under the same names and with a
+// the layers (layer_jobs()) as depth_0000.exr and so on, for the sequence cameras.json and
+// scenes.jsonl. The right eye's frames and layers, under the same names and with a
 // cameras.json of their own, lie in the folder "right".
 class TruthRecorder {
  public:
