@@ -14,7 +14,6 @@
 #include "organbake/volume/write_volume.h"
 #include "probes.h"
 #include "support/mesh_texts.h"
-#include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

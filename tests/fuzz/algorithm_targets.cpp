@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "fuzz/drawn.h"
 #include "fuzz/grown_mesh.h"
 #include "fuzz/readers.h"
 #include "organbake/core/parallel.h"

@@ -12,7 +12,7 @@
 #include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/volume/label_names_file.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,47 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// Every reader of the project behind one door, the inputs that it is given, and how these are
+// damaged.
+
 #include <cstddef>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "fuzz/input_folder.h"
+#include "organbake/core/random.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
+
+// Has temporary files of this process made in memory, where the system has a place for it and
+// nobody asked for another one. For the first line of main.
+void keep_temporary_files_in_memory();
+
+// The folder that a reader's input lies in. What the input before it left there is removed.
+class InputFolder {
+ public:
+  // The whole input as one file.
+  std::filesystem::path file(const std::string& name, std::span<const std::byte> bytes) const;
+
+  // An input that stands for several files: each begins with kPartMark and a byte that says which
+  // of `names` it is called. Returns the folder that they lie in.
+  std::filesystem::path parts(const std::vector<std::string>& names,
+                              std::span<const std::byte> bytes) const;
+
+ private:
+  void clear() const;
+
+  TemporaryFolder folder_;
+};
+
+// Text, so that cutting and splicing leave the parts behind it whole.
+inline constexpr std::string_view kPartMark = "\n<part>";
+std::string joined_parts(const std::vector<std::pair<std::size_t, std::string>>& files);
 
 using Seeds = std::vector<std::string>;
 using Words = std::vector<std::string_view>;
@@ -21,7 +52,7 @@ inline void append(const Seeds& more, Seeds& seeds) {
 
 // One reader of the project as a user's file reaches it: any bytes at all are read, or refused with
 // one of the project's own errors (core/error.h). So are, by the algorithms, the meshes and options
-// that any bytes stand for (drawn.h).
+// that any bytes stand for (Drawn).
 struct FuzzReader {
   const char* name;
   void (*read)(std::span<const std::byte> bytes, const InputFolder& folder);
@@ -69,5 +100,10 @@ inline std::span<const std::byte> bytes_of(std::string_view text) {
 inline std::string text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
+
+// One of the seeds made worse by one to four changes: bits flipped, counts and lengths overwritten
+// by those that programs trip over, numbers in text replaced, pieces cut out, doubled, or put in
+// from other seeds, words of the format put in. The same stream gives the same bytes.
+std::string damaged_seed(const Seeds& seeds, const Words& words, RandomStream& random);
 
 }  // namespace organbake

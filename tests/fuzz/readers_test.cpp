@@ -12,7 +12,6 @@
 #include <ostream>
 
 #include "fuzz/heap_meter.h"
-#include "fuzz/mutations.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"

@@ -13,7 +13,7 @@
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include "fuzz/readers.h"
-#include "fuzz/vtk_writings.h"
+#include "fuzz/seeds.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
 #include "support/mesh_texts.h"

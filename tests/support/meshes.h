@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "organbake/geometry/smooth_skin.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -42,5 +43,13 @@ TriangleMesh cut_in_half(const TriangleMesh& mesh, const Eigen::Vector3d& normal
                          double offset_mm = 0);
 // Every face with corners of its own, as STL has them.
 TriangleMesh soup_of(const TriangleMesh& mesh);
+
+// A smooth skin that is not smooth: every node lies on its face of the proxy, by the corners'
+// barycentric weights.
+SmoothSkin flat_skin(const TriangleMesh& proxy, std::uint32_t steps);
+
+// The same with each corner's weight spread over its neighbours by this share: carried, like baked
+// skins, by more vertices than those of its face.
+SmoothSkin spread_skin(const TriangleMesh& proxy, std::uint32_t steps, double share);
 
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 #include <limits>
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 
 #include "organbake/bundle/bundle.h"
+#include "organbake/bundle/tetrahedral_body.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -48,5 +50,11 @@ const Bundle& organ_to_play();
 // proxy's diagonal stay exactly where they are.
 std::vector<Eigen::Vector3d> dented(const TriangleMesh& proxy, const Eigen::Vector3d& direction,
                                     double depth_mm);
+
+// A whole, valid bundle of two 8×6 cameras round a tetrahedron.
+Bundle small_bundle();
+// Two tetrahedra that carry a vertex at a corner and others within, for its mechanics.
+TetrahedralBody small_body();
+void write_bundle(const std::filesystem::path& folder, const Bundle& bundle);
 
 }  // namespace organbake

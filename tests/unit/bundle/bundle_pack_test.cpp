@@ -5,7 +5,7 @@
 
 #include "organbake/core/random.h"
 #include "support/error_message.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

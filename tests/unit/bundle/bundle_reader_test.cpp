@@ -8,7 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "organbake/core/error.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -10,7 +10,7 @@
 #include "organbake/core/temporary_folder.h"
 #include "organbake/image/exr_writer.h"
 #include "support/error_message.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -10,8 +10,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "support/meshes.h"
-#include "support/skins.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

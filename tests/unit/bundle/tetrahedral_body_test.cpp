@@ -8,7 +8,7 @@
 
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/error.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

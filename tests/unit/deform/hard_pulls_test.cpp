@@ -7,7 +7,7 @@
 
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
-#include "support/skins.h"
+#include "support/meshes.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 

@@ -7,7 +7,7 @@
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/shell_map.h"
 #include "solver/spring_network.h"
-#include "support/skins.h"
+#include "support/meshes.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {

@@ -10,7 +10,6 @@
 #include "organbake/geometry/lattice.h"
 #include "organbake/geometry/shell_surface.h"
 #include "support/meshes.h"
-#include "support/skins.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/skin_point.h"
-#include "support/small_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "dicom_folder_fixture.h"
 #include "organbake/volume/label_figures.h"
-#include "support/dicom_mask_bytes.h"
+#include "support/dicom_bytes.h"
 
 namespace organbake {
 namespace {

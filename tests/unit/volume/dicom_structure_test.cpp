@@ -5,7 +5,6 @@
 
 #include "organbake/core/temporary_folder.h"
 #include "support/dicom_bytes.h"
-#include "support/dicom_mask_bytes.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

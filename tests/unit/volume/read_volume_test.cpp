@@ -6,7 +6,6 @@
 #include "organbake/core/temporary_folder.h"
 #include "organbake/volume/write_volume.h"
 #include "support/dicom_bytes.h"
-#include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 #include "dicom_folder_fixture.h"
 #include "organbake/core/files.h"
 #include "organbake/volume/write_volume.h"
-#include "support/nifti_bytes.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
