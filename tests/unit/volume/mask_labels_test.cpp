@@ -117,6 +117,19 @@ TEST(Labels, NamesComeFromTheTextsThatEditorsWrite) {
   ASSERT_EQ(slicer.size(), 2u);
   EXPECT_EQ(slicer[1].name, "gall_bladder");
   EXPECT_EQ(read("7: spleen\n")[0].name, "spleen");
+  const auto columns = read("1;pu;putamen;255;0;12\n2;\"cd\";\"caudate; head\";1;2;3\n");
+  ASSERT_EQ(columns.size(), 2u);
+  EXPECT_EQ(columns[0].name, "putamen");
+  EXPECT_EQ(columns[1].label, 2);
+  EXPECT_EQ(columns[1].name, "caudate; head");
+  const auto quoted =
+      read("\"index\",\"short\",\"name\"\n\"3\",\"hippocampus left\",\"HL, left\"\n");
+  ASSERT_EQ(quoted.size(), 1u);
+  EXPECT_EQ(quoted[0].label, 3);
+  EXPECT_EQ(quoted[0].name, "HL, left");
+  EXPECT_EQ(read("label,name\n4,left kidney\n")[0].name, "left kidney");
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read("1;liver\n;spleen\n"); }),
+              HasSubstr("line 2 \";spleen\" is no label"));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read("1 liver\nspleen\n"); }),
               HasSubstr("line 2 \"spleen\" is no label"));
 }

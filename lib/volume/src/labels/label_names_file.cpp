@@ -14,6 +14,22 @@
 namespace organbake {
 namespace {
 
+// A table's row in columns that `mark` parts, without the quotes round them.
+std::vector<std::string> columns_of(const std::string& line, char mark) {
+  std::vector<std::string> columns(1);
+  bool quoted = false;
+  for (const char c : line) {
+    quoted ^= c == '"';
+    if (c == mark && !quoted) {
+      columns.emplace_back();
+    } else if (c != '"') {
+      columns.back() += c;
+    }
+  }
+  for (std::string& column : columns) column = trimmed(column);
+  return columns;
+}
+
 bool is_number(const std::string& word) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -30,8 +46,66 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
+std::optional<int> as_label(const std::string& text) {
+  int label = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), label);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return label;
+}
+
+// What parts a table's columns; none where blanks do, as in most.
+std::optional<char> mark_of(const std::string& line) {
+  const auto quotes = std::count(line.begin(), line.end(), '"');
+  if (columns_of(line, ';').size() > 1) return ';';
+  if ((quotes > 2 || line.starts_with('"')) && columns_of(line, ',').size() > 1) return ',';
+  return std::nullopt;
+}
+
+// Which columns of a table have the number and the name, where its first row says so.
+struct LabelColumns {
+  std::size_t number = 0;
+  std::optional<std::size_t> name;
+};
+
+std::optional<LabelColumns> titles_of(const std::string& line) {
+  std::vector<std::string> titles = columns_of(line, line.find(';') < line.size() ? ';' : ',');
+  if (titles.size() < 2) return std::nullopt;
+  LabelColumns found;
+  bool numbered = false;
+  for (std::size_t i = 0; i < titles.size(); ++i) {
+    const std::string title = lower_case(titles[i]);
+    if (as_label(title)) return std::nullopt;
+    const bool number = title == "index" || title == "id" || title == "number" ||
+                        title == "value" || title == "key" || (title == "label" && i == 0);
+    if (number && !numbered) found.number = i;
+    numbered |= number;
+    if (!found.name && !number &&
+        (title.find("name") != title.npos || title == "structure" || title == "region" ||
+         title == "organ" || title == "label"))
+      found.name = i;
+  }
+  return numbered || found.name ? std::optional(found) : std::nullopt;
+}
+
+// Of several texts in a row, as a short form and the whole word, the longest is the name.
+std::optional<LabelName> label_of_row(const std::vector<std::string>& row,
+                                      const LabelColumns& columns) {
+  if (columns.number >= row.size()) return std::nullopt;
+  const std::optional<int> label = as_label(row[columns.number]);
+  if (!label) return std::nullopt;
+  std::string name;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (i == columns.number || (columns.name && i != *columns.name)) continue;
+    if ((columns.name || !is_number(row[i])) && row[i].size() > name.size()) name = row[i];
+  }
+  if (name.empty()) return std::nullopt;
+  return LabelName{*label, name};
+}
+
 // What is left of a line without its numbers is the name, in quotes or not.
-std::optional<LabelName> label_of(const std::string& line) {
+std::optional<LabelName> label_of(const std::string& line, const LabelColumns& columns) {
+  if (const auto mark = mark_of(line)) return label_of_row(columns_of(line, *mark), columns);
+  if (columns.name) return label_of_row(columns_of(line, ','), columns);
   int label = 0;
   const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), label);
   if (error != std::errc()) return std::nullopt;
@@ -110,7 +184,9 @@ std::string with_name(int label, const std::vector<LabelName>& names) {
 std::vector<LabelName> read_label_names(const std::filesystem::path& file) {
   HeaderText text(file);
   std::vector<LabelName> names;
+  LabelColumns columns;
   int number = 0;
+  bool titled = false;
   for (std::string line; text.next_line(line);) {
     ++number;
     line = trimmed(line);
@@ -119,7 +195,12 @@ std::vector<LabelName> read_label_names(const std::filesystem::path& file) {
       break;
     }
     if (line.empty() || line[0] == '#') continue;
-    const auto label = label_of(line);
+    if (const auto titles = titles_of(line); titles && names.empty() && !titled) {
+      columns = *titles;
+      titled = true;
+      continue;
+    }
+    const auto label = label_of(line, columns);
     if (!label) {
       throw BadDataError(file, "line " + std::to_string(number) + " \"" + line.substr(0, 80) +
                                    "\" is no label; a number and a name are needed, as ITK-SNAP "
