@@ -18,7 +18,13 @@ void bind(OptionList& list, ReadStageOptions& o) {
                    "of mending it"})
       .add("roi_mm", &o.roi,
            {.help = "two corners x0,y0,z0,x1,y1,z1 of the box that is read; else all",
-            .unit = "mm, LPS"});
+            .unit = "mm, LPS"})
+      .add("unit_affine", &o.unit_affine,
+           {.help = "of a NIfTI affine in steps of 1 mm whose header tells other voxel sizes: "
+                    "refuse it, keep its steps, or scale them to those sizes"},
+           {{"refuse", UnitAffine::refuse},
+            {"keep", UnitAffine::keep},
+            {"scale", UnitAffine::scale}});
 }
 
 void bind(OptionList& list, MeshFrame& frame) {

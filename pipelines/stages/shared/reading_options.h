@@ -15,10 +15,12 @@ struct ReadStageOptions {
   bool strict = false;
   std::string roi;  // as parse_region reads it; empty = all
   int time = 0;     // of several time points, from 1
+  UnitAffine unit_affine = UnitAffine::refuse;
 
   // Inline, so that only the stages' modules need what parses a region.
   VolumeReadOptions resolved() const {
-    VolumeReadOptions options{.series = series, .strict = strict, .time = time};
+    VolumeReadOptions options{
+        .series = series, .strict = strict, .time = time, .unit_affine = unit_affine};
     if (!roi.empty()) options.region = parse_region(roi, "--roi-mm");
     return options;
   }

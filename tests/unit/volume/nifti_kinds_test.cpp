@@ -197,5 +197,35 @@ TEST_F(NiftiKinds, LabelNamesComeFromTheHeadersExtension) {
               HasSubstr("no label 6; it holds 5 liver"));
 }
 
+// The issue's: 1.6 × 1.6 × 3 mm, whose sform has steps of 1.
+TEST_F(NiftiKinds, AnAffineThatLostItsVoxelSizeIsRefusedUnlessAskedFor) {
+  Volume truth = ramp_volume();
+  truth.spacing_mm = {1.6, 1.6, 3};
+  NiftiBytes nifti(truth);
+  for (float& step : nifti.sform) step = std::fabs(step) > 0 ? std::copysign(1.0f, step) : 0;
+  for (const bool is_mask : {false, true}) {
+    EXPECT_THAT(
+        message_of(ExitCode::bad_data, [&] { read(nifti.bytes(), {.is_mask = is_mask}); }),
+        HasSubstr("voxels of 1.00 × 1.00 × 1.00 where the header's voxel sizes (pixdim) are "
+                  "1.60 × 1.60 × 3.00"));
+    const Volume scaled =
+        read(nifti.bytes(), {.is_mask = is_mask, .unit_affine = UnitAffine::scale});
+    EXPECT_LT((scaled.spacing_mm - truth.spacing_mm).norm(), 1e-6) << "float32";
+    const Volume kept = read(nifti.bytes(), {.is_mask = is_mask, .unit_affine = UnitAffine::keep});
+    EXPECT_EQ(kept.spacing_mm, Eigen::Vector3d(1, 1, 1));
+    EXPECT_THAT(kept.warnings, Contains(HasSubstr("differ by up to 67 %; the sform was taken")));
+  }
+}
+
+TEST_F(NiftiKinds, AnAffineOfOtherStepsThanItsHeaderIsTakenAndSaid) {
+  NiftiBytes nifti(ramp_volume());
+  nifti.pixdim[1] *= 1.25f;
+  const Volume volume = read(nifti.bytes());
+  EXPECT_LT(largest_ramp_error(volume), kNiftiRounding_hu);
+  EXPECT_THAT(volume.warnings, Contains(HasSubstr("differ by up to 20 %; the sform was taken")));
+  nifti.pixdim[1] = 0;
+  EXPECT_THAT(read(nifti.bytes()).warnings, IsEmpty()) << "not told";
+}
+
 }  // namespace
 }  // namespace organbake

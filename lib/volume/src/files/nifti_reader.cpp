@@ -106,11 +106,53 @@ void set_size(const NiftiHeader& header, Volume& volume) {
   for (std::size_t i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(header.dim[i + 1]);
 }
 
-void place(const NiftiHeader& header, Volume& volume, Shear& shear) {
+std::string sizes_text(const Eigen::Vector3d& sizes) {
+  return to_text(sizes.x(), 2) + " × " + to_text(sizes.y(), 2) + " × " + to_text(sizes.z(), 2);
+}
+
+// The sform's steps stand beside voxel sizes that the header tells again. Where they differ the
+// standard lets the sform count; steps of 1 on all axes that differ have lost their size.
+void compare_steps(const NiftiHeader& header, UnitAffine unit_affine, NiftiAffine& sform,
+                   std::vector<std::string>& warnings) {
+  constexpr double kAlike = 0.01, kOne = 1e-3;
+  const Eigen::Vector3d steps = sform.axes.colwise().norm();
+  const Eigen::Vector3d told =
+      Eigen::Vector3d(header.pixdim[1], header.pixdim[2], header.pixdim[3]).cwiseAbs();
+  double most = 0;
+  bool lost = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(told[axis] > 0) || !std::isfinite(told[axis])) continue;
+    const double apart = std::abs(steps[axis] / told[axis] - 1);
+    most = std::max(most, apart);
+    if (apart > kAlike) lost &= std::abs(steps[axis] - 1) < kOne;
+  }
+  if (!(most > kAlike)) return;
+  const std::string both = "the NIfTI sform has voxels of " + sizes_text(steps) +
+                           " where the header's voxel sizes (pixdim) are " + sizes_text(told);
+  if (lost && unit_affine == UnitAffine::refuse) {
+    throw BadDataError(header.name + ": " + both +
+                       ": it seems to have lost them. Write the file again with both alike, or "
+                       "say which to take: --unit-affine scale takes pixdim's, --unit-affine keep "
+                       "the sform's");
+  }
+  const bool scales = lost && unit_affine == UnitAffine::scale;
+  if (scales) {
+    for (int axis = 0; axis < 3; ++axis)
+      if (told[axis] > 0 && std::isfinite(told[axis]))
+        sform.axes.col(axis) *= told[axis] / steps[axis];
+  }
+  warnings.push_back(both + ", which differ by up to " + percent(most) +
+                     (scales ? "; pixdim's were taken, as asked for"
+                             : "; the sform was taken, as the standard says"));
+}
+
+void place(const NiftiHeader& header, const VolumeReadOptions& options, Volume& volume,
+           Shear& shear) {
   const bool has_qform = header.qform_code > 0, has_sform = header.sform_code > 0;
   NiftiAffine ras;
   if (has_sform) {
     ras = header.sform();
+    compare_steps(header, options.unit_affine, ras, volume.warnings);
   } else if (has_qform) {
     ras = header.qform();
   } else {
@@ -176,7 +218,7 @@ Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
   Volume volume;
   set_size(header, volume);
   Shear shear;
-  place(header, volume, shear);
+  place(header, options, volume, shear);
   const TimePoints times = {header.time_points(), header.time_step()};
   volume.time_points = times.count;
   if (!header.voxels_apart) {
