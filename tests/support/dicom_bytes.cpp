@@ -70,6 +70,7 @@ std::string DicomBytes::bytes() const {
          optional_element(0x20, 0x0012, "IS", acquisition) +
          optional_element(0x20, 0x0032, "DS", position) +
          optional_element(0x20, 0x0037, "DS", orientation) +
+         optional_element(0x20, 0x0052, "UI", frame_of_reference) +
          optional_element(0x20, 0x0100, "IS", temporal_position) +
          element(0x28, 0x0002, "US", little_endian(1, 2)) +
          element(0x28, 0x0004, "CS", photometric) +
@@ -138,9 +139,23 @@ std::string SegBytes::bytes() const {
   std::string raw;
   std::size_t bit = 0;
   for (const Frame& frame : frames) {
+    const Eigen::Vector3d corner = frame.corner.value_or(Eigen::Vector3d(10, -20, frame.z));
+    const std::string position =
+        to_text(corner.x()) + "\\" + to_text(corner.y()) + "\\" + to_text(corner.z());
+    std::string group;
+    if (!frame.phase.empty()) {
+      const auto phase = static_cast<std::uint32_t>(std::stoi(frame.phase));
+      group +=
+          dicom_sequence(0x20, 0x9111, {dicom_element(0x20, 0x9128, "UL", dicom_number(phase, 4))});
+    }
+    group += dicom_sequence(0x20, 0x9113, {dicom_element(0x20, 0x0032, "DS", position)});
+    if (!frame.orientation.empty())
+      group += dicom_sequence(0x20, 0x9116, {dicom_element(0x20, 0x0037, "DS", frame.orientation)});
+    if (!frame.pixel_spacing.empty())
+      group +=
+          dicom_sequence(0x28, 0x9110, {dicom_element(0x28, 0x0030, "DS", frame.pixel_spacing)});
     groups.push_back(
-        dicom_sequence(0x20, 0x9113,
-                       {dicom_element(0x20, 0x0032, "DS", "10\\-20\\" + to_text(frame.z))}) +
+        group +
         dicom_sequence(0x62, 0x000A, {dicom_element(0x62, 0x000B, "US", us(frame.segment))}));
     for (const int value : frame.values) {
       if (bits == 8) raw += static_cast<char>(value);
@@ -156,12 +171,21 @@ std::string SegBytes::bytes() const {
         dicom_element(0x62, 0x0005, "LO", name));
   }
   const std::string shared =
-      dicom_sequence(0x20, 0x9116, {dicom_element(0x20, 0x0037, "DS", "1\\0\\0\\0\\1\\0")}) +
-      dicom_sequence(0x28, 0x9110, {dicom_element(0x28, 0x0030, "DS", "0.5\\0.75")});
+      dicom_sequence(0x20, 0x9116, {dicom_element(0x20, 0x0037, "DS", orientation)}) +
+      dicom_sequence(0x28, 0x9110,
+                     {optional_element(0x18, 0x0050, "DS", thickness) +
+                      optional_element(0x18, 0x0088, "DS", gap) +
+                      dicom_element(0x28, 0x0030, "DS", pixel_spacing)});
+  const std::string series =
+      referenced_series.empty()
+          ? ""
+          : dicom_sequence(8, 0x1115, {dicom_element(0x20, 0x000E, "UI", referenced_series)});
   return dicom_head(kSegmentation, rle ? kRle : "1.2.840.10008.1.2.1") +
          dicom_element(8, 0x0016, "UI", kSegmentation) + dicom_element(8, 0x0060, "CS", "SEG") +
+         series + optional_element(0x20, 0x0052, "UI", frame_of_reference) +
          dicom_element(0x28, 0x0008, "IS", std::to_string(frames.size())) +
-         dicom_element(0x28, 0x0010, "US", us(5)) + dicom_element(0x28, 0x0011, "US", us(7)) +
+         dicom_element(0x28, 0x0010, "US", us(rows)) +
+         dicom_element(0x28, 0x0011, "US", us(columns)) +
          dicom_element(0x28, 0x0100, "US", us(bits)) + dicom_element(0x28, 0x0101, "US", us(bits)) +
          dicom_element(0x28, 0x0102, "US", us(bits - 1)) + dicom_element(0x62, 0x0001, "CS", kind) +
          dicom_sequence(0x62, 0x0002, segments) +
@@ -197,6 +221,7 @@ std::string structure_set(const std::vector<Roi>& regions, const Eigen::Matrix3d
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const std::string number = std::to_string(i + 4);
     names.push_back(dicom_element(0x3006, 0x0022, "IS", number) +
+                    optional_element(0x3006, 0x0024, "UI", regions[i].frame_of_reference) +
                     dicom_element(0x3006, 0x0026, "LO", regions[i].name));
     std::vector<std::string> contours;
     for (const auto& [z, points] : regions[i].contours) {
@@ -208,6 +233,7 @@ std::string structure_set(const std::vector<Roi>& regions, const Eigen::Matrix3d
         }
       }
       contours.push_back(dicom_element(0x3006, 0x0042, "CS", "CLOSED_PLANAR") +
+                         optional_element(0x3006, 0x0044, "DS", regions[i].slab) +
                          dicom_element(0x3006, 0x0050, "DS", data));
     }
     drawn.push_back(dicom_sequence(0x3006, 0x0040, contours) +

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,6 +25,7 @@ std::string dicom_head(const std::string& sop_class,
 struct DicomBytes {
   std::string modality = "CT";
   std::string series_uid = "1.2.3", series_number = "7";
+  std::string frame_of_reference;         // empty = the tag is left out
   std::string image_type, acquisition;    // empty = the tag is left out
   std::string kernel, temporal_position;  // the same
   int padding = -1;                       // stored value; −1 = the tag is left out
@@ -44,18 +46,26 @@ struct DicomBytes {
 // The same slices as one file of several frames, an Enhanced CT (PS3.3, A.38).
 std::string enhanced_ct(const std::vector<DicomBytes>& slices);
 
-// A segmentation of "liver" and "cyst, large" as a DICOM file. Frames of 7×5 pixels, so that a
-// frame's 35 bits end in the middle of a byte.
+// A segmentation of "liver" and "cyst, large" as a DICOM file. Frames of 7×5 pixels unless told, so
+// that a frame's 35 bits end in the middle of a byte.
 struct SegBytes {
   struct Frame {
     int segment;
     double z;
-    std::vector<int> values;  // 35
+    std::vector<int> values;                     // rows × columns
+    std::optional<Eigen::Vector3d> corner = {};  // in place of (10, -20, z)
+    std::string phase = {};                      // temporal position index
+    std::string orientation = {};                // of its own; empty = that of all
+    std::string pixel_spacing = {};
   };
   std::string kind = "BINARY";
   int bits = 1;
   std::vector<Frame> frames;
   bool rle = false;
+  int columns = 7, rows = 5;
+  std::string orientation = "1\\0\\0\\0\\1\\0", pixel_spacing = "0.5\\0.75";
+  std::string gap = {}, thickness = {};  // SpacingBetweenSlices, SliceThickness; empty = not told
+  std::string frame_of_reference = {}, referenced_series = {};
 
   std::string bytes() const;
 
@@ -67,6 +77,8 @@ struct SegBytes {
 struct Roi {
   std::string name;
   std::vector<std::pair<double, std::vector<Eigen::Vector2d>>> contours;
+  std::string frame_of_reference = {};
+  std::string slab = {};  // ContourSlabThickness, mm
 };
 
 // An RTSTRUCT of them.

@@ -32,9 +32,9 @@ void describe(const Volume& volume, StageReport& report) {
   report.add("left_handed", figures.left_handed);
   report.add("lowest_value", figures.range.min);
   report.add("highest_value", figures.range.max);
-  if (!volume.slice_gaps_mm.empty()) {
+  if (!volume.slices.corners_mm.empty()) {
     report.add("gantry_tilt_degrees", volume.gantry_tilt_degrees);
-    report.add("slice_gaps_mm", volume.slice_gaps_mm);
+    report.add("slice_gaps_mm", slice_gaps_mm(volume));
   }
   if (volume.time_points > 1) report.add("time_points", volume.time_points);
   report.add("warnings", volume.warnings);

@@ -64,7 +64,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
 Stage isosurface_stage() {
   return {
       .name = "isosurface",
-      .version = 4,
+      .version = 5,
       .summary = "turn a CT, or one label of a mask, into a closed surface",
       .inputs =
           {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,

@@ -65,6 +65,19 @@ VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& 
   return reading;
 }
 
+// Of a mask's several phases one may be asked for though its CT has but one.
+VolumeReadOptions for_ct(const StageCall& call, const IsosurfaceStageOptions& options) {
+  VolumeReadOptions reading = options.reading.resolved();
+  reading.lasting = call.input("mask") != nullptr;
+  return reading;
+}
+
+void check_time(const std::optional<Volume>& ct, const std::optional<Volume>& mask, int time) {
+  if (time < 2 || !ct || !mask || ct->time_points > 1 || mask->time_points > 1) return;
+  throw UsageError("neither the CT nor the mask holds several time points, no --time " +
+                   std::to_string(time));
+}
+
 // Of a CT in a file only the grid is read at first: the mask tells which voxels are needed. A DICOM
 // folder is read once, since all of its slices would be opened for their places alone.
 std::optional<Volume> read_grid(const StageCall& call, VolumeReadOptions options) {
@@ -118,10 +131,11 @@ void question_size(const TriangleMesh& surface, const Volume& grid, const RunCon
 // The volumes end here: they are not needed while the mesh is written.
 Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
                         StageReport& report) {
-  const VolumeReadOptions reading = options.reading.resolved();
+  const VolumeReadOptions reading = for_ct(call, options);
   const std::optional<Volume> ct = read_grid(call, reading);
   const std::optional<Volume> mask =
       read_input(call, "mask", for_mask(call, options, ct, options.label));
+  check_time(ct, mask, reading.time);
   if (mask && ct) tell_place(check_on_ct(call, reading, *ct, *mask), call.context, report);
   Isosurface surface = mask ? label_surface(*mask, options.surface, call.context, ct)
                             : extract_isosurface(*ct, options.surface, call.context);
@@ -165,8 +179,9 @@ std::vector<LabelName> labels_of(const Volume& mask) {
 StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& options) {
   const auto* path = call.input("mask");
   if (!path) throw UsageError("--each-label needs a mask: --mask FILE");
-  const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
+  const std::optional<Volume> ct = read_input(call, "ct", for_ct(call, options));
   const std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, ct, {}));
+  check_time(ct, mask, options.reading.time);
   const std::vector<LabelName> labels = labels_of(*mask);
   if (labels.empty()) throw BadDataError(*path, "holds no label");
   StageReport report;

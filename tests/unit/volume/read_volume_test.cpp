@@ -46,6 +46,8 @@ TEST_F(ReadVolume, WhatIsNoVolumeIsBadData) {
   EXPECT_THAT(error(ExitCode::bad_data, "empty.nii"), HasSubstr("is empty"));
   write_bytes(folder_.path() / "note.txt", "just some words");
   EXPECT_THAT(error(ExitCode::bad_data, "note.txt"), HasSubstr("is not a volume"));
+  write_bytes(folder_.path() / "scan.vtk", "# vtk DataFile Version 3.0\nscan\nASCII\n");
+  EXPECT_THAT(error(ExitCode::bad_data, "scan.vtk"), HasSubstr("save it as .vti"));
   write_bytes(folder_.path() / "a.gz", gzipped("just some words"));
   EXPECT_THAT(error(ExitCode::bad_data, "a.gz"), HasSubstr("too short for a NIfTI header"));
   DicomBytes slice;

@@ -83,9 +83,10 @@ TEST(TiltedHead, TellsGapsAndTiltAsScanned) {
   REQUIRE_SHARED_DATA("dicom/tilted_head");
   const Volume& head = tilted_head();
   EXPECT_NEAR(head.gantry_tilt_degrees, 18.5, 0.01);
-  ASSERT_EQ(head.slice_gaps_mm.size(), 27u);
+  const std::vector<double> gaps = slice_gaps_mm(head);
+  ASSERT_EQ(gaps.size(), 27u);
   const auto count = [&](double gap_mm) {
-    return std::count_if(head.slice_gaps_mm.begin(), head.slice_gaps_mm.end(),
+    return std::count_if(gaps.begin(), gaps.end(),
                          [&](double gap) { return std::abs(gap - gap_mm) < 0.01; });
   };
   EXPECT_EQ(count(4.0), 13);

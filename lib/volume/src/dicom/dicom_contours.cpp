@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_contours.h"
-
+// Reads the closed contours of an RTSTRUCT (PS3.3, C.8.8.6) as a mask: what each plane's contours
+// enclose is filled from half-way to the plane below to half-way to the one above, on a grid that
+// is fine against any CT's pixels, or on the scan's own where a program drew round its voxels.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
-#include "dicom/contour_mask.h"
 #include "dicom/contour_region.h"
 #include "dicom/dicom_document.h"
+#include "dicom/dicom_masks.h"
 #include "grid/affine_grid.h"
+#include "grid/planes.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
-#include "organbake/core/text.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/rotation_between.h"
 #include "organbake/volume/label_names_file.h"
 #include "organbake/volume/region.h"
@@ -31,10 +33,17 @@ struct DrawnContour {
   bool even_odd = false;  // together with all others that say so (CLOSEDPLANAR_XOR)
 };
 
+// The contours of one region by the place of their plane on the normal (mm), in coordinates of the
+// planes' own axes.
+using ContourPlanes = std::map<double, std::vector<ContourRegion::Contour>>;
+
 struct ContouredRegion {
   int number = 0;
-  std::string name;
+  std::string name, frame_of_reference_uid;
+  double slab_mm = 0;  // that a contour stands for; 0 = not told
   std::vector<DrawnContour> contours;
+  ContourPlanes planes = {};
+  std::vector<Slab> slabs = {};  // of each plane; none of a region that is not asked for
 };
 
 // Axes of the planes that the contours lie in: columns u, v, normal.
@@ -69,23 +78,27 @@ Eigen::Matrix3d plane_axes(const std::vector<ContouredRegion>& regions) {
 
 std::vector<ContouredRegion> read_regions(const DicomDocument& document, const fs::path& file) {
   vtkDICOMMetaData& data = document.data();
-  std::map<int, std::string> names;
-  const vtkDICOMValue& listed = data.Get(DC::StructureSetROISequence);
-  for (std::size_t i = 0; i < listed.GetNumberOfValues(); ++i) {
-    names[listed.GetItem(i).Get(DC::ROINumber).AsInt()] =
-        dicom_text(listed.GetItem(i).Get(DC::ROIName));
-  }
+  std::map<int, const vtkDICOMItem*> listed;
+  const vtkDICOMValue& all = data.Get(DC::StructureSetROISequence);
+  for (std::size_t i = 0; i < all.GetNumberOfValues(); ++i)
+    listed[all.GetItem(i).Get(DC::ROINumber).AsInt()] = &all.GetItem(i);
   std::vector<ContouredRegion> regions;
   const vtkDICOMValue& drawn = data.Get(DC::ROIContourSequence);
   for (std::size_t i = 0; i < drawn.GetNumberOfValues(); ++i) {
     ContouredRegion region;
     region.number = drawn.GetItem(i).Get(DC::ReferencedROINumber).AsInt();
-    region.name = names[region.number];
+    if (const vtkDICOMItem* item = listed[region.number]) {
+      region.name = dicom_text(item->Get(DC::ROIName));
+      region.frame_of_reference_uid = dicom_text(item->Get(DC::ReferencedFrameOfReferenceUID));
+    }
     const vtkDICOMValue& contours = drawn.GetItem(i).Get(DC::ContourSequence);
     for (std::size_t c = 0; c < contours.GetNumberOfValues(); ++c) {
       const vtkDICOMItem& item = contours.GetItem(c);
       const std::string kind = dicom_text(item.Get(DC::ContourGeometricType));
       if (kind.rfind("CLOSED", 0) != 0) continue;
+      const vtkDICOMValue& slab = item.Get(DC::ContourSlabThickness);
+      if (slab.IsValid() && std::isfinite(slab.AsDouble()))
+        region.slab_mm = std::max(region.slab_mm, slab.AsDouble());
       const vtkDICOMValue& numbers = item.Get(DC::ContourData);
       const std::size_t count = numbers.GetNumberOfValues();
       if (count % 3 != 0) throw BadDataError(file, "a contour of " + region.name + " is cut off");
@@ -146,6 +159,19 @@ bool follow_voxels(const ContouredRegion& region, const Volume& scan) {
   return true;
 }
 
+// Whether the scan's grid is that of the slices as they were taken, across which contours lie.
+bool has_own_slices(const Volume& scan, const Eigen::Vector3d& normal) {
+  constexpr double kParallel = 2e-3, kOffSlice = 0.05;
+  if (scan.direction.col(2).cross(normal).norm() > kParallel || scan.gantry_tilt_degrees != 0)
+    return false;
+  const std::vector<Eigen::Vector3d>& corners = scan.slices.corners_mm;
+  for (std::size_t k = 1; k < corners.size(); ++k) {
+    const double gap = (corners[k] - corners[k - 1]).dot(scan.direction.col(2));
+    if (std::abs(gap / scan.spacing_mm.z() - 1) > kOffSlice) return false;
+  }
+  return true;
+}
+
 Volume empty_grid_of(const Volume& scan) {
   Volume grid;
   grid.size = scan.size;
@@ -155,49 +181,184 @@ Volume empty_grid_of(const Volume& scan) {
   return grid;
 }
 
+// What the contours of each plane enclose. Says what was not simply taken as it is drawn.
+std::vector<ContourRegion> enclosed(const ContouredRegion& region, Volume& mask) {
+  std::vector<ContourRegion> planes;
+  std::size_t holes = 0, repeated = 0;
+  for (const auto& [along, contours] : region.planes) {
+    planes.emplace_back(contours);
+    holes += planes.back().holes();
+    repeated += planes.back().repeated();
+  }
+  const auto tell = [&](std::size_t count, const char* one, const char* several) {
+    if (count == 0) return;
+    mask.warnings.push_back(region.name + ": " + std::to_string(count) +
+                            (count == 1 ? one : several));
+  };
+  tell(holes, " contour lies inside another and is taken as a hole",
+       " contours lie inside others and are taken as holes");
+  tell(repeated, " contour is there twice and counts once",
+       " contours are there twice and count once");
+  return planes;
+}
+
+// The plane that stands for a place on the normal; none where the region has a gap.
+std::optional<std::size_t> plane_for(const std::vector<Slab>& slabs, double along) {
+  constexpr double kBorder_mm = 1e-6;  // half-way between two the upper one counts
+  along += kBorder_mm;
+  const auto above = std::upper_bound(slabs.begin(), slabs.end(), along,
+                                      [](double at, const Slab& slab) { return at < slab.low_mm; });
+  if (above == slabs.begin() || std::prev(above)->high_mm < along) return std::nullopt;
+  return static_cast<std::size_t>(above - slabs.begin() - 1);
+}
+
+// Gives the voxels inside the contours of the plane that stands for them the region's number;
+// `reach`: how far (mm) outside a contour a voxel's centre still belongs to it.
+void fill(const ContouredRegion& region, double reach, Volume& mask) {
+  const Eigen::Vector3d first = mask.direction.transpose() * mask.origin_mm;
+  const Eigen::Vector3d& step = mask.spacing_mm;
+  const std::vector<ContourRegion> planes = enclosed(region, mask);
+  parallel_for(0, mask.size[2], [&](int k) {
+    const auto plane = plane_for(region.slabs, first.z() + k * step.z());
+    if (!plane) return;
+    for (int j = 0; j < mask.size[1]; ++j) {
+      const std::size_t row = (std::size_t(k) * mask.size[1] + j) * mask.size[0];
+      for (const auto& [from, to] : planes[*plane].row(first.y() + j * step.y(), reach)) {
+        const int begin = std::max(static_cast<int>(std::ceil((from - first.x()) / step.x())), 0);
+        const int end =
+            std::min(static_cast<int>(std::ceil((to - first.x()) / step.x())), mask.size[0]);
+        for (int i = begin; i < end; ++i) set_value(mask, row + std::size_t(i), region.number);
+      }
+    }
+  });
+}
+
+// A grid for the regions that are wanted, in voxels that are small against any CT's pixels; axes:
+// columns u, v, normal.
+Volume grid_of_planes(const std::vector<ContouredRegion>& regions, const Eigen::Matrix3d& axes,
+                      const std::string& name) {
+  // So that bringing the mask onto a CT costs nothing.
+  constexpr double kFine_mm = 0.25, kCoarsest_mm = 1;
+  constexpr double kAcross = 600;  // voxels over the largest region of interest
+  // Finer over a lesion, whose area would be off by a few voxels of its rim.
+  constexpr double kFinest_mm = 0.1, kLeastAcross = 160;
+  std::vector<Slab> slabs;
+  Eigen::AlignedBox2d box;
+  std::size_t points = 0;
+  for (const ContouredRegion& region : regions) {
+    if (region.slabs.empty()) continue;
+    slabs.insert(slabs.end(), region.slabs.begin(), region.slabs.end());
+    for (const auto& [along, contours] : region.planes) {
+      for (const ContourRegion::Contour& contour : contours) {
+        for (const Polygon2& polygon : contour) {
+          points += polygon.size();
+          for (const Eigen::Vector2d& p : polygon) box.extend(p);
+        }
+      }
+    }
+  }
+  const EvenSlices slices = slices_for(slabs, name);
+  // A grid takes no more memory than its contours' points are a reason for: a few triangles over a
+  // torso do not ask for a gigabyte.
+  constexpr double kAlwaysVoxels = 1.5e7, kVoxelsPerPoint = 3000;
+  const double most = kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
+  const double across = box.sizes().maxCoeff();
+  Volume grid;
+  grid.direction = axes;
+  double fine = std::clamp(across / kAcross,
+                           std::clamp(across / kLeastAcross, kFinest_mm, kFine_mm), kCoarsest_mm);
+  Eigen::Vector3d count;
+  while (true) {
+    grid.spacing_mm = {fine, fine, slices.spacing_mm};
+    const Eigen::Vector2d cells = ((box.sizes().array() + 4 * fine) / fine + 1.5).floor();
+    count = {cells.x(), cells.y(), static_cast<double>(slices.count)};
+    if (count.prod() <= most || fine > across) break;
+    constexpr double kCoarser = 1.2;
+    fine *= kCoarser;
+  }
+  checked_grid_size(count, name);
+  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
+  grid.origin_mm =
+      axes * Eigen::Vector3d(box.min().x() - 2 * fine, box.min().y() - 2 * fine, slices.first_mm);
+  return grid;
+}
+
+// The regions that options.label asks for.
+std::vector<bool> chosen_regions(const std::vector<LabelName>& names,
+                                 const VolumeReadOptions& options, const fs::path& file) {
+  std::vector<bool> chosen(names.size(), options.label.empty());
+  if (options.label.empty()) return chosen;
+  for (const ChosenLabel& one : chosen_labels(options.label, names, file.string())) {
+    if (one.layer == 0 && one.label != names.front().label) {
+      throw BadDataError(file, "the mask has no " + one.name + "; it holds " + label_list(names));
+    }
+    chosen[static_cast<std::size_t>(one.layer)] = true;
+  }
+  return chosen;
+}
+
+std::vector<double> places_of(const ContourPlanes& planes) {
+  std::vector<double> places;
+  for (const auto& [along, contours] : planes) places.push_back(along);
+  return places;
+}
+
+// How thick the planes of the chosen regions are. A region of few planes lies as the others of its
+// file do.
+void set_slabs(std::vector<ContouredRegion>& regions, const std::vector<bool>& chosen,
+               const Eigen::Matrix3d& axes, const VolumeReadOptions& options,
+               const std::string& name, std::vector<std::string>& warnings) {
+  ContourPlanes all;
+  for (ContouredRegion& region : regions) {
+    region.planes = planes_of(region, axes);
+    for (const auto& [along, contours] : region.planes) {
+      const auto near = all.lower_bound(along - kSamePlane_mm);
+      if (near == all.end() || near->first > along + kSamePlane_mm) all[along];
+    }
+  }
+  const double gap_of_file = shown_gap(places_of(all));
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (!chosen[i]) continue;
+    const GapClues clues{.scan = options.scan,
+                         .told_mm = regions[i].slab_mm,
+                         .thickness_mm = gap_of_file,
+                         .by_hand = true};
+    std::vector<std::string> said;
+    regions[i].slabs = slabs_of(places_of(regions[i].planes), axes.col(2), clues, name, said);
+    for (const std::string& one : said) warnings.push_back(regions[i].name + ": " + one);
+    warn_of_other_space(regions[i].frame_of_reference_uid, options, warnings);
+  }
+}
+
 }  // namespace
 
 Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& options) {
-  const std::vector<ContouredRegion> regions = read_regions(DicomDocument(file), file);
+  std::vector<ContouredRegion> regions = read_regions(DicomDocument(file), file);
   std::vector<LabelName> names;
   for (std::size_t i = 0; i < regions.size(); ++i) {
     names.push_back({regions[i].number, regions[i].name, static_cast<int>(i)});
   }
-  std::vector<bool> chosen(regions.size(), options.label.empty());
-  if (!options.label.empty()) {
-    for (const ChosenLabel& one : chosen_labels(options.label, names, file.string())) {
-      if (one.layer == 0 && one.label != names.front().label) {
-        throw BadDataError(file, "the mask has no " + one.name + "; it holds " + label_list(names));
-      }
-      chosen[static_cast<std::size_t>(one.layer)] = true;
-    }
-  }
-  bool by_voxels = options.scan != nullptr;
+  const std::vector<bool> chosen = chosen_regions(names, options, file);
+  Eigen::Matrix3d axes = plane_axes(regions);
+  bool by_voxels = options.scan != nullptr && has_own_slices(*options.scan, axes.col(2));
   for (std::size_t i = 0; i < regions.size(); ++i) {
     by_voxels = by_voxels && (!chosen[i] || follow_voxels(regions[i], *options.scan));
   }
-  const Eigen::Matrix3d axes = by_voxels ? options.scan->direction : plane_axes(regions);
-  std::vector<ContourPlanes> planes;
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    planes.push_back(chosen[i] ? planes_of(regions[i], axes) : ContourPlanes());
-  }
-  std::vector<ContourPlanes> wanted;
-  for (const ContourPlanes& one : planes) {
-    if (!one.empty()) wanted.push_back(one);
-  }
+  if (by_voxels) axes = options.scan->direction;
+  std::vector<std::string> told;
+  set_slabs(regions, chosen, axes, options, file.string(), told);
   Volume grid =
-      by_voxels ? empty_grid_of(*options.scan) : grid_of_planes(wanted, axes, file.string());
+      by_voxels ? empty_grid_of(*options.scan) : grid_of_planes(regions, axes, file.string());
   const double reach = by_voxels ? kOnEdge_mm : 0;
   grid.label_names = names;
-  std::vector<std::string> told;
   Volume mask = read_layers(
       static_cast<std::int64_t>(names.size()), options, file.string(), names, [&](std::int64_t i) {
-        const auto layer = static_cast<std::size_t>(i);
         Volume one = grid;
         one.voxels.assign(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2], 0);
-        if (names[layer].label > std::numeric_limits<std::int16_t>::max()) make_real(one);
-        fill_contours(planes[layer], names[layer], reach, one);
-        for (const std::string& warning : one.warnings) told.push_back(warning);
+        const ContouredRegion& region = regions[static_cast<std::size_t>(i)];
+        if (region.number > std::numeric_limits<std::int16_t>::max()) make_real(one);
+        fill(region, reach, one);
+        told.insert(told.end(), one.warnings.begin(), one.warnings.end());
         return one;
       });
   mask.warnings = told;

@@ -2,13 +2,13 @@
 #include "dicom/dicom_copies.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <map>
 
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 #include "organbake/volume/dicom_folder.h"
 
 namespace organbake {
@@ -61,38 +61,22 @@ struct SameVolumes {
   std::vector<SameVolume> volumes;
 };
 
-std::string told_by(const DicomSlice& slice, const std::string& what) {
-  for (const auto& [name, value] : slice.told_apart_by) {
-    if (name == what) return value;
-  }
-  return {};
-}
-
-// Numbers as numbers: 2 before 10.
-bool before(const SameVolume& a, const SameVolume& b) {
-  const auto number = [](const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() ? value : HUGE_VAL;
-  };
-  const double x = number(a.value), y = number(b.value);
-  return x != y ? x < y : a.value < b.value;
-}
-
 // Parted by the first property that explains why places are taken twice.
 SameVolumes parted(const std::vector<DicomSlice>& sorted) {
   for (const auto& [what, ignored] : sorted.front().told_apart_by) {
-    std::map<std::string, std::vector<DicomSlice>> by_value;
-    for (const DicomSlice& slice : sorted) by_value[told_by(slice, what)].push_back(slice);
-    const bool explains =
-        by_value.size() > 1 && std::all_of(by_value.begin(), by_value.end(), [](const auto& part) {
-          return part.second.size() > 1 && !has_copies(part.second);
-        });
-    if (!explains) continue;
+    std::vector<std::string> values;
+    for (const DicomSlice& slice : sorted) values.push_back(slice.told_by(what));
     SameVolumes found{what, {}};
-    for (auto& [value, slices] : by_value) found.volumes.push_back({value, std::move(slices)});
-    std::sort(found.volumes.begin(), found.volumes.end(), before);
-    return found;
+    for (const SameValue& part : parted_by(values)) {
+      SameVolume& volume = found.volumes.emplace_back(part.value);
+      for (const std::size_t i : part.members) volume.slices.push_back(sorted[i]);
+    }
+    const bool explains =
+        found.volumes.size() > 1 &&
+        std::all_of(found.volumes.begin(), found.volumes.end(), [](const SameVolume& volume) {
+          return volume.slices.size() > 1 && !has_copies(volume.slices);
+        });
+    if (explains) return found;
   }
   return {};
 }
@@ -161,10 +145,23 @@ SeriesPart chosen_part(const SameVolumes& same, const fs::path& folder,
 
 }  // namespace
 
+std::vector<SameValue> parted_by(const std::vector<std::string>& values) {
+  const auto number = [](const std::string& text) {
+    double value = 0;
+    return read_number(text, value) == text.size() && !text.empty() ? value : HUGE_VAL;
+  };
+  std::map<std::pair<double, std::string>, std::vector<std::size_t>> parts;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    parts[{number(values[i]), values[i]}].push_back(i);
+  std::vector<SameValue> all;
+  for (auto& [key, members] : parts) all.push_back({key.second, std::move(members)});
+  return all;
+}
+
 SeriesPart without_copies(std::vector<DicomSlice> sorted, const fs::path& folder,
                           const VolumeReadOptions& options) {
   if (!has_copies(sorted)) {
-    if (options.time > 1) {
+    if (options.time > 1 && !options.lasting) {
       throw UsageError(folder.string() + ": the series holds one volume, no --time " +
                        std::to_string(options.time));
     }

@@ -14,6 +14,13 @@ namespace organbake {
 // Two positions nearer than this are one place.
 inline constexpr double kSamePlace_mm = 1e-3;
 
+// Which of many things share a value, values in order: numbers as numbers, 2 before 10.
+struct SameValue {
+  std::string value;
+  std::vector<std::size_t> members;
+};
+std::vector<SameValue> parted_by(const std::vector<std::string>& values);
+
 // What is left of a series.
 struct SeriesPart {
   std::vector<DicomSlice> slices;

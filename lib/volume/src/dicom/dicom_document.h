@@ -11,6 +11,7 @@
 #include <string>
 
 #include "dicom/inflated_dicom.h"
+#include "organbake/volume/dicom_slice.h"
 
 namespace organbake {
 
@@ -33,6 +34,10 @@ class DicomDocument {
   std::uint64_t pixel_offset_ = 0;
   std::uint32_t pixel_bytes_ = 0;
 };
+
+// Where one frame of a file lies, how its values are scaled and what tells it apart from others:
+// its own functional groups say it, those that all frames share, or the file.
+void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice);
 
 // A value's text without the spaces that pad it.
 std::string dicom_text(const vtkDICOMValue& value);

@@ -7,7 +7,7 @@
 #include "dicom/dicom_pixels.h"
 #include "dicom/dicom_stack.h"
 #include "grid/affine_grid.h"
-#include "grid/slice_resampling.h"
+#include "grid/planes.h"
 #include "organbake/core/error.h"
 #include "organbake/volume/dicom_series.h"
 
@@ -38,7 +38,8 @@ void resample(const DicomStack& stack, const Volume& scanned, const IndexBox& bo
   const IndexBox whole_slices = {{0, 0, 0}, {scanned.size[0], scanned.size[1], 1}};
   for (int k = 0; k < box.size[2]; k += kSlicesAtATime) {
     const int count = std::min(kSlicesAtATime, box.size[2] - k);
-    const SliceRange range = slices_needed(stack, box.first[2] + k, box.first[2] + k + count);
+    const PlaneRange range =
+        planes_needed(stack.planes, stack.spacing_mm, box.first[2] + k, box.first[2] + k + count);
     Volume decoded;
     decoded.size = {scanned.size[0], scanned.size[1], range.count()};
     decode_slices(std::span(stack.slices)
@@ -46,7 +47,7 @@ void resample(const DicomStack& stack, const Volume& scanned, const IndexBox& bo
                                static_cast<std::size_t>(range.count())),
                   whole_slices, decoded, context, volume.is_real());
     if (decoded.is_real()) make_real(volume);
-    resample_slices(stack, decoded, range, box, k, count, volume);
+    resample_planes(stack.planes, stack.spacing_mm, decoded, range, box, k, count, volume);
     // Pieces repeat each other's complaints.
     for (const std::string& warning : decoded.warnings) {
       const auto& told = volume.warnings;
@@ -81,13 +82,14 @@ Volume read_dicom(const fs::path& folder, const VolumeReadOptions& options,
                   const RunContext& context) {
   const DicomStack stack = stack_of(folder, options);
   const Volume scanned = scanned_grid(stack, folder);
-  Volume volume = stack.regular() ? scanned : upright_grid(stack, scanned);
+  Volume volume = stack.regular()
+                      ? scanned
+                      : upright_grid(stack.planes, scanned, stack.spacing_mm, folder.string());
   volume.warnings = stack.warnings;
   volume.time_points = stack.time_points;
   volume.gantry_tilt_degrees = stack.tilt_degrees;
-  for (std::size_t k = 1; k < stack.along_mm.size(); ++k) {
-    volume.slice_gaps_mm.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);
-  }
+  volume.slices = {stack.slices.front().series_uid, stack.slices.front().frame_of_reference_uid,
+                   stack.planes.corners_mm};
   const IndexBox box = options.region ? voxels_of_region(volume, *options.region, folder.string())
                                       : IndexBox::whole(volume);
   crop_grid(volume, box);

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_segmentation.h"
-
+// Reads a DICOM segmentation (PS3.3, A.51 and C.8.20) as a mask. Where each frame lies its own
+// functional groups say (C.7.6.16); frames without anything in them are often left out, so that
+// how thick the others are is asked of the scan.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numeric>
+#include <set>
 
 #include "dicom/dicom_codec.h"
 #include "dicom/dicom_codestream.h"
+#include "dicom/dicom_copies.h"
 #include "dicom/dicom_document.h"
+#include "dicom/dicom_masks.h"
 #include "files/byte_stream.h"
+#include "files/time_points.h"
 #include "grid/affine_grid.h"
+#include "grid/planes.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
-#include "organbake/core/text.h"
 #include "organbake/volume/region.h"
 
 namespace organbake {
@@ -24,29 +30,22 @@ namespace fs = std::filesystem;
 constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
 constexpr double kSameFramePlane_mm = 0.01;
-// A frame this far from a plane of the grid, in gaps, belongs to none.
-constexpr double kOffPlane = 0.05;
 
 struct SegmentFrame {
   int segment = 0;  // 0 = a label map, whose values are the segments
-  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
-  int slice = 0;
+  DicomSlice slice;
+  PlacedPlanes::Place place = {};
 };
 
 struct Segmentation {
   std::string kind;  // BINARY, FRACTIONAL, LABELMAP
   int bits = 1;
   double half = 0.5;  // of a fractional one's largest value
+  int columns = 0, rows = 0, stored_frames = 0;
   Volume grid;
   std::vector<SegmentFrame> frames;
   std::vector<std::byte> pixels;
 };
-
-bool vector_of(const vtkDICOMValue& value, std::size_t count, double* out) {
-  if (value.GetNumberOfValues() != count) return false;
-  for (std::size_t i = 0; i < count; ++i) out[i] = value.GetDouble(i);
-  return std::all_of(out, out + count, [](double x) { return std::isfinite(x); });
-}
 
 // Segments may overlap, so each is a layer; those of a label map do not, and its 0 is the ground
 // that some programs list, too.
@@ -64,39 +63,18 @@ std::vector<LabelName> segment_names(const DicomDocument& document, bool label_m
   return names;
 }
 
-// The planes of all frames, at even gaps: those without anything in them have no frame.
-void set_planes(Segmentation& seg, const Eigen::Vector3d& normal, const Eigen::Matrix3d& in_plane,
-                double told_gap_mm, const fs::path& file) {
-  std::vector<double> along;
-  for (const SegmentFrame& frame : seg.frames) along.push_back(frame.position_mm.dot(normal));
-  std::sort(along.begin(), along.end());
-  double gap = HUGE_VAL;
-  for (std::size_t i = 1; i < along.size(); ++i) {
-    const double step = along[i] - along[i - 1];
-    if (step > kSameFramePlane_mm) gap = std::min(gap, step);
-  }
-  if (!std::isfinite(gap)) gap = told_gap_mm > 0 ? told_gap_mm : 1;
-  const double slices = std::round((along.back() - along.front()) / gap) + 1;
-  checked_grid_size(Eigen::Vector3d(seg.grid.size[0], seg.grid.size[1], slices), file.string());
-  seg.grid.size[2] = static_cast<int>(slices);
-  const auto first = std::min_element(
-      seg.frames.begin(), seg.frames.end(), [&](const SegmentFrame& a, const SegmentFrame& b) {
-        return a.position_mm.dot(normal) < b.position_mm.dot(normal);
-      });
-  // Over many slices a gap that was rounded adds up: the mean is the true one.
-  if (slices > 1) gap = (along.back() - along.front()) / (slices - 1);
-  for (SegmentFrame& frame : seg.frames) {
-    const double plane = (frame.position_mm.dot(normal) - along.front()) / gap;
-    if (std::abs(plane - std::round(plane)) > kOffPlane) {
-      throw BadDataError(file, "has frames at uneven gaps (one lies " + to_text(plane, 2) +
-                                   " gaps of " + to_text(gap, 2) +
-                                   " mm from the first); save the segmentation on its CT's grid");
-    }
-    frame.slice = static_cast<int>(std::lround(plane));
-  }
-  Eigen::Matrix3d axes = in_plane;
-  axes.col(2) = normal * gap;
-  set_grid(seg.grid, axes, first->position_mm, file.string());
+// A grid has one direction and one size of pixels.
+void check_alike(const DicomSlice& first, const DicomSlice& other, const fs::path& file) {
+  constexpr double kSameAxis = 1e-3, kSamePixel = 1e-3;
+  const std::string where = "frame " + std::to_string(other.frame + 1);
+  const double turned = std::max((first.row_axis - other.row_axis).norm(),
+                                 (first.column_axis - other.column_axis).norm());
+  const double other_size =
+      ((other.pixel_mm - first.pixel_mm).cwiseQuotient(first.pixel_mm)).cwiseAbs().maxCoeff();
+  if (turned <= kSameAxis && other_size <= kSamePixel) return;
+  throw BadDataError(file, where + " has another " +
+                               (turned > kSameAxis ? "orientation" : "pixel spacing") +
+                               " than the first; save the segmentation on one grid");
 }
 
 void read_frames(const DicomDocument& document, Segmentation& seg, const fs::path& file) {
@@ -105,26 +83,125 @@ void read_frames(const DicomDocument& document, Segmentation& seg, const fs::pat
   constexpr std::uintmax_t kLeastFrame = 8;  // bytes of its place, if it had no pixels
   if (static_cast<std::uintmax_t>(count) > fs::file_size(document.readable()) / kLeastFrame)
     throw BadDataError(file, "truncated: it cannot hold " + std::to_string(count) + " frames");
-  double orientation[6], spacing[2], position[3];
-  if (!vector_of(data.Get(0, 0, DC::ImageOrientationPatient), 6, orientation) ||
-      !vector_of(data.Get(0, 0, DC::PixelSpacing), 2, spacing)) {
-    throw BadDataError(file, "does not say its orientation or pixel spacing");
-  }
-  const Eigen::Map<const Eigen::Vector3d> row(orientation), column(orientation + 3);
   for (int frame = 0; frame < count; ++frame) {
-    if (!vector_of(data.Get(0, frame, DC::ImagePositionPatient), 3, position)) {
-      throw BadDataError(file, "frame " + std::to_string(frame + 1) + " has no position");
-    }
     SegmentFrame& read = seg.frames.emplace_back();
-    read.position_mm = Eigen::Map<const Eigen::Vector3d>(position);
+    read_frame(data, frame, read.slice);
+    if (!read.slice.has_geometry) {
+      throw BadDataError(file, "frame " + std::to_string(frame + 1) +
+                                   " does not say its position, orientation or pixel spacing; "
+                                   "save the segmentation as a volume (.nii.gz, .nrrd)");
+    }
+    if (!(read.slice.pixel_mm.minCoeff() > 0))
+      throw BadDataError(file, "its pixel spacing is not positive");
+    check_alike(seg.frames.front().slice, read.slice, file);
     if (seg.kind != "LABELMAP") {
       read.segment = data.Get(0, frame, DC::ReferencedSegmentNumber).AsInt();
     }
   }
-  Eigen::Matrix3d axes;
-  axes << row * spacing[1], column * spacing[0], row.cross(column);
-  const vtkDICOMValue& gap = data.Get(0, 0, DC::SpacingBetweenSlices);
-  set_planes(seg, row.cross(column).normalized(), axes, gap.IsValid() ? gap.AsDouble() : 0, file);
+}
+
+// Whether a segment has two frames with one corner.
+bool has_copies(const std::vector<SegmentFrame>& frames, const std::vector<std::size_t>& among) {
+  std::set<std::array<long, 4>> corners;
+  for (const std::size_t i : among) {
+    std::array<long, 4> corner = {frames[i].segment, 0, 0, 0};
+    for (int axis = 0; axis < 3; ++axis)
+      corner[axis + 1] = std::lround(frames[i].slice.position_mm[axis] / kSameFramePlane_mm);
+    if (!corners.insert(corner).second) return true;
+  }
+  return false;
+}
+
+// Frames of several phases of the heart or the breath, by what tells them apart; a time of day does
+// only where it explains why one place is taken twice.
+std::vector<SameValue> phases_of(const std::vector<SegmentFrame>& frames, std::string& what) {
+  std::vector<std::size_t> all(frames.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (const char* name :
+       {"temporal position", "phase of the cycle, %", "trigger time, ms", "acquisition time"}) {
+    what = name;
+    std::vector<std::string> values;
+    for (const SegmentFrame& frame : frames) values.push_back(frame.slice.told_by(what));
+    std::vector<SameValue> phases = parted_by(values);
+    const bool explains = what != "acquisition time" ||
+                          (has_copies(frames, all) &&
+                           std::none_of(phases.begin(), phases.end(), [&](const SameValue& part) {
+                             return has_copies(frames, part.members);
+                           }));
+    if (phases.size() > 1 && explains) return phases;
+  }
+  return {};
+}
+
+// Leaves the frames of the phase that is asked for.
+void choose_phase(Segmentation& seg, const VolumeReadOptions& options, const fs::path& file) {
+  std::string what;
+  const std::vector<SameValue> phases = phases_of(seg.frames, what);
+  if (phases.empty()) return;
+  std::string list;
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    list += (i ? "; " : "") + std::to_string(i + 1) + ": " + what + " " +
+            (phases[i].value.empty() ? "not told" : phases[i].value) + ", " +
+            std::to_string(phases[i].members.size()) + " frames";
+  }
+  const auto count = static_cast<std::int64_t>(phases.size());
+  const std::int64_t chosen = chosen_time({count, list}, options, file.string());
+  std::vector<SegmentFrame> frames;
+  for (const std::size_t i : phases[static_cast<std::size_t>(chosen)].members)
+    frames.push_back(std::move(seg.frames[i]));
+  seg.frames = std::move(frames);
+  seg.grid.time_points = count;
+  if (options.time == 0)
+    seg.grid.warnings.push_back("it holds " + std::to_string(count) + " time points (" + list +
+                                "); number 1 was taken");
+}
+
+GapClues clues_of(const DicomDocument& document, const VolumeReadOptions& options) {
+  vtkDICOMMetaData& data = document.data();
+  GapClues clues{.scan = options.scan};
+  const auto positive = [&](vtkDICOMTag tag) {
+    const vtkDICOMValue& value = data.Get(0, 0, tag);
+    const double mm = value.IsValid() ? value.AsDouble() : 0;
+    return std::isfinite(mm) && mm > 0 ? mm : 0;
+  };
+  clues.told_mm = positive(DC::SpacingBetweenSlices);
+  clues.thickness_mm = positive(DC::SliceThickness);
+  const vtkDICOMValue& series = data.Get(DC::ReferencedSeriesSequence);
+  for (std::size_t i = 0; options.scan && i < series.GetNumberOfValues(); ++i) {
+    const std::string uid = dicom_text(series.GetItem(i).Get(DC::SeriesInstanceUID));
+    clues.of_this_scan |= !uid.empty() && uid == options.scan->slices.series_uid;
+  }
+  return clues;
+}
+
+void place_frames(const DicomDocument& document, const VolumeReadOptions& options,
+                  Segmentation& seg, const fs::path& file) {
+  const DicomSlice& first = seg.frames.front().slice;
+  const Eigen::Matrix3d axes = first.plane_axes();
+  std::vector<Eigen::Vector3d> corners;
+  std::vector<double> along, places;
+  for (const SegmentFrame& frame : seg.frames) {
+    corners.push_back(frame.slice.position_mm);
+    along.push_back(corners.back().dot(axes.col(2)));
+  }
+  std::vector<double> sorted = along;
+  std::sort(sorted.begin(), sorted.end());
+  for (const double place : sorted)
+    if (places.empty() || place - places.back() > kSameFramePlane_mm) places.push_back(place);
+  const std::vector<Slab> slabs =
+      slabs_of(places, axes.col(2), clues_of(document, options), file.string(), seg.grid.warnings);
+  std::vector<Slab> of_frames;
+  for (const double place : along) {
+    const auto above = std::upper_bound(places.begin(), places.end(), place);
+    of_frames.push_back(slabs[static_cast<std::size_t>(above - places.begin() - 1)]);
+  }
+  PlacedPlanes planes = placed({axes, first.pixel_mm, std::move(corners)}, of_frames, seg.columns,
+                               seg.rows, file.string());
+  for (std::size_t i = 0; i < seg.frames.size(); ++i) seg.frames[i].place = planes.places[i];
+  planes.grid.time_points = seg.grid.time_points;
+  planes.grid.warnings = std::move(seg.grid.warnings);
+  planes.grid.label_names = std::move(seg.grid.label_names);
+  seg.grid = std::move(planes.grid);
 }
 
 // Frames that were compressed one by one, without loss.
@@ -136,11 +213,11 @@ void read_compressed(const DicomDocument& document, const std::string& syntax, D
   }
   DicomSlice slice;
   slice.file = document.readable();
-  slice.columns = seg.grid.size[0];
-  slice.rows = seg.grid.size[1];
+  slice.columns = seg.columns;
+  slice.rows = seg.rows;
   slice.pixels.transfer_syntax = syntax;
   slice.pixels.bits_allocated = slice.pixels.bits_stored = seg.bits;
-  slice.pixels.frames = static_cast<int>(seg.frames.size());
+  slice.pixels.frames = seg.stored_frames;
   slice.pixels.present = true;
   slice.pixels.offset = document.pixel_offset();
   slice.pixels.bytes = DicomPixels::kEncapsulated;
@@ -158,12 +235,13 @@ void read_pixels(const DicomDocument& document, Segmentation& seg, const fs::pat
                                  "\", which is not read; save it uncompressed");
   }
   if (coding != DicomCoding::native) return read_compressed(document, syntax, coding, seg, file);
-  const std::uint64_t values = static_cast<std::uint64_t>(seg.grid.size[0]) *
-                               static_cast<std::uint64_t>(seg.grid.size[1]) * seg.frames.size();
+  const std::uint64_t values = static_cast<std::uint64_t>(seg.columns) *
+                               static_cast<std::uint64_t>(seg.rows) *
+                               static_cast<std::uint64_t>(seg.stored_frames);
   const std::uint64_t bytes = (values * static_cast<std::uint64_t>(seg.bits) + 7) / 8;
   if (bytes > document.pixel_bytes()) {
     throw BadDataError(
-        file, "truncated: it cannot hold " + std::to_string(seg.frames.size()) + " frames");
+        file, "truncated: it cannot hold " + std::to_string(seg.stored_frames) + " frames");
   }
   seg.pixels.resize(static_cast<std::size_t>(bytes));
   ByteStream(document.readable(), ByteStream::Coding::raw, document.pixel_offset())
@@ -177,30 +255,43 @@ int stored_value(const Segmentation& seg, std::size_t i) {
   return std::to_integer<int>(seg.pixels[2 * i]) | std::to_integer<int>(seg.pixels[2 * i + 1]) << 8;
 }
 
+// Most rows of a mask have nothing.
+bool is_empty_row(const Segmentation& seg, std::size_t first) {
+  const auto bits = static_cast<std::size_t>(seg.bits), columns = std::size_t(seg.columns);
+  const auto begin = seg.pixels.begin() + static_cast<std::ptrdiff_t>(first * bits / 8);
+  const auto end =
+      seg.pixels.begin() + static_cast<std::ptrdiff_t>(((first + columns) * bits + 7) / 8);
+  return std::all_of(begin, end, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
 // Frames that are of the segment, or all frames of a label map with all its labels.
 Volume one_layer(const Segmentation& seg, int number) {
   const bool label_map = seg.kind == "LABELMAP";
   Volume volume = seg.grid;
-  const std::size_t plane = std::size_t(volume.size[0]) * volume.size[1];
-  volume.voxels.assign(plane * volume.size[2], 0);
+  const auto columns = static_cast<std::size_t>(seg.columns);
+  const std::size_t row_size = volume.size[0], slice_size = row_size * volume.size[1];
+  volume.voxels.assign(slice_size * volume.size[2], 0);
   const bool wide = label_map ? seg.bits == 16 : number > std::numeric_limits<std::int16_t>::max();
   if (wide) make_real(volume);
-  for (std::size_t frame = 0; frame < seg.frames.size(); ++frame) {
-    if (seg.frames[frame].segment != 0 && seg.frames[frame].segment != number) continue;
-    const std::size_t first = plane * seg.frames[frame].slice;
-    for (std::size_t i = 0; i < plane; ++i) {
-      const int value = stored_value(seg, frame * plane + i);
-      if (label_map) {
-        set_value(volume, first + i, value);
-      } else if (value >= seg.half) {
-        set_value(volume, first + i, number);
+  for (const SegmentFrame& frame : seg.frames) {
+    if (frame.segment != 0 && frame.segment != number) continue;
+    const PlacedPlanes::Place& place = frame.place;
+    for (int row = 0; row < seg.rows; ++row) {
+      const std::size_t from = (std::size_t(frame.slice.frame) * seg.rows + row) * columns;
+      if (is_empty_row(seg, from)) continue;
+      const std::size_t to = std::size_t(place.row + row) * row_size + std::size_t(place.column);
+      for (std::size_t i = 0; i < columns; ++i) {
+        const int value = stored_value(seg, from + i);
+        if (label_map ? value == 0 : value < seg.half) continue;
+        for (int slice = place.slice; slice < place.slice_end; ++slice)
+          set_value(volume, slice_size * slice + to + i, label_map ? value : number);
       }
     }
   }
   return volume;
 }
 
-Segmentation read_segmentation(const fs::path& file) {
+Segmentation read_segmentation(const fs::path& file, const VolumeReadOptions& options) {
   const DicomDocument document(file);
   Segmentation seg;
   seg.kind = document.text(DC::SegmentationType);
@@ -212,19 +303,34 @@ Segmentation read_segmentation(const fs::path& file) {
         file, "is a segmentation of " + std::to_string(seg.bits) + " bits; 1, 8 or 16 are needed");
   }
   if (seg.kind == "FRACTIONAL") seg.half = data.Get(DC::MaximumFractionalValue).AsInt() / 2.0;
-  seg.grid.size = {data.Get(DC::Columns).AsInt(), data.Get(DC::Rows).AsInt(), 1};
-  checked_voxel_count({seg.grid.size[0], seg.grid.size[1], 1}, file.string());
+  seg.columns = data.Get(DC::Columns).AsInt();
+  seg.rows = data.Get(DC::Rows).AsInt();
+  checked_voxel_count({seg.columns, seg.rows, 1}, file.string());
   read_frames(document, seg, file);
+  seg.stored_frames = static_cast<int>(seg.frames.size());
+  choose_phase(seg, options, file);
+  place_frames(document, options, seg, file);
   read_pixels(document, seg, file);
   seg.grid.label_names = segment_names(document, seg.kind == "LABELMAP");
   if (seg.grid.label_names.empty()) throw BadDataError(file, "names no segment");
+  warn_of_other_space(document.text(DC::FrameOfReferenceUID), options, seg.grid.warnings);
   return seg;
 }
 
 }  // namespace
 
+void warn_of_other_space(const std::string& frame_of_reference_uid,
+                         const VolumeReadOptions& options, std::vector<std::string>& warnings) {
+  if (!options.scan || frame_of_reference_uid.empty()) return;
+  const std::string& scan = options.scan->slices.frame_of_reference_uid;
+  if (scan.empty() || scan == frame_of_reference_uid) return;
+  warnings.push_back("it may not belong to this CT: it names another frame of reference (" +
+                     frame_of_reference_uid + ") than the CT (" + scan +
+                     "), so nothing says that they share one space; check where it lies");
+}
+
 Volume read_dicom_segmentation(const fs::path& file, const VolumeReadOptions& options) {
-  const Segmentation seg = read_segmentation(file);
+  const Segmentation seg = read_segmentation(file, options);
   const std::vector<LabelName>& names = seg.grid.label_names;
   const std::size_t layers = seg.kind == "LABELMAP" ? 1 : names.size();
   Volume mask = read_layers(

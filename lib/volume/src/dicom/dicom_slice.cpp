@@ -13,6 +13,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "dicom/dicom_document.h"
 #include "dicom/dicom_structure.h"
 #include "dicom/inflated_dicom.h"
 #include "dicom/vtk_error_log.h"
@@ -42,7 +43,7 @@ bool numbers(const vtkDICOMValue& value, std::size_t count, double* out) {
 
 // A frame's own value, else what all of its file share.
 const vtkDICOMValue& of_frame(vtkDICOMMetaData& data, const DicomSlice& slice, vtkDICOMTag tag) {
-  return slice.pixels.frames > 1 ? data.Get(0, slice.frame, tag) : data.Get(tag);
+  return data.Get(0, slice.frame, tag);
 }
 
 void read_geometry(vtkDICOMMetaData& data, DicomSlice& slice) {
@@ -96,6 +97,7 @@ void read_what_tells_apart(vtkDICOMMetaData& data, DicomSlice& slice) {
       {"phase of the cycle, %", DC::NominalPercentageOfCardiacPhase},
       {"phase of the cycle, %", DC::NominalPercentageOfRespiratoryPhase},
       {"trigger time, ms", DC::TriggerTime},
+      {"trigger time, ms", DC::NominalCardiacTriggerDelayTime},
       {"acquisition", DC::AcquisitionNumber},
       {"reconstruction kernel", DC::ConvolutionKernel},
       {"acquisition time", DC::AcquisitionTime},
@@ -107,24 +109,12 @@ void read_what_tells_apart(vtkDICOMMetaData& data, DicomSlice& slice) {
   }
 }
 
-// What the frames of one file have each for themselves.
-void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice) {
-  slice.frame = frame;
-  const vtkDICOMValue& slope = of_frame(data, slice, DC::RescaleSlope);
-  const vtkDICOMValue& intercept = of_frame(data, slice, DC::RescaleIntercept);
-  if (slope.IsValid()) slice.slope = slope.AsDouble();
-  if (intercept.IsValid()) slice.intercept = intercept.AsDouble();
-  const std::string kind = as_text(of_frame(data, slice, DC::FrameType));
-  slice.is_localizer |= kind.find("LOCALIZER") != std::string::npos;
-  read_geometry(data, slice);
-  read_what_tells_apart(data, slice);
-}
-
 DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::path& file) {
   DicomSlice slice;
   slice.file = file;
   slice.series_uid = text(data, DC::SeriesInstanceUID);
   slice.series_number = text(data, DC::SeriesNumber);
+  slice.frame_of_reference_uid = text(data, DC::FrameOfReferenceUID);
   slice.series_description = text(data, DC::SeriesDescription);
   slice.acquisition = text(data, DC::AcquisitionNumber);
   slice.modality = text(data, DC::Modality);
@@ -132,7 +122,6 @@ DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::
   slice.rows = data.Get(DC::Rows).AsInt();
   slice.columns = data.Get(DC::Columns).AsInt();
   slice.pixels = pixels_from(data, parser);
-  read_frame(data, 0, slice);
   return slice;
 }
 
@@ -154,6 +143,18 @@ bool can_hold(const fs::path& file, int frames) {
 }
 
 }  // namespace
+
+void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice) {
+  slice.frame = frame;
+  const vtkDICOMValue& slope = of_frame(data, slice, DC::RescaleSlope);
+  const vtkDICOMValue& intercept = of_frame(data, slice, DC::RescaleIntercept);
+  if (slope.IsValid()) slice.slope = slope.AsDouble();
+  if (intercept.IsValid()) slice.intercept = intercept.AsDouble();
+  const std::string kind = as_text(of_frame(data, slice, DC::FrameType));
+  slice.is_localizer |= kind.find("LOCALIZER") != std::string::npos;
+  read_geometry(data, slice);
+  read_what_tells_apart(data, slice);
+}
 
 ScannedFile scan_dicom_file(const fs::path& file) {
   ScannedFile scanned;
@@ -178,6 +179,7 @@ ScannedFile scan_dicom_file(const fs::path& file) {
     scanned.reason = errors.first();
   } else if (data->Has(DC::Rows) && data->Has(DC::Columns)) {
     scanned.slice = slice_from(*data, *parser, file);
+    read_frame(*data, 0, *scanned.slice);
     const int frames = scanned.slice->pixels.frames;
     if (!can_hold(readable.path(), frames)) {
       scanned.slice.reset();

@@ -21,7 +21,6 @@ constexpr double kWidestSliceGap = 2.5;
 // A gap this near to a whole number of usual ones is a slice that is not there.
 constexpr double kMissingSlack = 0.05;
 constexpr double kSteepestCourse = 1.0;  // tan 45°; gantries tilt by 30° at most
-constexpr double kDriftSteps = 1000;     // per pixel
 constexpr double kUnitTolerance = 1e-3;
 
 void check_geometry(const DicomSlice& slice) {
@@ -46,22 +45,16 @@ void sort_along_normal(std::vector<DicomSlice>& slices) {
 
 void measure_places(DicomStack& stack) {
   const DicomSlice& first = stack.slices.front();
-  const Eigen::Vector3d normal = first.normal().normalized();
-  for (const DicomSlice& slice : stack.slices) {
-    const Eigen::Vector3d offset = slice.position_mm - first.position_mm;
-    stack.along_mm.push_back(offset.dot(normal));
-    const Eigen::Vector2d drift(offset.dot(first.row_axis) / first.pixel_mm.x(),
-                                offset.dot(first.column_axis) / first.pixel_mm.y());
-    // Positions are decimal text: whole pixels must stay whole, or borders mix with air.
-    stack.drift_px.push_back((drift * kDriftSteps).array().round().matrix() / kDriftSteps);
-  }
+  std::vector<Eigen::Vector3d> corners;
+  for (const DicomSlice& slice : stack.slices) corners.push_back(slice.position_mm);
+  stack.planes = PlaneStack(first.plane_axes(), first.pixel_mm, std::move(corners));
 }
 
 // "1 slice between a.dcm and b.dcm", for every gap of about a whole number of usual gaps.
 std::string missing_slices(const DicomStack& stack, double usual_mm) {
   std::string places;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    const double gaps = (stack.along_mm[k] - stack.along_mm[k - 1]) / usual_mm;
+    const double gaps = (stack.planes.along_mm[k] - stack.planes.along_mm[k - 1]) / usual_mm;
     const long whole = std::lround(gaps);
     if (whole < 2 || std::abs(gaps - static_cast<double>(whole)) > kMissingSlack) continue;
     places += (places.empty() ? "" : ", ") + std::to_string(whole - 1) + " between " +
@@ -73,7 +66,7 @@ std::string missing_slices(const DicomStack& stack, double usual_mm) {
 
 void check_gaps(const DicomStack& stack, double usual_mm, const fs::path& folder) {
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    const double gap = stack.along_mm[k] - stack.along_mm[k - 1];
+    const double gap = stack.planes.along_mm[k] - stack.planes.along_mm[k - 1];
     if (gap <= kWidestSliceGap * usual_mm) continue;
     throw BadDataError(folder, "slices are missing: " + to_text(gap, 2) + " mm between " +
                                    stack.slices[k - 1].file.filename().string() + " and " +
@@ -101,16 +94,16 @@ std::string gap_table(const std::vector<double>& sorted) {
 void measure_spacing(DicomStack& stack, const fs::path& folder) {
   std::vector<double> sorted;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    sorted.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);
+    sorted.push_back(stack.planes.along_mm[k] - stack.planes.along_mm[k - 1]);
   }
-  const double mean = stack.along_mm.back() / static_cast<double>(sorted.size());
+  const double mean = stack.planes.along_mm.back() / static_cast<double>(sorted.size());
   const std::vector<double> gaps = sorted;
   std::sort(sorted.begin(), sorted.end());
   const double median = sorted[sorted.size() / 2];
   check_gaps(stack, median, folder);
   const double slack = std::max(kSlack_mm, kSlackShare * median);
   for (std::size_t k = 0; k < gaps.size(); ++k) {
-    const double strayed = stack.along_mm[k + 1] - mean * static_cast<double>(k + 1);
+    const double strayed = stack.planes.along_mm[k + 1] - mean * static_cast<double>(k + 1);
     if (std::abs(gaps[k] - mean) > slack || std::abs(strayed) > slack) stack.even = false;
   }
   stack.spacing_mm = stack.even ? mean : median;
@@ -127,10 +120,10 @@ void measure_spacing(DicomStack& stack, const fs::path& folder) {
 void check_course(const DicomStack& stack) {
   const Eigen::Vector2d pixel_mm = stack.slices.front().pixel_mm;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    const double beside = stack.drift_px[k].cwiseProduct(pixel_mm).norm();
-    if (beside <= stack.along_mm[k] * kSteepestCourse + pixel_mm.maxCoeff()) continue;
+    const double beside = stack.planes.drift_px[k].cwiseProduct(pixel_mm).norm();
+    if (beside <= stack.planes.along_mm[k] * kSteepestCourse + pixel_mm.maxCoeff()) continue;
     throw BadDataError(stack.slices[k].file, "lies " + to_text(beside, 1) + " mm beside and " +
-                                                 to_text(stack.along_mm[k], 1) +
+                                                 to_text(stack.planes.along_mm[k], 1) +
                                                  " mm behind the first slice; no gantry tilts so "
                                                  "far, the position is wrong");
   }
@@ -140,10 +133,10 @@ void measure_tilt(DicomStack& stack) {
   const Eigen::Vector2d pixel_mm = stack.slices.front().pixel_mm;
   double largest = 0, angle = 0;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    const double drift = stack.drift_px[k].cwiseProduct(pixel_mm).norm();
+    const double drift = stack.planes.drift_px[k].cwiseProduct(pixel_mm).norm();
     if (drift <= largest) continue;
     largest = drift;
-    angle = std::atan2(drift, stack.along_mm[k]) * 180 / M_PI;
+    angle = std::atan2(drift, stack.planes.along_mm[k]) * 180 / M_PI;
   }
   if (largest <= std::max(kSlack_mm, 0.1 * pixel_mm.minCoeff())) return;
   stack.tilt_degrees = angle;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "grid/planes.h"
 #include "organbake/volume/dicom_slice.h"
 #include "organbake/volume/read_options.h"
 
@@ -15,8 +16,7 @@ namespace organbake {
 // SliceThickness and SpacingBetweenSlices are often wrong.
 struct DicomStack {
   std::vector<DicomSlice> slices;
-  std::vector<double> along_mm;           // position of each slice along the normal, increasing
-  std::vector<Eigen::Vector2d> drift_px;  // in-plane offset to the first slice (columns, rows)
+  PlaneStack planes;      // theirs, along_mm increasing
   double spacing_mm = 0;  // of the regular grid: the mean gap, or the median if uneven
   bool even = true;
   double tilt_degrees = 0;       // between the stack's course and the normal; 0 = upright

@@ -6,10 +6,8 @@
 #include <cstring>
 #include <string_view>
 
-#include "dicom/dicom_contours.h"
 #include "dicom/dicom_masks.h"
 #include "dicom/dicom_reader.h"
-#include "dicom/dicom_segmentation.h"
 #include "files/byte_stream.h"
 #include "files/header_text.h"
 #include "files/metaimage_reader.h"
@@ -83,6 +81,12 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   if (ending == ".vti" || first.find("<VTKFile") != std::string_view::npos)
     return read_vti(path, options);
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
+  if (first.starts_with("# vtk DataFile")) {
+    throw BadDataError(path,
+                       "is a file of VTK's old format (.vtk), which tells no directions; save it "
+                       "as .vti (in ParaView: File, Save Data) or .nii.gz. A surface in it is read "
+                       "with --mesh");
+  }
   throw BadDataError(path,
                      "is not a volume: NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd), NRRD "
                      "(.nrrd, .nhdr), VTI, or a folder or zip of DICOM files is needed");

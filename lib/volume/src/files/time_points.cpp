@@ -42,7 +42,7 @@ std::int64_t chosen_time(const TimePoints& times, const VolumeReadOptions& optio
   if (times.count < 1) {
     throw BadDataError(name + ": holds " + std::to_string(times.count) + " time points");
   }
-  if (times.count == 1 && options.is_mask) return 0;  // it lies on every time point of its CT
+  if (times.count == 1 && (options.is_mask || options.lasting)) return 0;
   if (options.time > times.count) {
     throw UsageError(name + ": holds " + std::to_string(times.count) +
                      (times.count == 1 ? " time point" : " time points") + ", no --time " +

@@ -140,6 +140,14 @@ void check_volume(const Volume& volume, const std::string& name) {
   }
 }
 
+std::vector<double> slice_gaps_mm(const Volume& volume) {
+  std::vector<double> gaps;
+  const std::vector<Eigen::Vector3d>& corners = volume.slices.corners_mm;
+  for (std::size_t k = 1; k < corners.size(); ++k)
+    gaps.push_back((corners[k] - corners[k - 1]).dot(volume.direction.col(2)));
+  return gaps;
+}
+
 bool same_grid(const Volume& a, const Volume& b) {
   if (a.size != b.size) return false;
   const double tolerance = 0.01 * std::min(a.spacing_mm.minCoeff(), b.spacing_mm.minCoeff());

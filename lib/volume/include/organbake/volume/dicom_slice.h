@@ -37,7 +37,8 @@ struct DicomSlice {
   std::filesystem::path file;
   int frame = 0;  // of pixels.frames, from 0
   std::string series_uid, series_number, series_description;
-  std::string acquisition;  // number of the acquisition within the series
+  std::string frame_of_reference_uid;  // of the space that the places are in
+  std::string acquisition;             // number of the acquisition within the series
   std::string modality;
   bool is_localizer = false;
   int columns = 0, rows = 0;
@@ -52,12 +53,24 @@ struct DicomSlice {
   std::vector<std::pair<std::string, std::string>> told_apart_by;
   DicomPixels pixels;
 
+  // The value of one of these; empty where the header has none.
+  std::string told_by(const std::string& what) const {
+    for (const auto& [name, value] : told_apart_by)
+      if (name == what) return value;
+    return {};
+  }
   // What the stored values of the slice take, uncompressed.
   std::size_t stored_bytes() const {
     return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) *
            static_cast<std::size_t>(pixels.bits_allocated / 8);
   }
   Eigen::Vector3d normal() const { return row_axis.cross(column_axis); }
+  // Columns: along a row, along a column, the unit normal.
+  Eigen::Matrix3d plane_axes() const {
+    Eigen::Matrix3d axes;
+    axes << row_axis, column_axis, normal().normalized();
+    return axes;
+  }
 };
 
 // What one file turned out to be: an image, or why it is none.

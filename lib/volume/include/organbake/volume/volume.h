@@ -23,6 +23,12 @@ struct LabelName {
 // The largest number of a label: up to here float32 holds every whole number.
 inline constexpr int kMostLabel = 1 << 24;
 
+// The slices of a DICOM series as they were scanned, all of them, whatever part of it was read.
+struct ScannedSlices {
+  std::string series_uid, frame_of_reference_uid;
+  std::vector<Eigen::Vector3d> corners_mm;  // centre of each one's first pixel, by place
+};
+
 // A CT in Hounsfield units, a volume of any other numbers, or a label mask, on a regular grid.
 // world = LPS millimetres:
 //   x_world = origin_mm + direction · (spacing_mm ∘ index),  index of a voxel's centre.
@@ -39,7 +45,7 @@ struct Volume {
   std::vector<std::int16_t, ZeroedPages<std::int16_t>> voxels;
   std::vector<float> reals;
   double gantry_tilt_degrees = 0;      // of the scan, taken out by the reader
-  std::vector<double> slice_gaps_mm;   // of a DICOM series as scanned, along the normal
+  ScannedSlices slices;                // of a DICOM series
   std::vector<LabelName> label_names;  // of a mask, where its file has them
   int chosen_label = 0;                // of a mask, by the options of reading it; 0 = none
   std::string chosen_name;             // "liver", "label 5 and label 7"
@@ -101,6 +107,9 @@ struct LabelCount {
 };
 // The labels of a mask in increasing order, without the background 0.
 std::vector<LabelCount> count_labels(const Volume& volume);
+
+// From slice to slice of a DICOM series as it was scanned, along the normal.
+std::vector<double> slice_gaps_mm(const Volume& volume);
 
 // Whether voxel (i, j, k) of both lies at the same place, to 1 % of a voxel.
 bool same_grid(const Volume& a, const Volume& b);
