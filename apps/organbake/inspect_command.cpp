@@ -7,7 +7,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/schemas.h"

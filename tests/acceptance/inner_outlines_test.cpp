@@ -8,7 +8,7 @@
 #include "measuring/memory_bundle.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/evaluation/comparison_table.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/image/difference.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/player/carried_surface.h"

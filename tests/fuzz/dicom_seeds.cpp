@@ -5,6 +5,7 @@
 #include <gdcmSequenceOfFragments.h>
 #include <minizip/zip.h>
 #include <zlib.h>
+
 #include <Eigen/Geometry>
 
 #include "fuzz/seeds.h"

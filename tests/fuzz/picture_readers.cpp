@@ -5,8 +5,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/formats/photo.h"
-#include "organbake/image/exr_reader.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 
 namespace organbake {

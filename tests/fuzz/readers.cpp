@@ -2,6 +2,7 @@
 #include "fuzz/readers.h"
 
 #include <unistd.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>

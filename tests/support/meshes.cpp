@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "organbake/geometry/adjacency.h"
-#include "organbake/geometry/icosphere.h"
 #include "organbake/geometry/lattice.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 TriangleMesh tetrahedron_mesh() {

@@ -2,6 +2,7 @@
 #include "support/ramp_volume.h"
 
 #include <zlib.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>

@@ -5,7 +5,7 @@
 
 #include "organbake/core/files.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "support/meshes.h"
 
 namespace organbake {

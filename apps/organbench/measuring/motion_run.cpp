@@ -7,7 +7,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/pipelines/worker_process.h"
 
 namespace organbake {

@@ -8,7 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/image/srgb.h"
 #include "organbake/raycast/ray_scene.h"
 

@@ -8,7 +8,7 @@
 #include "organbake/capture/capture.h"
 #include "organbake/core/files.h"
 #include "organbake/geometry/shell_map.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/phantom/phantom.h"
 
 namespace organbake {

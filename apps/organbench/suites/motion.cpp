@@ -8,7 +8,7 @@
 #include "measuring/path_alignment.h"
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace {

@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/area_sampler.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

@@ -1,16 +1,127 @@
 // SPDX-License-Identifier: Apache-2.0
+// Rigid transforms and lenses: projection by Brown's model or, for fisheyes, by the angle to the
+// axis (Kannala & Brandt 2006), and both backwards by iteration.
 #include "organbake/geometry/camera.h"
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "fisheye.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/rigid_transform.h"
+#include "organbake/geometry/rotation_between.h"
 
 namespace organbake {
+bool is_rotation(const Eigen::Matrix3d& r, double tolerance) {
+  const double off = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  return off <= tolerance && r.row(0).cross(r.row(1)).dot(r.row(2)) > 0;
+}
+
+Eigen::Vector3d up_from(const Eigen::Vector3d& direction_world) {
+  constexpr double kAlong = 0.8660254037844386;  // cosine of 30°
+  const bool along = std::abs(direction_world.z()) > kAlong * direction_world.norm();
+  return along ? Eigen::Vector3d(-Eigen::Vector3d::UnitY()) : Eigen::Vector3d::UnitZ();
+}
+
+RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                       const Eigen::Vector3d& up) {
+  const Eigen::Vector3d forward = (target - eye).normalized();
+  Eigen::Vector3d right = forward.cross(up);
+  constexpr double kParallel = 1e-9;  // sine of the angle below which `up` tells nothing
+  if (!(right.norm() > kParallel * up.norm())) {
+    Eigen::Index least = 0;
+    forward.cwiseAbs().minCoeff(&least);
+    right = forward.cross(Eigen::Vector3d::Unit(least));
+  }
+  right.normalize();
+  RigidTransform camera_from_world;
+  camera_from_world.rotation.row(0) = right.transpose();
+  camera_from_world.rotation.row(1) = forward.cross(right).transpose();
+  camera_from_world.rotation.row(2) = forward.transpose();
+  camera_from_world.translation = -(camera_from_world.rotation * eye);
+  return camera_from_world;
+}
+
+std::optional<Eigen::Matrix3d> written_rotation(const Eigen::Matrix3d& r) {
+  constexpr double kRounding = 1e-12, kWritten = 1e-4;
+  if (!is_rotation(r, kWritten)) return std::nullopt;
+  if (is_rotation(r, kRounding)) return r;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
+}
+
 namespace {
+
+// Kannala & Brandt 2006, as OpenCV's fisheye, ROS ("equidistant"), Kalibr and COLMAP write it: a
+// ray at the angle θ to the axis meets the picture at θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) focal
+// lengths from its centre.
+
+constexpr double kWidest_rad = 1.5690;  // 89.9°: rays of z = 1 are finite
+
+double radius_at(const Intrinsics& k, double angle) {
+  const double a2 = angle * angle;
+  return angle * (1 + a2 * (k.k1 + a2 * (k.k2 + a2 * (k.k3 + a2 * k.k4))));
+}
+
+double slope_at(const Intrinsics& k, double angle) {
+  const double a2 = angle * angle;
+  return 1 + a2 * (3 * k.k1 + a2 * (5 * k.k2 + a2 * (7 * k.k3 + a2 * 9 * k.k4)));
+}
+
+// Up to which angle a wider ray meets the picture farther out.
+double widest_rising(const Intrinsics& k) {
+  constexpr int kSteps = 32;
+  double angle = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double next = kWidest_rad * i / kSteps;
+    if (slope_at(k, next) <= 0) return angle;
+    angle = next;
+  }
+  return angle;
+}
+
+// Newton's steps, halved intervals where they leave the bracket.
+double angle_at(const Intrinsics& k, double radius) {
+  double low = 0, high = widest_rising(k);
+  if (!(radius_at(k, high) > radius)) return high;
+  double angle = std::min(radius, high);
+  constexpr int kMostSteps = 60;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double off = radius_at(k, angle) - radius;
+    (off > 0 ? high : low) = angle;
+    double next = angle - off / slope_at(k, angle);
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (next == angle || off == 0) break;
+    angle = next;
+  }
+  return angle;
+}
+
+// Place in focal lengths from the principal point of a camera-space point, which may lie beside the
+// camera, too.
+Eigen::Vector2d fisheye_place(const Intrinsics& lens, const Eigen::Vector3d& point_camera_mm) {
+  const double across = point_camera_mm.head<2>().norm();
+  if (across == 0) return Eigen::Vector2d::Zero();
+  const double radius = radius_at(lens, std::atan2(across, point_camera_mm.z()));
+  return radius / across * point_camera_mm.head<2>();
+}
+
+// Camera-space ray of z = 1 that meets this place. Beyond 89.9° from the axis, and where the
+// polynomial has ceased to rise, the widest ray that is known in that direction.
+Eigen::Vector3d fisheye_ray(const Intrinsics& lens, const Eigen::Vector2d& place) {
+  const double radius = place.norm();
+  if (radius == 0) return Eigen::Vector3d::UnitZ();
+  const double across = std::tan(angle_at(lens, radius));
+  return {across / radius * place.x(), across / radius * place.y(), 1.0};
+}
 
 constexpr int kLargestSide = 65536;
 constexpr double kLeastFocal = 1e-3, kMostFocal = 1e9;  // beyond, no view is meant

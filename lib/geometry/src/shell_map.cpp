@@ -1,10 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+// The shell over a mesh: prisms over its faces, whose point for two barycentric weights and a
+// height is found forwards, and for a place backwards; the lattice on a face; the surface that
+// carries it, proxy or smooth skin.
 #include "organbake/geometry/shell_map.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/prism.h"
+#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/vertex_gradients.h"
 
 namespace organbake {
-
 ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& normals,
                          std::uint32_t face) {
   const auto [i, j, k] = proxy.faces[face];
@@ -41,6 +53,274 @@ Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h,
 Eigen::Vector3d rejoined_point(const ShellMatrix& m, double h, const Eigen::Vector3d& point) {
   const Eigen::Vector2d b = barycentric_at_height(m, h, point);
   return shell_point(m, b.x(), b.y(), h);
+}
+
+namespace {
+
+using Cubic = HeightCubic<double>;
+
+// Closed forms lose digits near double roots and tiny leading coefficients; two Newton steps on the
+// polynomial itself bring every simple root back to full precision.
+double polished(const Cubic& f, double h) {
+  for (int i = 0; i < 2; ++i) {
+    const double slope = f.slope(h);
+    if (slope == 0) break;
+    h -= f.value(h) / slope;
+  }
+  return h;
+}
+
+int quadratic_roots(double a, double b, double c, std::array<double, 3>& roots) {
+  const double discriminant = b * b - 4 * a * c;
+  if (discriminant < 0) return 0;
+  const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+  int count = 0;
+  if (q != 0) roots[count++] = c / q;
+  if (a != 0) roots[count++] = q / a;
+  return count;
+}
+
+int cubic_roots(const Cubic& f, std::array<double, 3>& roots) {
+  const double a = f.c2 / f.c3, b = f.c1 / f.c3, c = f.c0 / f.c3;
+  const double q = (a * a - 3 * b) / 9, r = (2 * a * a * a - 9 * a * b + 27 * c) / 54;
+  if (r * r < q * q * q) {
+    const double theta = std::acos(std::clamp(r / std::sqrt(q * q * q), -1.0, 1.0));
+    for (int k = 0; k < 3; ++k) {
+      const double angle = (theta + 2 * std::numbers::pi * (k - 1)) / 3;
+      roots[k] = -2 * std::sqrt(q) * std::cos(angle) - a / 3;
+    }
+    return 3;
+  }
+  // glibc's pow gives the same bits on every processor, its cbrt does not.
+  const double root = std::pow(std::abs(r) + std::sqrt(r * r - q * q * q), 1.0 / 3);
+  const double s = -std::copysign(root, r);
+  roots[0] = s + (s != 0 ? q / s : 0) - a / 3;
+  return 1;
+}
+
+// The root within ±limit of a cubic that is monotone there, or infinity when there is none.
+double bracketed_root(const Cubic& f, double limit) {
+  double low = -limit, high = limit;
+  const bool rises = f.value(high) > f.value(low);
+  if ((f.value(low) > 0) == rises || (f.value(high) < 0) == rises) {
+    return std::numeric_limits<double>::infinity();
+  }
+  while (true) {
+    const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) return middle;
+    ((f.value(middle) < 0) == rises ? low : high) = middle;
+  }
+}
+
+// Newton from the plane of the face itself; for a cubic that is monotone within ±limit.
+double monotone_root(const Cubic& f, double limit) {
+  double h = std::clamp(-f.c0 / f.c1, -limit, limit);
+  constexpr int kMostSteps = 12;  // three or four are the rule
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double step = f.value(h) / f.slope(h);
+    h = std::clamp(h - step, -2 * limit, 2 * limit);
+    // Convergence is quadratic: after a step this small the next would not change a bit.
+    if (std::abs(step) < 1e-9 * limit) return h;
+  }
+  return bracketed_root(f, limit);
+}
+
+// The rule, while |h| is small against the radius of curvature: at most one root within ±limit.
+bool is_monotone(const Cubic& f, double limit) {
+  return 2 * std::abs(f.c2) * limit + 3 * std::abs(f.c3) * limit * limit < std::abs(f.c1);
+}
+
+int all_roots(const Cubic& f, double limit, std::array<double, 3>& roots) {
+  constexpr double kNegligible = 1e-12;  // the cubic term changes no bit that matters
+  const double cube = std::abs(f.c3) * limit * limit;
+  const int count = cube < kNegligible * (std::abs(f.c1) + std::abs(f.c2) * limit)
+                        ? quadratic_roots(f.c2, f.c1, f.c0, roots)
+                        : cubic_roots(f, roots);
+  for (int i = 0; i < count; ++i) roots[i] = polished(f, roots[i]);
+  return count;
+}
+
+}  // namespace
+
+// S(b, h) is linear in h for fixed b, so the prism lies in the convex hull of its six corners.
+PrismBounds prism_bounds(const ShellMatrix& m, double lowest_mm, double highest_mm) {
+  std::array<Eigen::Vector3d, 6> corners;
+  for (int c = 0; c < 3; ++c) {
+    const double b1 = c == 1, b2 = c == 2;
+    corners[2 * c] = shell_point(m, b1, b2, highest_mm);
+    corners[2 * c + 1] = shell_point(m, b1, b2, lowest_mm);
+  }
+  PrismBounds bounds;
+  const Eigen::Vector3d a = m.col(1), b = m.col(2), n = a.cross(b).normalized();
+  bounds.direction = {n, -n, a.cross(n).normalized(), (b - a).cross(n).normalized(),
+                      n.cross(b).normalized()};
+  bounds.min = bounds.max = corners[0];
+  bounds.extent.fill(-std::numeric_limits<double>::infinity());
+  constexpr double kSlack = 1e-6;  // of the prism's size
+  bounds.slack = kSlack * (corners[1] - corners[2]).norm();
+  for (const auto& corner : corners) {
+    bounds.min = bounds.min.cwiseMin(corner);
+    bounds.max = bounds.max.cwiseMax(corner);
+    for (std::size_t d = 0; d < bounds.direction.size(); ++d) {
+      bounds.extent[d] = std::max(bounds.extent[d], bounds.direction[d].dot(corner));
+    }
+  }
+  return bounds;
+}
+
+PrismCubic::PrismCubic(const ShellMatrix& m) : corner_(m.col(0)) {
+  const Eigen::Vector3d e1 = m.col(1), e2 = m.col(2), n0 = m.col(3), n1 = m.col(4), n2 = m.col(5);
+  slope0_ = e1.cross(e2);
+  slope1_ = e1.cross(n2) + n1.cross(e2);
+  slope2_ = n1.cross(n2);
+  constant1_ = -n0.dot(slope0_);
+  constant2_ = -n0.dot(slope1_);
+  constant3_ = -n0.dot(slope2_);
+}
+
+PrismCubic::Roots PrismCubic::heights(const Eigen::Vector3d& point, double max_height) const {
+  const Cubic f = at(point.x(), point.y(), point.z());
+  Roots result;
+  if (is_monotone(f, max_height)) {
+    const double root = monotone_root(f, max_height);
+    if (std::abs(root) <= max_height) result.heights[result.count++] = root;
+    return result;
+  }
+  std::array<double, 3> roots{};
+  const int count = all_roots(f, max_height, roots);
+  for (int i = 0; i < count; ++i) {
+    if (!(std::abs(roots[i]) <= max_height)) continue;
+    int at = result.count++;
+    for (; at > 0 && std::abs(result.heights[at - 1]) > std::abs(roots[i]); --at) {
+      result.heights[at] = result.heights[at - 1];
+    }
+    result.heights[at] = roots[i];
+  }
+  return result;
+}
+
+namespace {
+
+std::array<std::uint32_t, 2> ordered(std::uint32_t a, std::uint32_t b) {
+  return {std::min(a, b), std::max(a, b)};
+}
+
+}  // namespace
+
+// Nodes in order: the vertices, then each edge's, then each face's inner ones.
+Lattice::Lattice(const TriangleMesh& proxy, std::uint32_t steps)
+    : proxy_(proxy), steps_(steps), face_count_(static_cast<std::uint32_t>(proxy.faces.size())) {
+  for (const auto& [a, b, c] : proxy.faces)
+    edges_.insert(edges_.end(), {ordered(a, b), ordered(b, c), ordered(c, a)});
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  const auto edge_index = [&](std::uint32_t a, std::uint32_t b) {
+    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ordered(a, b));
+    return static_cast<std::uint32_t>(at - edges_.begin());
+  };
+  for (const auto& [a, b, c] : proxy.faces)
+    face_edges_.push_back({edge_index(a, b), edge_index(b, c), edge_index(c, a)});
+  first_inner_ = static_cast<std::uint32_t>(proxy.vertices.size() + edges_.size() * (steps_ - 1));
+}
+
+// from_first: steps away from the face's own first corner of that edge, 1 … steps − 1.
+std::uint32_t Lattice::on_edge(std::uint32_t face, int edge, std::uint32_t from_first) const {
+  const std::uint32_t index = face_edges_[face][edge];
+  const bool same_way = proxy_.faces[face][edge] == edges_[index][0];
+  const std::uint32_t from_lower = same_way ? from_first : steps_ - from_first;
+  return static_cast<std::uint32_t>(proxy_.vertices.size()) + index * (steps_ - 1) + from_lower - 1;
+}
+
+std::uint32_t Lattice::node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+  const std::uint32_t k = steps_ - i - j;  // b0
+  const Face& corners = proxy_.faces[face];
+  if (k == steps_) return corners[0];
+  if (i == steps_) return corners[1];
+  if (j == steps_) return corners[2];
+  if (j == 0) return on_edge(face, 0, i);
+  if (k == 0) return on_edge(face, 1, j);
+  if (i == 0) return on_edge(face, 2, k);
+  // Inner rows i = 1 … steps − 2 hold steps − 1 − i nodes each.
+  const std::uint32_t before = (i - 1) * (steps_ - 1) - (i - 1) * i / 2;
+  return first_inner_ + face * inner_per_face() + before + j - 1;
+}
+
+std::vector<Lattice::ShellLine> Lattice::shell_lines() const {
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy_);
+  std::vector<ShellLine> lines;
+  lines.reserve(node_count());
+  for (std::size_t v = 0; v < proxy_.vertices.size(); ++v)
+    lines.push_back({proxy_.vertices[v], normals[v]});
+  for (const auto& [a, b] : edges_)
+    for (std::uint32_t s = 1; s < steps_; ++s) {
+      const double share = double(s) / steps_;
+      lines.push_back({(1 - share) * proxy_.vertices[a] + share * proxy_.vertices[b],
+                       (1 - share) * normals[a] + share * normals[b]});
+    }
+  for (const auto& [a, b, c] : proxy_.faces)
+    for (std::uint32_t i = 1; i + 1 < steps_; ++i)
+      for (std::uint32_t j = 1; i + j < steps_; ++j) {
+        const double b1 = double(i) / steps_, b2 = double(j) / steps_, b0 = 1 - b1 - b2;
+        lines.push_back(
+            {b0 * proxy_.vertices[a] + b1 * proxy_.vertices[b] + b2 * proxy_.vertices[c],
+             b0 * normals[a] + b1 * normals[b] + b2 * normals[c]});
+      }
+  return lines;
+}
+
+std::uint32_t lattice_steps(const TriangleMesh& proxy, double step_mm, std::size_t max_nodes) {
+  constexpr double kMostSteps = 64;
+  const double wanted = std::round(mean_edge_length(proxy) / step_mm);
+  auto steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, kMostSteps));
+  while (steps > 1 && proxy.faces.size() * ((steps + 1) * (steps + 2) / 2) > max_nodes) --steps;
+  return steps;
+}
+
+ShellSurface::ShellSurface(TriangleMesh proxy, std::optional<SmoothSkin> skin)
+    : proxy_(std::move(proxy)), skin_(std::move(skin)) {
+  proxy_.colors.clear();
+  if (skin_) check_smooth_skin(*skin_, proxy_, "smooth skin");
+  rest_ = skin_ ? smooth_skin_mesh(proxy_, *skin_) : proxy_;
+}
+
+void ShellSurface::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
+                        std::vector<Eigen::Vector3d>& positions) const {
+  if (skin_) {
+    carry(*skin_, proxy_positions, positions);
+  } else {
+    positions = proxy_positions;
+  }
+}
+
+double ShellSurface::reach_mm() const {
+  // Any height may occur over a coarse proxy; half the organ is beyond all of them and keeps the
+  // search bounded. A skin follows the surface.
+  return (skin_ ? 0.05 : 0.5) * bounds(rest_).diagonal();
+}
+
+TriangleMesh ShellSurface::posed(const std::vector<Eigen::Vector3d>& proxy_positions) const {
+  TriangleMesh mesh;
+  mesh.faces = rest_.faces;
+  pose(proxy_positions, mesh.vertices);
+  return mesh;
+}
+
+std::vector<ShellMatrix> ShellSurface::posed_matrices(
+    const std::vector<Eigen::Vector3d>& proxy_positions) const {
+  const TriangleMesh mesh = posed(proxy_positions);
+  if (!skin_) return shell_matrices(mesh);
+  const VertexGradients gradients(rest_);
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(mesh);
+  std::vector<Eigen::Matrix3d> changes(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < changes.size(); ++v)
+    changes[v] =
+        skin_->is_creased(v) ? unknown_change() : gradients.change(v, mesh.vertices, normals);
+  std::vector<ShellMatrix> matrices(mesh.faces.size());
+  for (std::uint32_t f = 0; f < matrices.size(); ++f) {
+    matrices[f] = shell_matrix(mesh, normals, f);
+    bend_face(rest_, f, changes, matrices[f]);
+  }
+  return matrices;
 }
 
 }  // namespace organbake

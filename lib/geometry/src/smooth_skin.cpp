@@ -1,14 +1,128 @@
 // SPDX-License-Identifier: Apache-2.0
+// The smooth skin that a proxy carries, and deformation gradients at its vertices: by least squares
+// over the edges that meet there. The fit is of second order: a first-order one over an uneven ring
+// would take the ring's curvature for a slope of the surface.
 #include "organbake/geometry/smooth_skin.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/lattice.h"
+#include "organbake/geometry/vertex_gradients.h"
 
 namespace organbake {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
+using Vector5d = Eigen::Matrix<double, 5, 1>;
+
+// The edges of a vertex span its tangent plane by this share of what they would if they stood at
+// right angles.
+constexpr double kLeastSpan = 1e-6;
+// Curvature is not told apart from slope by few edges: it is held back by this share of theirs.
+constexpr double kHeldBack = 1e-3;
+// An edge that is bent by less than this share of its length stays straight, as where a gradient is
+// not known: that is 0.4° from end to end. A poke stirs all of an organ, and flat faces are drawn
+// faster. Nor does it turn by more than a right angle, whatever a fold does to the gradients.
+constexpr double kLeastBend = 1.0 / 300;
+
+// Two directions across a unit normal.
+std::array<Vector3d, 2> across(const Vector3d& normal) {
+  const Vector3d one = normal.unitOrthogonal();
+  return {one, normal.cross(one)};
+}
+
+// What of each edge the slope takes: A⁻¹ m of the fit δ ≈ G (s, t) + Q (s², s t, t²), in the
+// tangent plane. Without the curvature Q an uneven ring of edges would take it for slope.
+std::vector<Vector3d> slope_weights(std::span<const Vector3d> edges_mm, const Vector3d& normal) {
+  const auto [one, other] = across(normal);
+  double length2 = 0;
+  for (const Vector3d& edge : edges_mm) length2 += edge.squaredNorm();
+  const double length = std::sqrt(length2 / double(std::max<std::size_t>(1, edges_mm.size())));
+  std::vector<Vector5d> rows;
+  Matrix5d sum = Matrix5d::Zero();
+  for (const Vector3d& edge : edges_mm) {
+    const double s = edge.dot(one) / length, t = edge.dot(other) / length;
+    rows.push_back(Vector5d(s, t, s * s, s * t, t * t));
+    sum += rows.back() * rows.back().transpose();
+  }
+  const double mean = 0.5 * (sum(0, 0) + sum(1, 1));
+  const bool spans = sum.topLeftCorner<2, 2>().determinant() > kLeastSpan * mean * mean;
+  sum.diagonal().tail<3>().array() += kHeldBack * mean;
+  const Matrix5d inverse = spans ? Matrix5d(sum.inverse())
+                                 : Matrix5d::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::vector<Vector3d> weights;
+  for (const Vector5d& row : rows) {
+    const Eigen::Vector2d slope = inverse.topRows<2>() * row / length;
+    weights.push_back(slope[0] * one + slope[1] * other);
+  }
+  return weights;
+}
+
+}  // namespace
+
+VertexGradients::VertexGradients(const TriangleMesh& rest)
+    : neighbours_(rest.faces, rest.vertices.size()), first_{0} {
+  const std::vector<Vector3d> normals = vertex_normals(rest);
+  std::vector<Vector3d> edges;
+  for (std::uint32_t v = 0; v < rest.vertices.size(); ++v) {
+    edges.clear();
+    for (const std::uint32_t other : neighbours_.of(v))
+      edges.push_back(rest.vertices[other] - rest.vertices[v]);
+    const std::vector<Vector3d> weights = slope_weights(edges, normals[v]);
+    // The normal is turned into what it is now; so much of each edge follows it.
+    Vector3d hub = normals[v];
+    for (std::size_t k = 0; k < edges.size(); ++k) {
+      spokes_.push_back({edges[k], weights[k]});
+      hub -= edges[k].dot(normals[v]) * weights[k];
+    }
+    hubs_.push_back({normals[v], hub});
+    first_.push_back(static_cast<std::uint32_t>(spokes_.size()));
+  }
+}
+
+Matrix3d VertexGradients::change(std::uint32_t vertex, const std::vector<Vector3d>& positions,
+                                 const std::vector<Vector3d>& normals) const {
+  const Hub& hub = hubs_[vertex];
+  Matrix3d change = (normals[vertex] - hub.normal) * hub.weight.transpose();
+  const Spoke* spoke = &spokes_[first_[vertex]];
+  for (const std::uint32_t other : neighbours_.of(vertex)) {
+    const Vector3d moved = positions[other] - positions[vertex] - spoke->edge_mm;
+    change += moved * spoke->weight.transpose();
+    ++spoke;
+  }
+  return change;
+}
+
+void bend_face(const TriangleMesh& rest, std::uint32_t face, const std::vector<Matrix3d>& changes,
+               ShellMatrix& shell) {
+  const Face& f = rest.faces[face];
+  const auto edge = [&](int i, int j, const Vector3d& chord_mm) -> Vector3d {
+    const Vector3d e =
+        0.5 * (changes[f[i]] - changes[f[j]]) * (rest.vertices[f[j]] - rest.vertices[f[i]]);
+    const double share2 = e.squaredNorm() / chord_mm.squaredNorm();
+    if (!(share2 > kLeastBend * kLeastBend)) return Vector3d::Zero();
+    return share2 <= 1 ? e : Vector3d(e / std::sqrt(share2));
+  };
+  const Vector3d e01 = edge(0, 1, shell.col(1)), e02 = edge(0, 2, shell.col(2)),
+                 e12 = edge(1, 2, shell.col(2) - shell.col(1));
+  // Σ b_i b_j e_ij with b_0 = 1 − b_1 − b_2.
+  shell.col(1) += e01;
+  shell.col(2) += e02;
+  shell.col(6) = -e01;
+  shell.col(7) = e12 - e01 - e02;
+  shell.col(8) = -e02;
+}
 
 void complete_weights(SmoothSkin& skin) {
   for (std::size_t n = 0; n < skin.node_count(); ++n) {

@@ -8,7 +8,7 @@
 
 #include "organ.h"
 #include "organbake/capture/solid_noise.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

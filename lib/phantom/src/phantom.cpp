@@ -13,7 +13,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

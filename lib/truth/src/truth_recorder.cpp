@@ -15,7 +15,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/area_sampler.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,7 @@
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/image/depth_notes.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/pictures.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {

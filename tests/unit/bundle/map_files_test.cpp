@@ -8,7 +8,7 @@
 
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace {

@@ -8,7 +8,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "support/error_message.h"
 #include "support/synthetic_bundle.h"
 

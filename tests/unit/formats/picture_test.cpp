@@ -9,7 +9,7 @@
 #include "file_bytes.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/formats/photo.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

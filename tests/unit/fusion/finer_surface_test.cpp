@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "organbake/geometry/icosphere.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

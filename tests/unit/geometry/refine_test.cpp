@@ -5,9 +5,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/nearest_on_triangle.h"
 #include "support/meshes.h"
 
 namespace organbake {
@@ -60,6 +64,105 @@ TEST(RefineEdges, RefusesWhatMakesNoSense) {
     EXPECT_THROW(refine_edges(box, bad), UsageError);
   }
   EXPECT_THROW(refine_edges(box, 1e-3, 10'000), UsageError);
+}
+
+TEST(Icosphere, IsAClosedSphereOfTwentyTimesFourToTheN) {
+  std::size_t faces = 20;
+  for (int subdivisions = 0; subdivisions <= 4; ++subdivisions, faces *= 4) {
+    const TriangleMesh sphere = make_icosphere(subdivisions);
+    const MeshTopology topology = analyse_topology(sphere);
+    EXPECT_EQ(sphere.faces.size(), faces);
+    EXPECT_TRUE(topology.closed_manifold());
+    EXPECT_EQ(topology.euler_characteristic, 2);
+    EXPECT_GT(signed_volume(sphere), 0) << "faces must look outward";
+    for (const auto& vertex : sphere.vertices) EXPECT_NEAR(vertex.norm(), 1, 1e-15);
+  }
+}
+
+TEST(Icosphere, CoarseVerticesComeFirst) {
+  const TriangleMesh coarse = make_icosphere(2), fine = make_icosphere(3);
+  for (std::size_t v = 0; v < coarse.vertices.size(); ++v)
+    EXPECT_EQ(coarse.vertices[v], fine.vertices[v]);
+}
+
+TEST(Icosphere, RefusesOddCounts) {
+  EXPECT_THROW(make_icosphere(-1), UsageError);
+  EXPECT_THROW(make_icosphere(10), UsageError);
+}
+
+using Eigen::Vector3d;
+
+Vector3d random_point(RandomStream& random) {
+  return {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+}
+
+TEST(NearestOnTriangle, NoSampledPointIsNearer) {
+  RandomStream random(3);
+  for (int round = 0; round < 300; ++round) {
+    const Vector3d a = random_point(random), b = random_point(random), c = random_point(random),
+                   p = 2 * random_point(random);
+    const Vector3d w = nearest_on_triangle(p, a, b, c);
+    ASSERT_GE(w.minCoeff(), -1e-12);
+    ASSERT_NEAR(w.sum(), 1, 1e-12);
+    const double found = (w[0] * a + w[1] * b + w[2] * c - p).norm();
+    for (int sample = 0; sample < 200; ++sample) {
+      double u = random.uniform(), v = random.uniform();
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      ASSERT_LE(found, ((1 - u - v) * a + u * b + v * c - p).norm() + 1e-12);
+    }
+  }
+}
+
+TEST(NearestOnTriangle, APointGivesThePoint) {
+  const Vector3d a(1, 2, 3);
+  const Vector3d w = nearest_on_triangle({0, 0, 0}, a, a, a);
+  EXPECT_TRUE(w.allFinite());
+  EXPECT_NEAR(w.sum(), 1, 1e-15);
+}
+
+using Eigen::Vector3d;
+
+class LatticeOfSteps : public ::testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(Steps, LatticeOfSteps, ::testing::Values(1, 2, 3, 4, 7));
+
+TEST_P(LatticeOfSteps, NodesLieWhereTheirFacesPutThem) {
+  const TriangleMesh proxy = lumpy_mesh(20, 1);
+  const std::vector<Vector3d> normals = vertex_normals(proxy);
+  const std::uint32_t n = GetParam();
+  const Lattice lattice(proxy, n);
+  const auto lines = lattice.shell_lines();
+  ASSERT_EQ(lines.size(), lattice.node_count());
+  std::set<std::uint32_t> used;
+  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f)
+    for (std::uint32_t i = 0; i <= n; ++i)
+      for (std::uint32_t j = 0; i + j <= n; ++j) {
+        const std::uint32_t node = lattice.node(f, i, j);
+        ASSERT_LT(node, lines.size());
+        used.insert(node);
+        const double b1 = double(i) / n, b2 = double(j) / n;
+        const Face& face = proxy.faces[f];
+        const auto mixed = [&](const std::vector<Vector3d>& at) -> Vector3d {
+          return (1 - b1 - b2) * at[face[0]] + b1 * at[face[1]] + b2 * at[face[2]];
+        };
+        EXPECT_LT((lines[node].foot - mixed(proxy.vertices)).norm(), 1e-12);
+        EXPECT_LT((lines[node].direction - mixed(normals)).norm(), 1e-12);
+      }
+  EXPECT_EQ(used.size(), lines.size()) << "every node belongs to a face";
+  // Euler: V + E (n − 1) + F (n − 1)(n − 2) / 2 on a closed surface.
+  const std::size_t edges = proxy.faces.size() * 3 / 2;
+  EXPECT_EQ(lines.size(),
+            proxy.vertices.size() + edges * (n - 1) + proxy.faces.size() * ((n - 1) * (n - 2) / 2));
+}
+
+TEST(LatticeSteps, FollowTheEdgeLengthWithinBounds) {
+  TriangleMesh proxy;  // edges of 30, 40 and 50 mm
+  proxy.vertices = {{0, 0, 0}, {30, 0, 0}, {0, 40, 0}};
+  proxy.faces = {{0, 1, 2}};
+  EXPECT_EQ(lattice_steps(proxy, 2, 1000000), 20u);
+  EXPECT_EQ(lattice_steps(proxy, 0.01, 1000000), 64u);
+  EXPECT_EQ(lattice_steps(proxy, 1000, 1000000), 1u);
+  EXPECT_EQ(lattice_steps(proxy, 2, 100), 12u);  // 13 · 14 / 2 = 91 nodes
+  EXPECT_EQ(lattice_steps(proxy, 2, 1), 1u);
 }
 
 }  // namespace

@@ -3,9 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numbers>
+#include <set>
+#include <utility>
 
+#include "organbake/core/error.h"
+#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "support/meshes.h"
 
 namespace organbake {
@@ -52,6 +61,211 @@ TEST(VertexNormals, AreUnitEvenWithoutFaces) {
   TriangleMesh lone;
   lone.vertices = {{1, 2, 3}};
   EXPECT_EQ(vertex_normals(lone)[0], Eigen::Vector3d::UnitZ());
+}
+
+TEST(VertexFaces, ListsEveryUseInOrder) {
+  const TriangleMesh mesh = sphere_mesh(1, 1);
+  const VertexFaces around(mesh.faces, mesh.vertices.size());
+  std::size_t uses = 0;
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto faces = around.of(v);
+    uses += faces.size();
+    EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
+    for (const std::uint32_t f : faces) {
+      EXPECT_NE(std::find(mesh.faces[f].begin(), mesh.faces[f].end(), v), mesh.faces[f].end());
+    }
+  }
+  EXPECT_EQ(uses, 3 * mesh.faces.size());
+}
+
+// Of an open mesh as well, where an edge has one face.
+TEST(VertexNeighbours, AreTheOtherEndsOfItsEdgesOnceInOrder) {
+  TriangleMesh mesh = sphere_mesh(1, 1);
+  mesh.faces.resize(mesh.faces.size() / 2);
+  const VertexNeighbours neighbours(mesh.faces, mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    std::set<std::uint32_t> expected;
+    for (const Face& f : mesh.faces) {
+      if (std::find(f.begin(), f.end(), v) != f.end()) expected.insert(f.begin(), f.end());
+    }
+    expected.erase(v);
+    const auto around = neighbours.of(v);
+    EXPECT_TRUE(std::equal(around.begin(), around.end(), expected.begin(), expected.end()));
+  }
+}
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+// Faces and directions at each edge, as one would write them down by hand.
+std::map<Edge, std::vector<std::pair<std::uint32_t, bool>>> by_hand(const TriangleMesh& mesh) {
+  std::map<Edge, std::vector<std::pair<std::uint32_t, bool>>> uses;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const auto& [a, b, c] = mesh.faces[f];
+    for (const auto& [from, to] : {Edge(a, b), Edge(b, c), Edge(c, a)})
+      if (from != to) uses[std::minmax(from, to)].emplace_back(f, from < to);
+  }
+  return uses;
+}
+
+// A closed mesh, an open one, three sheets at one edge, a face with a repeated corner.
+TriangleMesh awkward_mesh() {
+  TriangleMesh mesh = sphere_mesh(1, 1);
+  mesh.faces.resize(mesh.faces.size() / 2);
+  const Face first = mesh.faces[0];
+  mesh.faces.push_back({first[0], first[1], static_cast<std::uint32_t>(mesh.vertices.size() - 1)});
+  mesh.faces.push_back({first[0], first[0], first[2]});
+  return mesh;
+}
+
+TEST(MeshEdges, AreVisitedInOrderWithAllFacesThatUseThem) {
+  for (const TriangleMesh& mesh : {sphere_mesh(1, 2), awkward_mesh()}) {
+    const auto expected = by_hand(mesh);
+    auto next = expected.begin();
+    std::size_t visited = 0;
+    MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+      ASSERT_NE(next, expected.end());
+      EXPECT_EQ(Edge(uses[0].low, uses[0].high), next->first);
+      ASSERT_EQ(uses.size(), next->second.size());
+      for (std::size_t i = 0; i < uses.size(); ++i) {
+        EXPECT_EQ(uses[i].face(), next->second[i].first);
+        EXPECT_EQ(uses[i].up(), next->second[i].second);
+      }
+      visited += uses.size();
+      ++next;
+    });
+    EXPECT_EQ(next, expected.end());
+    EXPECT_EQ(MeshEdges(mesh).use_count(), visited);
+  }
+}
+
+TEST(MeshEdges, TellTheCornersOfEachFace) {
+  const TriangleMesh mesh = awkward_mesh();
+  const auto vertex = [&](std::uint32_t corner) { return mesh.faces[corner / 3][corner % 3]; };
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    for (const EdgeUse& use : uses) {
+      EXPECT_EQ(vertex(use.low_corner), use.low);
+      EXPECT_EQ(vertex(use.high_corner), use.high);
+      EXPECT_EQ(vertex(use.half_edge()), use.up() ? use.low : use.high);
+      const std::uint32_t corners = use.low_corner + use.high_corner + use.opposite_corner();
+      EXPECT_EQ(corners, 9 * use.face() + 3);  // all three of the face
+    }
+  });
+}
+
+TEST(MeshEdges, OfNoFacesAreNone) {
+  TriangleMesh mesh = sphere_mesh(1, 1);
+  mesh.faces.clear();
+  EXPECT_EQ(MeshEdges(mesh).use_count(), 0u);
+  EXPECT_EQ(MeshEdges(std::vector<Face>{}, 0).use_count(), 0u);
+}
+
+TEST(HalfEdgeTwins, AreAcrossEdgesOfTwoFaces) {
+  const TriangleMesh mesh = awkward_mesh();
+  const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+  const auto uses = by_hand(mesh);
+  for (std::uint32_t h = 0; h < twins.size(); ++h) {
+    const std::uint32_t n = next_in_face(h);
+    const auto a = mesh.faces[h / 3][h % 3], b = mesh.faces[n / 3][n % 3];
+    if (a == b || uses.at(std::minmax(a, b)).size() != 2) {
+      EXPECT_EQ(twins[h], kNoHalfEdge);
+    } else {
+      EXPECT_EQ(twins[twins[h]], h);
+    }
+  }
+}
+
+TEST(ManifoldTwins, ExistForManifoldsOnly) {
+  TriangleMesh mesh = tetrahedron_mesh();
+  const auto twins = manifold_twins(mesh);
+  ASSERT_TRUE(twins);
+  for (std::uint32_t h = 0; h < 12; ++h) EXPECT_EQ((*twins)[(*twins)[h]], h);
+  std::swap(mesh.faces[0][0], mesh.faces[0][1]);
+  EXPECT_FALSE(manifold_twins(mesh));  // wound against its neighbours
+  // Two bodies that share a vertex.
+  mesh = joined(tetrahedron_mesh(), moved(tetrahedron_mesh(), {5, 0, 0}));
+  for (Face& f : mesh.faces) {
+    for (std::uint32_t& v : f) v = v == 4 ? 0 : v;
+  }
+  EXPECT_FALSE(manifold_twins(mesh));
+  mesh = tetrahedron_mesh();
+  mesh.faces.push_back({0, 1, 3});
+  EXPECT_FALSE(manifold_twins(mesh));
+  mesh = tetrahedron_mesh();
+  mesh.faces.push_back({0, 1, 1});  // a repeated corner
+  EXPECT_FALSE(manifold_twins(mesh));
+  mesh = tetrahedron_mesh();
+  mesh.faces.pop_back();  // open, and still a manifold
+  const auto open = manifold_twins(mesh);
+  ASSERT_TRUE(open);
+  EXPECT_EQ(std::count(open->begin(), open->end(), kNoHalfEdge), 3);
+}
+
+TEST(Topology, OfASphere) {
+  const MeshTopology t = analyse_topology(sphere_mesh(1, 2));
+  EXPECT_TRUE(t.closed_manifold());
+  EXPECT_EQ(t.euler_characteristic, 2);
+  EXPECT_EQ(t.components, 1u);
+  EXPECT_EQ(t.degenerate_faces, 0u);
+}
+
+TEST(Topology, FindsEachDefect) {
+  TriangleMesh open = box_mesh({1, 1, 1});
+  open.faces.pop_back();
+  EXPECT_EQ(analyse_topology(open).boundary_edges, 3u);
+  EXPECT_EQ(analyse_topology(open).boundary_loops, 1u);
+  EXPECT_EQ(analyse_topology(box_mesh({1, 1, 1})).boundary_loops, 0u);
+  TriangleMesh two_holes = sphere_mesh(1, 2);
+  std::swap(two_holes.faces[7], two_holes.faces.back());
+  two_holes.faces.pop_back();
+  two_holes.faces.erase(two_holes.faces.begin() + 200);
+  EXPECT_EQ(analyse_topology(two_holes).boundary_loops, 2u);
+
+  TriangleMesh turned = box_mesh({1, 1, 1});
+  std::swap(turned.faces[0][0], turned.faces[0][1]);
+  EXPECT_EQ(analyse_topology(turned).misoriented_edges, 3u);
+
+  TriangleMesh fin = box_mesh({1, 1, 1});
+  fin.vertices.push_back({5, 5, 5});
+  fin.faces.push_back({0, 1, 8});
+  EXPECT_EQ(analyse_topology(fin).non_manifold_edges, 1u);
+
+  TriangleMesh flat = box_mesh({1, 1, 1});
+  flat.faces.push_back({0, 0, 1});
+  EXPECT_EQ(analyse_topology(flat).degenerate_faces, 1u);
+}
+
+TEST(Topology, TwoCornersOnOneVertexAreNotManifold) {
+  TriangleMesh touching = joined(tetrahedron_mesh(), tetrahedron_mesh());
+  for (Face& f : touching.faces) {
+    for (auto& v : f) v = v == 4 ? 0 : v;  // both apexes become one vertex
+  }
+  const MeshTopology t = analyse_topology(touching);
+  EXPECT_EQ(t.non_manifold_vertices, 1u);
+  EXPECT_EQ(t.unused_vertices, 1u);
+  EXPECT_FALSE(t.closed_manifold());
+}
+
+TEST(LargestComponents, KeepsTheLargestByArea) {
+  const TriangleMesh two = joined(box_mesh({1, 1, 1}), moved(sphere_mesh(5, 2), {20, 0, 0}));
+  ASSERT_EQ(analyse_topology(two).components, 2u);
+  const TriangleMesh one = largest_components(two, 1);
+  EXPECT_EQ(one.faces.size(), 320u);
+  EXPECT_EQ(analyse_topology(one).unused_vertices, 0u);
+  EXPECT_GT(bounds(one).min.x(), 10);
+  EXPECT_EQ(largest_components(two, 0).faces.size(), two.faces.size());
+}
+
+TEST(CheckMesh, NamesTheFirstDefect) {
+  TriangleMesh m = tetrahedron_mesh();
+  EXPECT_NO_THROW(check_mesh(m, "m"));
+  m.faces[2][1] = 99;
+  EXPECT_THROW(check_mesh(m, "m"), BadDataError);
+  m = tetrahedron_mesh();
+  m.vertices[1].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(check_mesh(m, "m"), BadDataError);
+  m = tetrahedron_mesh();
+  m.colors.resize(3);
+  EXPECT_THROW(check_mesh(m, "m"), BadDataError);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/image/exr_reader.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 
 #include "organ.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/icosphere.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/phantom/phantom.h"
 
 namespace organbake {

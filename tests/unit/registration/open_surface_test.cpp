@@ -6,7 +6,7 @@
 
 #include "appearance/appearance.h"
 #include "lamp_studio.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/registration/registered_surface.h"
 #include "support/meshes.h"
 

@@ -5,7 +5,7 @@
 
 #include "appearance/appearance.h"
 #include "lamp_studio.h"
-#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

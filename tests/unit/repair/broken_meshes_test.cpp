@@ -9,7 +9,7 @@
 #include "organbake/decimate/decimate.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/weld.h"
+#include "organbake/geometry/polygon.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/repair/repair.h"
 

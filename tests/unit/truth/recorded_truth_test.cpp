@@ -12,7 +12,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/script_camera.h"

@@ -10,7 +10,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/sha256.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

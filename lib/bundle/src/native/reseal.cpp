@@ -10,7 +10,7 @@
 #include "organbake/core/sha256.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/shell_map.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

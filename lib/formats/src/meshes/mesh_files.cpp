@@ -14,7 +14,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/geometry/weld.h"
+#include "organbake/geometry/polygon.h"
 #include "organbake/raycast/winding.h"
 
 namespace organbake {

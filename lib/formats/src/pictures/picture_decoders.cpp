@@ -2,6 +2,7 @@
 #include "pictures/picture_decoders.h"
 
 #include <turbojpeg.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +14,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The header of an OpenEXR file, checked.
 #include "exr_header.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// A video is written by ffmpeg, which reads pictures from a pipe.
 #include "organbake/image/video_pipe.h"
 
 #include <fcntl.h>

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/image/exr_writer.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 

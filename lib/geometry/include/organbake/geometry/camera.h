@@ -13,7 +13,7 @@ namespace organbake {
 // What the distortion's coefficients mean.
 enum class LensModel {
   brown,   // k1 k2 p1 p2 k3 on the plane z = 1
-  fisheye  // k1 k2 k3 k4 on the angle to the axis (geometry/fisheye.h)
+  fisheye  // k1 k2 k3 k4 on the angle to the axis (camera.cpp)
 };
 
 // A camera's lens, OpenCV's axes (x right, y down, z forward). Pixel units; the centre of the first

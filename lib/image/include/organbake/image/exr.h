@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// OpenEXR files, read with a check of all that they say and written by several threads.
+
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -33,5 +35,22 @@ struct ExrFacts {
 // Throws BadDataError as parse_exr() does.
 ExrFacts parse_exr_facts(std::span<const std::byte> bytes, const std::string& name,
                          std::size_t max_pixels = 1u << 28);
+
+// Exact, but for two: pxr24 drops 8 bits of each float (halves and uints stay), dwaa is lossy as
+// JPEG is, on channels named R, G, B and Y: for colour only, never for depth.
+enum class ExrCompression { none, zip, piz, pxr24, dwaa };
+
+struct ExrWriteOptions {
+  ExrCompression compression = ExrCompression::zip;
+  int zip_level = 6;  // 1…12, of zip and pxr24; higher is smaller and slower
+  // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
+  std::optional<PosedCamera> camera = {};
+  std::map<std::string, std::string> notes = {};  // attributes that are texts, by their names
+};
+
+// Single-part scan-line EXR, deterministic bytes, one thread (write images in parallel instead).
+// Throws IoError.
+void write_exr(const std::filesystem::path& path, const ChannelImage& image,
+               const ExrWriteOptions& options = {});
 
 }  // namespace organbake
