@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/stereo/prepared_eyes.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/stereo/prepared_eyes.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 

@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/fusion/distance_volume.h"
-
+// Distances of all views in a volume (Curless & Levoy 1996), the surface in it, and what makes that
+// surface fit to be seen: its fringe trimmed, its edges made short enough for colours. Where the
+// last view ends, its depth is the least sure and its pixels' steps become the surface's border. So
+// the weights that the volume gathered are spread along the surface, the poorly seen rim is eaten
+// from the border inwards, and the border is averaged along itself.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
+#include "organbake/fusion/fuse_views.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/isosurface/contour.h"
 
 namespace organbake {
@@ -151,6 +160,137 @@ TriangleMesh surface_of(const DistanceVolume& volume, Holes holes) {
     std::erase_if(mesh.faces, [&](const Face& face) { return !seen_around(face); });
   }
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex = box.first_mm + box.voxel_mm * vertex;
+  return mesh;
+}
+
+namespace {
+
+using Support = std::vector<float>;  // of each vertex
+
+double weight_at(const DistanceVolume& volume, const Eigen::Vector3d& place_mm) {
+  const VoxelBox& box = volume.box;
+  const Eigen::Vector3d at = (place_mm - box.first_mm) / box.voxel_mm;
+  std::array<int, 3> voxel{};
+  for (int i = 0; i < 3; ++i)
+    voxel[i] = std::clamp(static_cast<int>(std::lround(at[i])), 0, box.size[i] - 1);
+  return volume.weight[box.index(voxel[0], voxel[1], voxel[2])];
+}
+
+Support support_of(const TriangleMesh& mesh, const DistanceVolume& volume) {
+  Support support;
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    support.push_back(static_cast<float>(weight_at(volume, vertex)));
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    Support sum = support;
+    std::vector<int> count(support.size(), 1);
+    for (const Face& face : mesh.faces)
+      for (int i = 0; i < 3; ++i)
+        for (const int other : {1, 2}) {
+          sum[face[i]] += support[face[(i + other) % 3]];
+          ++count[face[i]];
+        }
+    for (std::size_t v = 0; v < support.size(); ++v)
+      support[v] = sum[v] / static_cast<float>(count[v]);
+  }
+  return support;
+}
+
+// How many of each face's edges are a border.
+std::vector<int> border_edges(const TriangleMesh& mesh) {
+  std::vector<int> borders(mesh.faces.size(), 0);
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 1) ++borders[uses[0].face()];
+  });
+  return borders;
+}
+
+// One ring of faces after another, as long as the rim is poor; and whatever hangs on by one edge.
+void eat_fringe(const Support& support, float least, TriangleMesh& mesh) {
+  for (std::size_t before = 0; before != mesh.faces.size();) {
+    before = mesh.faces.size();
+    const std::vector<int> borders = border_edges(mesh);
+    std::size_t at = 0;
+    std::erase_if(mesh.faces, [&](const Face& face) {
+      const int own = borders[at++];
+      const float sum = support[face[0]] + support[face[1]] + support[face[2]];
+      return own >= 2 || (own == 1 && sum < 3 * least);
+    });
+  }
+}
+
+void round_border(TriangleMesh& mesh) {
+  std::vector<std::array<std::uint32_t, 2>> beside(mesh.vertices.size());
+  std::vector<int> count(mesh.vertices.size(), 0);
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() != 1) return;
+    for (const auto& [from, to] :
+         {std::pair(uses[0].low, uses[0].high), std::pair(uses[0].high, uses[0].low)}) {
+      if (count[from] < 2) beside[from][static_cast<std::size_t>(count[from])] = to;
+      ++count[from];
+    }
+  });
+  constexpr int kRounds = 6;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Eigen::Vector3d> before = mesh.vertices;
+    for (std::size_t v = 0; v < before.size(); ++v)
+      if (count[v] == 2)
+        mesh.vertices[v] = 0.5 * before[v] + 0.25 * (before[beside[v][0]] + before[beside[v][1]]);
+  }
+}
+
+}  // namespace
+
+TriangleMesh trimmed_surface(TriangleMesh mesh, const DistanceVolume& volume,
+                             double least_support) {
+  const Support support = support_of(mesh, volume);
+  eat_fringe(support, static_cast<float>(least_support) * median(support), mesh);
+  round_border(mesh);
+  return mesh;
+}
+
+namespace {
+
+struct Neighbours {
+  std::vector<Eigen::Vector3d> sum;
+  std::vector<int> count;
+};
+
+Neighbours sums_of(const TriangleMesh& mesh) {
+  Neighbours all{std::vector<Eigen::Vector3d>(mesh.vertices.size(), Eigen::Vector3d::Zero()),
+                 std::vector<int>(mesh.vertices.size(), 0)};
+  for (const Face& face : mesh.faces)
+    for (int i = 0; i < 3; ++i) {
+      all.sum[face[i]] += mesh.vertices[face[(i + 1) % 3]] + mesh.vertices[face[(i + 2) % 3]];
+      all.count[face[i]] += 2;
+    }
+  return all;
+}
+
+std::vector<bool> on_border(const TriangleMesh& mesh) {
+  std::vector<bool> border(mesh.vertices.size(), false);
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 1) border[uses[0].low] = border[uses[0].high] = true;
+  });
+  return border;
+}
+
+}  // namespace
+
+// Rounds of shrinking and growing alike (Taubin 1995) take the corners that split faces leave, and
+// keep the size.
+TriangleMesh finer_surface(const TriangleMesh& coarse, double longest_mm) {
+  TriangleMesh mesh = refine_edges(coarse, longest_mm).mesh;
+  const std::vector<bool> border = on_border(mesh);
+  constexpr int kRounds = 8;
+  constexpr double kShrink = 0.5, kGrow = -0.53;
+  for (int round = 0; round < kRounds; ++round)
+    for (const double step : {kShrink, kGrow}) {
+      const Neighbours around = sums_of(mesh);
+      for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        if (!border[v] && around.count[v] > 0)
+          mesh.vertices[v] += step * (around.sum[v] / around.count[v] - mesh.vertices[v]);
+    }
   return mesh;
 }
 

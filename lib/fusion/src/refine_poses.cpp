@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/fusion/refine_poses.h"
+// Cameras moved until the views' surfaces agree: point to plane (Chen & Medioni 1992), all views at
+// once, Gauss–Newton steps with a robust weight, each camera held where it was given.
+#include "organbake/fusion/fuse_views.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

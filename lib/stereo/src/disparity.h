@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// Disparities: found, refined, judged, and their gaps closed.
+
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "organbake/image/channel_image.h"
@@ -8,6 +11,19 @@
 #include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
+
+// Means over windows of 4 radius + 1 pixels a side, weighted like a tent: what one box does after
+// another of 2 radius + 1. Nothing lies outside the picture.
+inline cv::Mat tent_mean(const cv::Mat& values, int radius) {
+  const int box = 2 * radius + 1;
+  cv::Mat tent(1, 2 * box - 1, CV_32F);
+  for (int i = 0; i < tent.cols; ++i)
+    tent.at<float>(i) =
+        static_cast<float>(box - std::abs(i - 2 * radius)) / static_cast<float>(box * box);
+  cv::Mat mean;
+  cv::sepFilter2D(values, mean, CV_32F, tent, tent, {-1, -1}, 0, cv::BORDER_CONSTANT);
+  return mean;
+}
 
 // What one eye sees, as it is matched.
 struct EyeImage {
@@ -47,5 +63,42 @@ void guess_unknown(const Mask& wanted, Disparity& disparity);
 // only when they match badly as they are (`matched_share` of the tissue).
 bool swapped(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
              double matched_share);
+
+// How well the eyes agree about each pixel, over the window that was fitted.
+struct Agreement {
+  Plane correlation;  // −1…1, of the two patterns
+  Plane sd_px;        // of the disparity, by what is left between the patterns and their contrast
+  // Median of how far up or down the patterns would have to move to fit better, px: about 0 when
+  // the calibration is that of these pictures.
+  double rows_apart_px = 0;
+  // The same by parts of the picture, as most parts have it: a lens that is not the calibration's
+  // moves them each another way.
+  double rows_uneven_px = 0;
+};
+
+struct MatchWindow {
+  int radius_px = 3;   // of the window, which is weighted like a tent
+  int iterations = 3;  // Gauss–Newton steps
+};
+
+// Moves each disparity so that the right pattern lies on the left one, by least squares over the
+// window (Lucas & Kanade 1981) along the row alone. Where nothing counts it stays.
+void refine_disparity(const EyeImage& left, const EyeImage& right, const MatchWindow& options,
+                      Disparity& disparity);
+
+// Of disparities as they are.
+Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const MatchWindow& options,
+                          const Disparity& disparity);
+
+// What is known and leaves the plane of its surroundings by far is no longer known.
+void drop_strangers(Disparity& disparity);
+
+// Averages what is known over planes as wide as its noise asks for.
+void smooth_disparity(const Plane& sd_px, Disparity& disparity);
+
+// Puts the plane through its surroundings into every place of `tissue` that lies in a gap narrower
+// than `width_px` between known ones, where the surroundings lie on one plane. Returns what was
+// filled; elsewhere px stays a guess. A wider width fills the same and more.
+Mask close_gaps(const Mask& tissue, double width_px, Disparity& disparity);
 
 }  // namespace organbake

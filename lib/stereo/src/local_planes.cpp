@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 
-#include "tent_mean.h"
+#include "disparity.h"
 
 namespace organbake {
 namespace {

@@ -1,20 +1,153 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Stereo calibrations in the forms that programs write, told apart by their content, and both
+// pictures turned so that a point lies in the same row of each (cv::stereoRectify; Bouguet's
+// method), since matching looks along rows.
 #include "organbake/stereo/stereo_rig.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_check.h"
+#include "organbake/formats/lens_of_document.h"
 #include "organbake/formats/named_matrices.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/geometry/rigid_transform.h"
-#include "rig_of_matrices.h"
 
 namespace organbake {
 namespace {
+
+namespace fs = std::filesystem;
+using Matrix = NamedMatrices::Matrix;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// What the matrices of a rectification are named; P is 3×4, Q 4×4.
+struct Rectified {
+  const Matrix *r1, *r2, *p1, *p2, *q;
+};
+
+bool is_size(const Matrix* rows, int height, int width) {
+  return rows && rows->rows == height && rows->columns == width;
+}
+
+// 3 numbers, whichever way they lie.
+std::optional<Vector3d> vector_of(const Matrix* rows) {
+  if (!rows || rows->values.size() != 3) return std::nullopt;
+  return Vector3d(rows->values[0], rows->values[1], rows->values[2]);
+}
+
+// A rotation matrix, or three numbers of Rodrigues.
+std::optional<Matrix3d> rotation_of(const Matrix* rows) {
+  if (const auto axis = vector_of(rows)) {
+    const double angle = axis->norm();
+    return angle == 0 ? Matrix3d::Identity()
+                      : Eigen::AngleAxisd(angle, *axis / angle).toRotationMatrix();
+  }
+  if (!is_size(rows, 3, 3)) return std::nullopt;
+  const Matrix3d r =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows->values.data());
+  return written_rotation(r);
+}
+
+// Pictures that are rectified already: the right eye stands to the right by the baseline.
+StereoRig rig_of_rectified(const Rectified& m, const Intrinsics& sized, const fs::path& path) {
+  StereoRig rig{sized, sized, {}};
+  double translation = 0;
+  if (is_size(m.p1, 3, 4) && is_size(m.p2, 3, 4)) {
+    const auto &a = m.p1->values, &b = m.p2->values;
+    set_opencv_pinhole(a[0], a[5], a[2], a[6], rig.left);
+    set_opencv_pinhole(b[0], b[5], b[2], b[6], rig.right);
+    // P = K [I | t]: the first may have a t of its own.
+    translation = b[3] / b[0] - a[3] / a[0];
+    if (b[7] != 0)
+      throw BadDataError(path, "P2 is of eyes one above the other; they must stand side by side");
+  } else if (is_size(m.q, 4, 4)) {
+    const auto& q = m.q->values;
+    if (q[14] == 0) throw BadDataError(path, "Q is of eyes in one place");
+    set_opencv_pinhole(q[11], q[11], -q[3], -q[7], rig.left);
+    set_opencv_pinhole(q[11], q[11], -q[3] + q[15] / q[14], -q[7], rig.right);
+    translation = -1 / q[14];
+  } else {
+    throw BadDataError(path,
+                       "lacks the matrices of a stereo calibration: K1, D1, K2, D2, R, T (or "
+                       "M1 …, cameraMatrix1 …), or P1 and P2, or Q, of rectified pictures");
+  }
+  rig.right_from_left.translation = {translation, 0, 0};
+  return rig;
+}
+
+// x_rectified = R1 x_left, and the right eye's is that, moved: x_right = R2ᵀ (R1 x_left + t).
+std::optional<RigidTransform> pose_of_rectification(const Rectified& m) {
+  const auto r1 = rotation_of(m.r1), r2 = rotation_of(m.r2);
+  if (!r1 || !r2 || !is_size(m.p2, 3, 4)) return std::nullopt;
+  const auto& p = m.p2->values;
+  const Vector3d moved(p[3] / p[0], p[7] / p[5], 0);
+  return RigidTransform{r2->transpose() * *r1, r2->transpose() * moved};
+}
+
+void check_finite(const NamedMatrices& found, const fs::path& path) {
+  for (const auto& [name, rows] : found.matrices)
+    for (const double value : rows.values)
+      if (!std::isfinite(value)) throw BadDataError(path, "'" + name + "' holds a number like NaN");
+}
+
+std::optional<StereoRig> rig_of_parts(const NamedMatrices& document, const fs::path& path,
+                                      const EyePictures& pictures) {
+  const auto left =
+      lens_of_parts(document, EndoscopeEye::left, pictures.width, pictures.height, path);
+  if (!left) return std::nullopt;
+  const auto right =
+      lens_of_parts(document, EndoscopeEye::right, pictures.width, pictures.height, path);
+  const auto pose = pose_of_parts(document, path);
+  if (!right || !pose)
+    throw BadDataError(path,
+                       "is of one camera, or lacks how its two stand to each other; a stereo "
+                       "endoscope needs both");
+  StereoRig rig{*left, *right, pose->right_from_left};
+  rig.right_from_left.translation *= pose->mm_per_unit.value_or(pictures.mm_per_unit);
+  return rig;
+}
+
+// The rig that OpenCV's matrices say: lenses and R, T; or what was rectified (stereo_rig.h). `path`
+// is named in errors. Throws BadDataError.
+StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
+                          const EyePictures& pictures) {
+  if (const auto rig = rig_of_parts(document, path, pictures)) return *rig;
+  const NamedMatrices& found = matrices_of(document);
+  check_finite(found, path);
+  const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
+  const Matrix* k1 = found.find(kLeftCameraMatrix);
+  const Matrix* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
+                                 "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2"});
+  const Rectified rectified{found.find({"r1"}), found.find({"r2"}), found.find({"p1"}),
+                            found.find({"p2"}), found.find({"q"})};
+  StereoRig rig;
+  if (!k1 || !k2) {
+    rig = rig_of_rectified(rectified, sized, path);
+  } else {
+    const Matrix* d1 = found.find(kLeftDistortion);
+    const Matrix* d2 = found.find(kRightDistortion);
+    rig.left = lens_of_matrices(found, *k1, d1, sized, path);
+    rig.right = lens_of_matrices(found, *k2, d2, sized, path);
+    const auto r = rotation_of(found.find({"r", "rotation", "rotationmatrix", "om"}));
+    const auto t = vector_of(found.find({"t", "translation", "translationvector", "trans"}));
+    const auto pose = r && t ? RigidTransform{*r, *t} : pose_of_rectification(rectified);
+    if (!pose)
+      throw BadDataError(path,
+                         "lacks how the eyes stand to each other: a proper rotation R (3x3) and T "
+                         "(3 numbers), or R1, R2 and P2");
+    rig.right_from_left = *pose;
+  }
+  rig.right_from_left.translation *= pictures.mm_per_unit;
+  return rig;
+}
 
 namespace fs = std::filesystem;
 
@@ -131,6 +264,121 @@ StereoRig read_stereo_rig(const fs::path& path, const EyePictures& pictures) {
   check_lens_of_picture(rig.right, pictures.width, pictures.height, path, "right");
   check_baseline(rig, path);
   return rig;
+}
+
+namespace {
+
+constexpr double kHalfPixel = 0.5;  // OpenCV counts from the first pixel's centre
+
+cv::Mat pinhole_matrix(const Intrinsics& k) {
+  return (cv::Mat_<double>(3, 3) << k.fx, 0, k.cx - kHalfPixel, 0, k.fy, k.cy - kHalfPixel, 0, 0,
+          1);
+}
+
+cv::Mat distortion(const Intrinsics& k) {
+  if (k.model == LensModel::fisheye) return (cv::Mat_<double>(1, 4) << k.k1, k.k2, k.k3, k.k4);
+  return (cv::Mat_<double>(1, 5) << k.k1, k.k2, k.p1, k.p2, k.k3);
+}
+
+// What rectification starts from: a fisheye as the pinhole that its picture is straightened to.
+Intrinsics before_turning(const Intrinsics& lens) {
+  return lens.model == LensModel::fisheye ? pinhole_of(lens) : lens;
+}
+
+void rectifying_map(const Intrinsics& lens, const cv::Mat& turn, const cv::Mat& projection,
+                    cv::Mat& columns, cv::Mat& rows) {
+  const cv::Size size(lens.width, lens.height);
+  if (lens.model == LensModel::fisheye) {
+    cv::fisheye::initUndistortRectifyMap(pinhole_matrix(lens), distortion(lens), turn, projection,
+                                         size, CV_16SC2, columns, rows);
+  } else {
+    cv::initUndistortRectifyMap(pinhole_matrix(lens), distortion(lens), turn, projection, size,
+                                CV_16SC2, columns, rows);
+  }
+}
+
+// Rows are the same rows to a hundredth of a pixel anywhere in the picture.
+bool is_rectified(const StereoRig& rig) {
+  constexpr double kRowsApart_px = 0.01;
+  const Intrinsics &a = rig.left, &b = rig.right;
+  if (a.has_distortion() || b.has_distortion()) return false;
+  const double side = a.width + a.height;
+  const Eigen::Vector3d& t = rig.right_from_left.translation;
+  const double turned =
+      (rig.right_from_left.rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  const double askew = std::hypot(t.y(), t.z()) / t.norm();
+  const double unlike =
+      std::abs(a.fx / b.fx - 1) + std::abs(a.fy / b.fy - 1) + std::abs(a.cy - b.cy) / side;
+  return (turned + askew + unlike) * side < kRowsApart_px;
+}
+
+}  // namespace
+
+PosedCamera RectifiedEyes::right() const {
+  PosedCamera right{"right", camera, {}};
+  right.intrinsics.cx -= disparity_at_infinity;
+  right.camera_from_world.translation.x() = -baseline_mm;
+  return right;
+}
+
+struct Rectifier::Impl {
+  RectifiedEyes eyes;
+  cv::Mat columns[2], rows[2];  // of the left and the right picture; empty when nothing changes
+
+  void rectify(const StereoRig& rig) {
+    cv::Mat r(3, 3, CV_64F), t(3, 1, CV_64F), r1, r2, p1, p2, q;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) r.at<double>(i, j) = rig.right_from_left.rotation(i, j);
+      t.at<double>(i) = rig.right_from_left.translation[i];
+    }
+    const cv::Size size(rig.left.width, rig.left.height);
+    constexpr double kOpenCvsOwnScale = -1;
+    const Intrinsics left = before_turning(rig.left), right = before_turning(rig.right);
+    cv::stereoRectify(pinhole_matrix(left), distortion(left), pinhole_matrix(right),
+                      distortion(right), size, r, t, r1, r2, p1, p2, q, /*flags=*/0,
+                      kOpenCvsOwnScale, size);
+    if (p2.at<double>(1, 3) != 0 || !(p2.at<double>(0, 3) < 0) || !(p1.at<double>(0, 0) > 0))
+      throw BadDataError("the eyes of the calibration cannot be brought side by side");
+    eyes.camera = pinhole_of(rig.left);
+    eyes.camera.fx = p1.at<double>(0, 0);
+    eyes.camera.fy = p1.at<double>(1, 1);
+    eyes.camera.cx = p1.at<double>(0, 2) + kHalfPixel;
+    eyes.camera.cy = p1.at<double>(1, 2) + kHalfPixel;
+    eyes.disparity_at_infinity = p1.at<double>(0, 2) - p2.at<double>(0, 2);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) eyes.rectified_from_left.rotation(i, j) = r1.at<double>(i, j);
+    rectifying_map(rig.left, r1, p1, columns[0], rows[0]);
+    rectifying_map(rig.right, r2, p2, columns[1], rows[1]);
+  }
+
+  StoredPicture turned(StoredPicture picture, int eye) const {
+    picture.linear.clear();
+    if (columns[eye].empty()) return picture;
+    StoredPicture result(Rgb8Image(picture.color.width, picture.color.height));
+    const cv::Mat from(picture.color.height, picture.color.width, CV_8UC3,
+                       picture.color.pixels.data());
+    cv::Mat to(from.rows, from.cols, CV_8UC3, result.color.pixels.data());
+    cv::remap(from, to, columns[eye], rows[eye], cv::INTER_CUBIC, cv::BORDER_CONSTANT);
+    return result;
+  }
+};
+
+Rectifier::Rectifier(const StereoRig& rig) : impl_(new Impl) {
+  impl_->eyes.camera = rig.left;
+  impl_->eyes.baseline_mm = rig.baseline_mm();
+  impl_->eyes.disparity_at_infinity = rig.left.cx - rig.right.cx;
+  if (!is_rectified(rig)) impl_->rectify(rig);
+}
+Rectifier::~Rectifier() = default;
+Rectifier::Rectifier(Rectifier&&) noexcept = default;
+
+const RectifiedEyes& Rectifier::eyes() const { return impl_->eyes; }
+bool Rectifier::changes_pictures() const { return !impl_->columns[0].empty(); }
+StoredPicture Rectifier::left(StoredPicture picture) const {
+  return impl_->turned(std::move(picture), 0);
+}
+StoredPicture Rectifier::right(StoredPicture picture) const {
+  return impl_->turned(std::move(picture), 1);
 }
 
 }  // namespace organbake

@@ -8,7 +8,7 @@
 
 #include "organbake/shading/beam_estimate.h"
 #include "organbake/shading/frame_source.h"
-#include "organbake/stereo/prepared_eyes.h"
+#include "organbake/stereo/stereo_depth.h"
 #include "stages/shared/clip_outputs.h"
 #include "stages/stereo/options.h"
 

@@ -2,10 +2,15 @@
 #include "organbake/stereo/stereo_depth.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "disparity.h"
 #include "organbake/core/error.h"
+#include "organbake/shading/beam_estimate.h"
+#include "organbake/shading/frame_albedo.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
 
@@ -102,6 +107,110 @@ TEST(StereoDepth, ADarkRimIsNotMissed) {
   EXPECT_EQ(found.depth.quality.verdict, DepthVerdict::ok) << found.depth.quality.reason;
   EXPECT_GT(found.covered_share, 0.75);
   EXPECT_LT(found.lit_share, 0.9);
+}
+
+constexpr int kWidth = 120, kHeight = 60;
+
+// A plane that is known but for two upright gaps, 6 and 20 px wide, and the right border.
+Disparity plane_with_gaps() {
+  Disparity plane{Plane(kWidth, kHeight), Mask(kWidth, kHeight, 1)};
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      plane.known.at(x, y) = !((x >= 20 && x < 26) || (x >= 50 && x < 70) || x >= 110);
+      plane.px.at(x, y) = plane.known.at(x, y) ? 30 + 0.1F * x : 0;
+    }
+  return plane;
+}
+
+double share_of_columns(const Mask& mask, int from, int to) {
+  double sum = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = from; x < to; ++x) sum += mask.at(x, y);
+  return sum / ((to - from) * kHeight);
+}
+
+TEST(CloseGaps, ThoseThatAreNarrowerThanTheWidth) {
+  const Mask all(kWidth, kHeight, 1);
+  double before = -1;
+  for (const auto& [width_px, narrow, wide] :
+       {std::tuple{0.0, 0.0, 0.0}, {4.0, 0.0, 0.0}, {8.0, 1.0, 0.0}, {24.0, 1.0, 1.0}}) {
+    Disparity disparity = plane_with_gaps();
+    const Mask filled = close_gaps(all, width_px, disparity);
+    EXPECT_NEAR(share_of_columns(filled, 20, 26), narrow, 0.3 * narrow) << width_px;
+    EXPECT_NEAR(share_of_columns(filled, 50, 70), wide, 0.5 * wide) << width_px;
+    EXPECT_EQ(share_of_columns(filled, 110, kWidth), 0) << "no gap: nothing is known beyond";
+    const double in_all = share_of_columns(filled, 0, kWidth);
+    EXPECT_GE(in_all, before);
+    before = in_all;
+    for (int x = 0; x < kWidth; ++x) {
+      if (!filled.at(x, 30)) continue;
+      EXPECT_NEAR(disparity.px.at(x, 30), 30 + 0.1F * static_cast<float>(x), 0.05);
+    }
+  }
+}
+
+TEST(CloseGaps, NotBetweenTwoDepthsNorWhereNoTissueIs) {
+  Disparity step = plane_with_gaps();
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 23; x < kWidth; ++x) step.px.at(x, y) += 15;
+  EXPECT_LT(share_of_columns(close_gaps(Mask(kWidth, kHeight, 1), 8, step), 20, 26), 0.1);
+  Disparity plane = plane_with_gaps();
+  EXPECT_EQ(share_of_columns(close_gaps(Mask(kWidth, kHeight), 8, plane), 0, kWidth), 0);
+}
+
+// Learned from what stereo finds in a few frames of a clip, as the stage does.
+BeamEstimate learned(double beam_exponent, std::uint64_t seed, int frames) {
+  LaparoscopyOptions options = stereo_scene(480, 384, seed);
+  options.frames = frames;
+  options.beam_exponent = beam_exponent;
+  const LaparoscopyPhantom phantom(options);
+  const Rectifier rectifier(rig_of(phantom));
+  std::vector<BeamRings> rings;
+  for (int i = 0; i < frames; ++i) {
+    PreparedFrame left;
+    const StereoDepth found =
+        depth_of_pair(rectifier, phantom.frame(i).image, phantom.right_frame(i).image, &left);
+    rings.push_back(beam_rings(left, found.depth.depth, found.depth.confidence));
+  }
+  return estimate_beam(rings);
+}
+
+// The phantom's own vignette of 5 % at the rim, 34° off the axis, is part of what is learned.
+constexpr double kVignette = 0.27;
+
+TEST(Beam, IsLearnedWithAnUncertaintyThatHolds) {
+  constexpr double kMostOff = 0.6, kSigmas = 3;
+  for (const std::uint64_t seed : {1U, 2U}) {
+    for (const double exponent : {0.0, 4.0}) {
+      const BeamEstimate beam = learned(exponent, seed, 2);
+      const double off = std::abs(beam.exponent - exponent - kVignette);
+      EXPECT_LT(off, kMostOff) << seed << ", cos^" << exponent << ": " << beam.exponent;
+      EXPECT_LT(off, kSigmas * beam.sd + 0.1) << beam.exponent << " ± " << beam.sd;
+      EXPECT_TRUE(beam.told() || exponent == 0) << beam.exponent << " ± " << beam.sd;
+    }
+  }
+}
+
+TEST(Beam, IsNotToldByNothing) {
+  EXPECT_FALSE(estimate_beam({}).told());
+  EXPECT_EQ(estimate_beam({}).sectors, 0);
+  EXPECT_FALSE((BeamEstimate{.exponent = 1, .sd = 0.6, .sectors = 8}.told()));
+  EXPECT_FALSE((BeamEstimate{.exponent = 4, .sd = 0.9, .sectors = 8}.told()));
+  EXPECT_FALSE((BeamEstimate{.exponent = 4, .sd = 0.1, .sectors = 3}.told()));
+  EXPECT_TRUE((BeamEstimate{.exponent = 4, .sd = 0.1, .sectors = 8}.told()));
+}
+
+// lighting.json as a calibration file: out and back.
+TEST(Beam, PassesThroughALightingFile) {
+  for (const double exponent : {0.0, 0.5, 2.0, 6.5}) {
+    const LaparoscopeOptions lamp{
+        .light_offset_x_mm = 2.5, .light_offset_y_mm = -1, .beam_exponent = exponent};
+    const LaparoscopeOptions back =
+        lamp_of(lighting_from_json(lighting_to_json(laparoscope_lighting(lamp)), "it"), "it");
+    EXPECT_NEAR(back.beam_exponent, exponent, 1e-6);
+    EXPECT_NEAR(back.light_offset_x_mm, 2.5, 1e-9);
+    EXPECT_NEAR(back.light_offset_y_mm, -1, 1e-9);
+  }
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/stereo/prepared_eyes.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 

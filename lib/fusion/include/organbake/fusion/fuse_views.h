@@ -1,17 +1,134 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// Several depth maps with poses made one surface, and what that takes: one scale, finer poses, a
+// volume of distances, a border that can be relied on, colours.
+
+#include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "organbake/core/run_context.h"
 #include "organbake/fusion/depth_view.h"
-#include "organbake/fusion/distance_volume.h"
-#include "organbake/fusion/refine_poses.h"
-#include "organbake/fusion/scaled_views.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
+
+// Which lengths of depth maps and poses belong together.
+enum class DepthScale {
+  automatic,  // one where the maps are relative, or agree far better by it; else as given
+  given,      // depths and poses are in one unit
+  one,        // one scale between the depths of all maps and the poses
+  each        // one for each map
+};
+
+struct SolvedScale {
+  double place_factor = 1;           // of the cameras' places, in the unit of the depths
+  std::vector<double> depth_factor;  // of each map's depths; their geometric mean is 1
+  // How far apart in depth the views have the same place, median, as a share of the depth: by this
+  // scale, with the depths and poses as they were, and if the cameras did not move at all.
+  double apart = 1, apart_as_given = 1, apart_unmoved = 1;
+  // Whether the scope's motion tells: without it the views would lie clearly farther apart.
+  bool told() const;
+};
+
+// The scale by which the views agree best about the surface: what a place's depth is in the view
+// that shows it against what another view, moved by the scaled poses, has there (robust: by
+// Cauchy's weight, as many places as can be). Scales are tried over the range in which the path of
+// the cameras lies between a fiftieth and eight times the depths, then the best is refined.
+// Deterministic. Views that show nothing in common at any of them have apart = 1. The views are
+// moved on the way, and come back as they were.
+SolvedScale solve_scale(std::vector<SmoothView>& views, bool each);
+
+// How depths and poses were brought to one unit.
+struct FusedScale {
+  DepthScale how = DepthScale::one;  // one or each
+  SolvedScale solved = {};
+  bool relative = false;  // the depths had no unit
+  // Relative depths were brought to the poses' unit; else these were brought to the depths', whose
+  // median, where they are relative, is put at kAssumedDepth_mm.
+  bool in_poses_unit = false;
+};
+inline constexpr double kAssumedDepth_mm = 60;  // where laparoscopes work
+
+struct ScaledViews {
+  std::vector<SmoothView> views;
+  std::optional<FusedScale> scale;  // nothing: depths and poses are in one unit as they are
+};
+
+// The views smoothed (smooth_view), depths and places in one unit. Throws BadDataError where some
+// maps are relative and others are not.
+ScaledViews scaled_views(const std::vector<DepthView>& views, DepthScale scale);
+
+struct PoseRefinement {
+  int rounds = 30;           // at most
+  double place_mm = 1;       // how far off cameras are given, standard deviation
+  double angle_rad = 0.018;  // and how much turned
+};
+
+struct RefinedPoses {
+  int rounds = 0;
+  double moved_mm = 0, turned_rad = 0;  // the camera that was farthest off
+  double before_mm = 0, after_mm = 0;   // from view to view, along the normal, root mean square
+};
+
+// Moves the cameras so that each view's points lie on the surfaces that the others see (point to
+// plane, all views at once, Gauss–Newton with a robust weight), within small motions: each is held
+// where it was given, as firmly as that is likely to be right. Deterministic.
+RefinedPoses refine_poses(const PoseRefinement& options, std::vector<SmoothView>& views);
+
+// How far the views' surfaces are apart as they are, along the normal, root mean square.
+double views_apart_mm(std::vector<SmoothView> views);
+
+// A box of voxels along the world's axes.
+struct VoxelBox {
+  Eigen::Vector3d first_mm = Eigen::Vector3d::Zero();  // centre of the first voxel
+  double voxel_mm = 1;
+  std::array<int, 3> size = {0, 0, 0};
+
+  std::size_t voxels() const {
+    return std::size_t(size[0]) * std::size_t(size[1]) * std::size_t(size[2]);
+  }
+  std::size_t index(int x, int y, int z) const {
+    return (std::size_t(z) * size[1] + y) * size[0] + x;
+  }
+};
+
+// How far each voxel lies in front of the surface, as all views have it on average, weighted by
+// their confidence (Curless & Levoy 1996): −1…1 in units of the truncation, + outside.
+struct DistanceVolume {
+  VoxelBox box;
+  double truncation_mm = 3;
+  std::vector<float> distance;
+  std::vector<float> weight;  // 0 = no view has seen the voxel
+};
+
+// Round all that the views see but for stray pixels. `voxel_mm` 0: as fine as the views' pixels,
+// and so that no more than kMostVoxels are needed. Throws UsageError when the one asked for needs
+// more.
+inline constexpr std::size_t kMostVoxels = 40'000'000;
+VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double margin_mm);
+// Median distance on the surface between the views' pixels, or as many as were averaged.
+double usual_pixel_mm(const std::vector<SmoothView>& views);
+
+DistanceVolume fuse_distances(const std::vector<SmoothView>& views, const VoxelBox& box,
+                              double truncation_mm, const RunContext& context);
+
+// The surface at distance 0, faces towards the views. Open: none where a voxel around was not
+// seen. Closed: what was not seen is inside, and the box's sides close what leaves it.
+enum class Holes { open, closed };
+TriangleMesh surface_of(const DistanceVolume& volume, Holes holes);
+
+// The surface with no edge longer than `longest_mm`, bent smoothly between the coarse vertices, so
+// that colours can be kept finer than voxels tell shape. Borders stay. Throws UsageError where that
+// takes too many faces.
+TriangleMesh finer_surface(const TriangleMesh& coarse, double longest_mm);
+
+// An open surface without its fringe: what lies at a border and is seen with less than
+// `least_support` of the usual weight goes, as far inwards as that reaches, and what is left of the
+// border is rounded along itself. Holes inside are not made, nor closed.
+TriangleMesh trimmed_surface(TriangleMesh mesh, const DistanceVolume& volume, double least_support);
 
 // What lit the pictures, to be divided out of them.
 enum class PictureLight {
