@@ -1,15 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "measuring/baker.h"
 #include "measuring/error_measures.h"
+#include "measuring/memory_bundle.h"
+#include "measuring/scope_views.h"
+#include "measuring/tissue_appearance.h"
+#include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/image/difference.h"
 #include "organbake/phantom/known_answers.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/light_estimate.h"
 #include "organbake/shading/light_ratio.h"
+#include "organbake/shading/video_reader.h"
 #include "promises.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
@@ -61,6 +80,252 @@ TEST(LightBesideTheLens, IsWorthGiving) {
     report(what + "taken for central", "%", taken_for_central);
     expect({what + "offset given", "%", range_error_beside(offset_mm, true), taken_for_central});
   }
+}
+
+// The phantom's skin where it lies now, in the studio's light.
+TriangleMesh lit_where_it_lies(const TriangleMesh& at_rest, const OrganPhantom& phantom,
+                               const std::vector<Eigen::Vector3d>& positions) {
+  TriangleMesh moved = at_rest;
+  moved.vertices = positions;
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(moved);
+  TriangleMesh lit = at_rest;
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const Eigen::Vector3d albedo = phantom.albedo(at_rest.vertices[v]).cast<double>();
+    lit.colors[v] =
+        albedo.cwiseProduct(studio_lighting().diffuse(normals[v])).cwiseMin(1.0).cast<float>();
+  }
+  return lit;
+}
+
+struct PokedErrors {
+  double baked_db = 1e9, relit_db = 1e9;  // the least over the views
+};
+
+PokedErrors errors_of_poke(const TriangleMesh& surface, const OrganPhantom& phantom, Player& player,
+                           int size_px, double share) {
+  const Bundle& bundle = player.bundle();
+  hold_poke(player, bundle.cameras.manifold.directions.front(), share,
+            bundle.mechanics.instrument_radius_mm);
+  const auto positions = CarriedSurface(surface, bundle.shell()).carry(player.proxy_positions());
+  const CarriedSurface truth(lit_where_it_lies(surface, phantom, positions), bundle.shell());
+  PokedErrors errors;
+  for (const double angle_rad : {-0.5, 0.0, 0.5}) {
+    const View view = orbit_view(bundle.cameras, {angle_rad}, size_px, size_px);
+    DrawOptions options;
+    options.background = {0, 0, 0};
+    const TruthFrame expected = truth.draw(positions, view, options.background);
+    const auto error_db = [&](bool relight) {
+      options.light = relight ? DrawnLight::world : DrawnLight::baked;
+      Frame frame;
+      player.draw(view, options, frame);
+      std::vector<std::uint8_t> shown = expected.covered;
+      for (std::size_t i = 0; i < shown.size(); ++i)
+        shown[i] |= frame.cover[i] != Cover::background;
+      return compare_images(frame.color, expected.color, shown).psnr_db;
+    };
+    errors.baked_db = std::min(errors.baked_db, error_db(false));
+    errors.relit_db = std::min(errors.relit_db, error_db(true));
+  }
+  player.reset();
+  return errors;
+}
+
+TEST(CaptureLight, OfAPokedPhantomIsThatOfItsTruth) {
+  const OrganPhantom phantom({});
+  TriangleMesh surface = phantom.surface(6);
+  const TriangleMesh proxy = decimate(surface, {}).proxy;
+  // The light of the very mesh, so that only its turning is measured.
+  surface = lit_where_it_lies(surface, phantom, surface.vertices);
+  PlacementOptions placement;
+  placement.count = 8;
+  placement.map_size = 1024;
+  const auto player_over = [&](double skin_edge_mm) {
+    Bundle bundle = memory_bundle(surface, proxy, placement, {}, skin_edge_mm);
+    bundle.lighting = studio_lighting();
+    bundle.lighting->gloss.clear();  // the truth is matt
+    return Player(std::move(bundle));
+  };
+  Player player = player_over(6), in_prisms = player_over(0);
+  const int size_px = 720;
+  for (const double share : {0.1, 0.3}) {
+    const PokedErrors errors = errors_of_poke(surface, phantom, player, size_px, share);
+    const std::string scene_name =
+        "poked by " + std::to_string(static_cast<int>(100 * share)) + " %: ";
+    expect({scene_name + "lit anew, against the phantom in the same light", "dB", errors.relit_db,
+            0, Figure::Goal::at_least});
+    expect({scene_name + "lit anew above the light that was baked", "dB",
+            errors.relit_db - errors.baked_db, 3, Figure::Goal::at_least});
+    const PokedErrors prisms = errors_of_poke(surface, phantom, in_prisms, size_px, share);
+    expect({scene_name + "lit anew over the smooth skin above prisms, each by its own truth", "dB",
+            errors.relit_db - prisms.relit_db, 3, Figure::Goal::at_least});
+  }
+}
+
+using Eigen::Vector3d;
+
+constexpr double kAside_rad = 20 * std::numbers::pi / 180;
+
+// Five places 20° round a point ahead of the camera, in that camera's axes.
+PosedCamera aside(const Intrinsics& lens, double range_mm, int place) {
+  const double turn = 2 * std::numbers::pi * place / 5;
+  const Vector3d ahead(0, 0, range_mm);
+  const Vector3d axis(std::cos(turn), std::sin(turn), 0);
+  PosedCamera view;
+  view.name = "aside";
+  view.intrinsics = lens;
+  const Vector3d eye = ahead - Eigen::AngleAxisd(kAside_rad, axis) * ahead;
+  view.camera_from_world = look_at(eye, ahead, Vector3d(0, -1, 0));
+  return view;
+}
+
+// A bundle of what a frame shows, as the laparoscopy recipe makes it.
+Player player_of(const TriangleMesh& surface, const std::optional<Lighting>& lighting) {
+  const TriangleMesh proxy = decimate(surface, {.faces = 400}).proxy;
+  PlacementOptions placement;
+  placement.count = 5;
+  placement.map_size = 512;
+  placement.cone = ViewingCone{{0, 0, -1}, 0.35};
+  Bundle bundle = memory_bundle(surface, proxy, placement);
+  bundle.lighting = lighting;
+  return Player(std::move(bundle));
+}
+
+// Against the phantom as it looks from there, where skin is drawn and nothing glitters.
+double error_db(Player& player, const DrawOptions& options, const PosedCamera& view,
+                const LaparoscopyFrame& truth) {
+  Frame frame;
+  player.draw(View{view}, options, frame);
+  std::vector<std::uint8_t> shown(truth.depth_mm.size());
+  for (std::size_t k = 0; k < shown.size(); ++k)
+    shown[k] = frame.cover[k] != Cover::background && std::isfinite(truth.depth_mm.values[k]) &&
+               !truth.highlights.values[k];
+  return compare_images(frame.color, truth.image, shown).psnr_db;
+}
+
+TEST(Relit, LaparoscopyIsNearerTheTruthThanItsKeptLight) {
+  LaparoscopyOptions options{.frames = 1, .instrument = false, .round_view = false};
+  const LaparoscopyPhantom phantom(options);
+  const LaparoscopyFrame seen = phantom.frame(0);
+  const PreparedFrame frame = prepare_frame(seen.image, seen.camera.intrinsics, {});
+  std::vector<float> depths = seen.depth_mm.values;
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  ShadingOptions shading;
+  shading.range_mm = depths[depths.size() / 2];
+  const FrameDepth depth = shade_frame(frame, shading);
+  const FrameAlbedo albedo = divide_light_out(frame, depth, shading.laparoscope, 1);
+  const auto surface_in = [&](const Rgb8Image& color) {
+    return mesh_from_depth(depth.depth, color, frame.camera, {});
+  };
+  Lighting lighting = laparoscope_lighting(shading.laparoscope);
+  lighting.gloss.clear();  // highlights don't count here
+  lighting.finish = {};
+  Player kept = player_of(surface_in(frame.color), std::nullopt);
+  Player relit = player_of(surface_in(albedo.color), lighting);
+  double kept_db = 0, relit_db = 0;
+  for (int place = 0; place < 5; ++place) {
+    const PosedCamera view = aside(seen.camera.intrinsics, shading.range_mm, place);
+    PosedCamera in_world = view;
+    in_world.camera_from_world = view.camera_from_world * seen.camera.camera_from_world;
+    const LaparoscopyFrame truth = phantom.frame_seen_by(
+        in_world, in_world.center_world_mm(), 100000 * static_cast<std::uint64_t>(1 + place));
+    DrawOptions drawing;
+    kept_db += error_db(kept, drawing, view, truth) / 5;
+    drawing.light = DrawnLight::scope;
+    drawing.scope_reference_mm = albedo.reference_mm;
+    relit_db += error_db(relit, drawing, view, truth) / 5;
+  }
+  expect({"laparoscopy from 5 views 20° aside: lit anew by the scope", "dB", relit_db, 0,
+          Figure::Goal::at_least});
+  expect({"laparoscopy from 5 views 20° aside: lit anew above the light kept", "dB",
+          relit_db - kept_db, 6, Figure::Goal::at_least});
+}
+
+// As the shared video shows its liver: by the gallbladder's width of about 25 mm.
+constexpr double kFrame_mm_per_pixel = 0.15;
+
+// Frames some seconds apart, where at least a tenth of the picture is liver.
+std::vector<TissuePicture> real_pictures(const std::filesystem::path& video, std::size_t apart) {
+  constexpr double kLeastShare = 0.1;
+  std::vector<TissuePicture> pictures;
+  VideoReader reader(video);
+  StoredPicture frame;
+  for (std::size_t number = 0; reader.next(frame); ++number) {
+    if (number % apart != 0) continue;
+    std::vector<std::uint8_t> mask = liver_mask(frame.color);
+    const auto tissue = std::count(mask.begin(), mask.end(), std::uint8_t{1});
+    if (static_cast<double>(tissue) < kLeastShare * static_cast<double>(mask.size())) continue;
+    pictures.push_back({frame.color, std::move(mask), kFrame_mm_per_pixel});
+  }
+  return pictures;
+}
+
+// Views of a bundle as a scope has them that shows its skin in the frames' scale. Through a longer
+// lens from farther away light and eye would lie nearly one way from all of the skin, and all that
+// faces them would shine.
+std::vector<TissuePicture> rendered_pictures(Player& player, DrawnLight light) {
+  constexpr int kWidth_px = 1280;
+  constexpr double kRange_mm = kFrame_mm_per_pixel * kScopeFocal_widths * kWidth_px;
+  std::vector<TissuePicture> pictures;
+  for (const Eigen::Vector3d& toward :
+       {Eigen::Vector3d(-0.2, -1, 0.1), {0.5, -0.8, -0.3}, {-0.6, -0.7, 0.4}, {0.1, -0.9, 0.5}}) {
+    DrawOptions options;
+    options.light = light;
+    Frame frame;
+    const ScopeAim aim = scope_aim(player.bundle().proxy, toward);
+    player.draw(scope_view(aim, kRange_mm, kWidth_px), options, frame);
+    TissuePicture picture{frame.color, {}, kFrame_mm_per_pixel};
+    for (const Cover cover : frame.cover) picture.mask.push_back(cover != Cover::background);
+    pictures.push_back(std::move(picture));
+  }
+  return pictures;
+}
+
+std::vector<TissueAppearance> appearances(const std::vector<TissuePicture>& pictures) {
+  std::vector<TissueAppearance> found;
+  for (const TissuePicture& picture : pictures) found.push_back(appearance_of(picture));
+  return found;
+}
+
+// Every part, and their mean, the distance.
+void add_distance(const std::string& what, const std::vector<TissueAppearancePart>& parts,
+                  const std::vector<TissueAppearancePart>& real, double target) {
+  constexpr double kMost = 5;
+  const std::vector<TissueAppearancePart> times = in_real_differences(parts, real);
+  for (const TissueAppearancePart& part : times)
+    expect({what + ": " + part.name, "× two real frames", part.distance, kMost});
+  expect({what, "× two real frames", mean_distance(times), target});
+}
+
+// As liver.yaml bakes it.
+constexpr const char* kLiver =
+    "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth_mm: 1.5, largest: 1}\n"
+    "decimate: {faces: 300}\nmechanics: {young_modulus_kpa: 10}\nplace: {count: 12}\n";
+
+void measure_look(const std::string& look, const std::string& capture,
+                  const std::vector<TissuePicture>& real, double target) {
+  const TemporaryFolder folder;
+  const std::filesystem::path bundle = folder.path() / "bundle";
+  Baker(folder.path(), {}, kLiver + capture)
+      .bake(bundle,
+            {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
+             "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set", "label=5"});
+  Player player(bundle);
+  const std::vector<TissuePicture> rendered = rendered_pictures(player, player.default_light());
+  const std::vector<TissueAppearance> of_real = appearances(real);
+  add_distance("CT liver, " + look + ", against the video's liver",
+               mean_parts(appearances(rendered), of_real), mean_parts(of_real, of_real), target);
+  show(side_by_side(rendered.front().image, real.front().image),
+       "CT liver, " + look + ", and a frame of the video");
+}
+
+TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {
+  REQUIRE_SHARED_DATA("video/laparoscopy_720p_25fps.mp4");
+  REQUIRE_SHARED_DATA("ct/abdomen/example_ct.nii.gz");
+  const auto real = real_pictures(shared_data("video/laparoscopy_720p_25fps.mp4"),
+                                  static_cast<std::size_t>(cases(40, 20)));
+  ASSERT_GE(real.size(), 2u) << "the video shows liver in less than two frames";
+  measure_look("by its material", "capture: {material: liver}\n", real, 2);
+  measure_look("plain", "capture: {albedo: [0.42, 0.13, 0.1]}\n", real, 5);
 }
 
 }  // namespace

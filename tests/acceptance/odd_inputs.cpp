@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "odd_inputs.h"
+#include "probes.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -1,14 +1,40 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "organbake/core/random.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
+
+// What users and other programs hand over, good and bad, drawn from a seed.
+
+bool chance(RandomStream& random, double share);
+// Of very different sizes: 10^low … 10^high.
+double any_size(RandomStream& random, double low, double high);
+// NaN, infinities, zero, the least and the largest there are.
+double odd_number(RandomStream& random);
+Eigen::Vector3d any_direction(RandomStream& random);  // unit
+// One in ten has an odd number.
+Eigen::Vector3d any_point(RandomStream& random, double most_mm);
+
+// A closed, lumpy, star-shaped organ of 80…1,280 faces, outward, with colours.
+TriangleMesh sound_organ(RandomStream& random);
+// The same; or moved far away, tiny, huge, flat, mirrored, torn, with faces doubled, flipped or
+// without area, with spikes, without vertices, with bad indices or numbers that are none.
+TriangleMesh any_organ(RandomStream& random);
+
+// Looks at the middle of the box from outside, so that it is in the picture.
+PosedCamera camera_round(RandomStream& random, const Bounds& box, int size);
+
+// Some bytes changed, cut off, doubled or put in between.
+std::string damaged(std::string bytes, RandomStream& random);
 
 using ProbeFolder = std::filesystem::path;
 

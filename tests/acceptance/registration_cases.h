@@ -3,14 +3,59 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "organbake/phantom/phantom.h"
+#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 
 namespace organbake {
+
+// What the photographs show: the formula, of which the registered mesh is a piecewise flat copy, or
+// that very mesh, for questions in which the copy's own error has no place.
+enum class PhotographedSurface { formula, mesh };
+
+// The phantom under a lamp at the camera, from poses that are known: what is measured against.
+class LampScenes {
+ public:
+  LampScenes(int photo_size, int cameras, PhotographedSurface photographed);
+
+  const RegisteredSurface& surface() const { return *surface_; }
+  const std::vector<PosedCamera>& cameras() const { return cameras_; }
+  const RegisteredSurface& other_organ(int seed) const;  // made once
+  TriangleMesh mirrored() const;
+
+  // `hard`: the organ's albedo, highlights, 40 % vignette. 2 % noise in any case.
+  PhotoToRegister photo(std::size_t camera, std::uint64_t seed, bool hard) const;
+  // A shaded grey shaft over a fifth of the organ.
+  void put_instrument(Rgb8Image& photo, std::uint64_t seed) const;
+  // Up to so far off, uniform in shift and in angle; and exactly so far off.
+  RigidTransform start(std::size_t camera, double shift_mm, double turn_deg,
+                       std::uint64_t seed) const;
+  RigidTransform start_at_least(std::size_t camera, double shift_mm, double turn_deg,
+                                std::uint64_t seed) const;
+
+  double mtre_mm(std::size_t camera, const RigidTransform& camera_from_world) const;
+  double reprojection_px(std::size_t camera, const RigidTransform& camera_from_world) const;
+  // Cramér–Rao: RMS over the surface of the least error that any unbiased estimate from all of the
+  // photograph's pixels can have, gain and offset unknown: Cov ≥ σ² (Jᵀ P J)⁻¹ with J the finite
+  // differences of the noiseless photograph.
+  double floor_mm(std::size_t camera) const;
+
+ private:
+  LampPicture picture(const PosedCamera& camera, const LampScene& scene) const;
+
+  OrganPhantom phantom_;
+  PhotographedSurface photographed_;
+  std::unique_ptr<RegisteredSurface> surface_;
+  std::vector<PosedCamera> cameras_;
+  mutable std::map<int, std::unique_ptr<RegisteredSurface>> others_;
+  mutable std::map<std::pair<std::size_t, bool>, LampPicture> pictures_;
+  mutable std::map<std::size_t, double> floors_mm_;
+};
 
 // What people light organs with, and programs draw them with.
 enum class StudioLight {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "measuring/known_poses.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/registration/overlay.h"
 #include "promises.h"
 #include "registration_cases.h"
@@ -90,6 +91,120 @@ TEST(RegistrationLights, OfOpenPatchesLeaveItRight) {
   expect({what + ": mTRE ≤ 1 mm", "%", tally.percent(tally.right, tally.cases), 80,
           Figure::Goal::at_least});
   expect({what + ": wrong ones that are ok", "", double(tally.false_ok), 0});
+}
+
+// Stereo's depth of a seeded patch as it comes: rough by 2 %; or as that of real endoscopes errs.
+constexpr DepthFaults kRough{.noise = 0.02};
+constexpr DepthFaults kReal{.noise = 0.01, .bias = 0.02, .bumps_mm = 0.7, .hidden_share = 0.2};
+
+SeenDepth depth_of(const RegistrationCase& made, const RegisteredSurface& organ,
+                   const DepthFaults& faults, std::uint64_t seed) {
+  constexpr double kBehind_mm = 20;
+  const Intrinsics& lens = made.photo.intrinsics;
+  const PosedCamera camera{"", scaled_lens(lens, lens.width / 2, lens.height / 2),
+                           made.camera_from_world};
+  const double wall_mm = (made.camera_from_world * organ.center()).z() + kBehind_mm;
+  return thin_depth(faulty_depth(organ.scene(), camera, wall_mm, faults, seed), {},
+                    faults.mm_per_unit != 1);
+}
+
+// From where patches are sought, and what share of them is to be found.
+struct DepthStart {
+  double shift_mm, turn_deg, least_percent;
+};
+
+struct DepthTally {
+  std::string what;
+  double right_mm = 1;
+  int cases = 0, right = 0, ok = 0, false_ok = 0;
+  double squares = 0;  // of error over standard deviation, where the verdict is ok
+  std::vector<double> mtre_mm;
+
+  void add(double error_mm, std::uint64_t seed, const PoseQuality& quality) {
+    const bool is_ok = quality.verdict == Verdict::ok;
+    ++cases;
+    right += error_mm <= right_mm;
+    ok += is_ok;
+    false_ok += is_ok && error_mm > right_mm;
+    if (is_ok) squares += std::pow(error_mm / quality.surface_sd_mm, 2);
+    if (error_mm > right_mm)
+      report(what + ": seed " + std::to_string(seed) + ", " + name_of(quality.verdict), "mm",
+             error_mm);
+    mtre_mm.push_back(error_mm);
+  }
+  void expect_right(double least_percent) const {
+    expect({what + ": mTRE ≤ " + std::to_string(static_cast<int>(right_mm)) + " mm", "%",
+            100.0 * right / cases, least_percent, Figure::Goal::at_least});
+    expect({what + ": wrong ones that are ok", "", double(false_ok), 0});
+    report(what + ": mTRE, median", "mm", spread_of(mtre_mm).median);
+    report(what + ": ok", "%", 100.0 * ok / cases);
+    if (ok == 0) return;
+    const double ratio = std::sqrt(squares / ok);  // of an RMS distance
+    expect({what + ": RMS error / standard deviation", "×", ratio, 2});
+    expect({what + ": RMS error / standard deviation", "×", ratio, 0.5, Figure::Goal::at_least});
+  }
+};
+
+void expect_patches_held(const std::string& what, const DepthFaults& faults, double right_mm,
+                         const std::vector<DepthStart>& starts) {
+  const RegistrationCases organs(shared_data(""));
+  const auto [first, count] = asked_seeds(6, 30);
+  std::vector<DepthTally> tallies;
+  for (const DepthStart& start : starts) {
+    DepthTally& tally = tallies.emplace_back();
+    tally.what = what + ", from " + std::to_string(static_cast<int>(start.shift_mm)) + " mm / " +
+                 std::to_string(static_cast<int>(start.turn_deg)) + "°, " + std::to_string(count) +
+                 " patches";
+    tally.right_mm = right_mm;
+  }
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::size_t organ = seed % organs.organs().size();
+    RegistrationCase made = organs.open_patch(organ, seed);
+    made.photo.depth = depth_of(made, *organs.organs()[organ].whole, faults, seed);
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      made.photo.start = start_from(*made.patch, made.camera_from_world, starts[k].shift_mm,
+                                    starts[k].turn_deg, seed);
+      const RegisteredPhoto found = register_photo(*made.patch, made.photo, {});
+      tallies[k].add(
+          mean_distance_mm(*made.patch, made.camera_from_world, found.camera.camera_from_world),
+          seed, found.quality);
+    }
+  }
+  for (std::size_t k = 0; k < starts.size(); ++k) tallies[k].expect_right(starts[k].least_percent);
+}
+
+TEST(RegistrationDepth, OfRoughStereoHoldsPatches) {
+  expect_patches_held("depth rough by 2 %", kRough, 1, {{10, 8, 95}, {30, 20, 80}});
+}
+
+TEST(RegistrationDepth, ThatErrsAsRealDepthHoldsPatches) {
+  expect_patches_held("depth as endoscopes have it", kReal, 2, {{5, 3, 75}, {10, 8, 75}});
+}
+
+TEST(RegistrationDepth, WithoutAScaleHoldsPatches) {
+  DepthFaults faults = kRough;
+  faults.mm_per_unit = 3;
+  expect_patches_held("relative depth", faults, 2, {{10, 8, 75}});
+}
+
+// Another organ's patch where this one's is, at the truth's own distance.
+TEST(RegistrationDepth, OfAnotherOrganIsNeverOk) {
+  const RegistrationCases organs(shared_data(""));
+  const auto [first, count] = asked_seeds(6, 30);
+  int ok = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::size_t organ = seed % organs.organs().size();
+    const std::size_t other = (organ + 1) % organs.organs().size();
+    RegistrationCase made = organs.open_patch(organ, seed);
+    const RegistrationCase wrong = organs.open_patch(other, seed + 100);
+    made.photo.depth = depth_of(made, *organs.organs()[organ].whole, kReal, seed);
+    RigidTransform start = wrong.camera_from_world;
+    start.translation +=
+        made.camera_from_world * made.patch->center() - start * wrong.patch->center();
+    made.photo.start = start;
+    ok += register_photo(*wrong.patch, made.photo, {}).quality.verdict == Verdict::ok;
+  }
+  expect({"another organ's patch called ok, of " + std::to_string(count), "", double(ok), 0});
 }
 
 }  // namespace

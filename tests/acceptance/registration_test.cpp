@@ -6,12 +6,12 @@
 #include <fstream>
 #include <numbers>
 
-#include "lamp_scenes.h"
 #include "measuring/known_poses.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/registration/overlay.h"
 #include "promises.h"
+#include "registration_cases.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

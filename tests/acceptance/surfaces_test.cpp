@@ -1,18 +1,83 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/isosurface/isosurface.h"
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 
+#include "measuring/error_measures.h"
 #include "measuring/known_poses.h"
 #include "organbake/core/random.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/mesh_distance.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/image/srgb.h"
+#include "organbake/isosurface/label_surface.h"
+#include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
+#include "organbake/volume/read_volume.h"
 #include "promises.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
+
+constexpr double kRadius_mm = 40;
+
+IsosurfaceOptions ball_options(bool refine) {
+  IsosurfaceOptions options;
+  options.iso_hu = kBallHalfWay_hu;
+  options.refine = refine;
+  return options;
+}
+
+TEST(Isosurface, OfThickSlicesIsAsExactAsLinearCrossings) {
+  const Volume ct = scan_ball(kRadius_mm, {0.7, 0.7, 3});
+  const double linear = linear_crossing_rms_mm(ct, kRadius_mm);
+  const auto error = [&](bool refine) {
+    return radial_rms_mm(extract_isosurface(ct, ball_options(refine)).mesh, kRadius_mm);
+  };
+  expect({"ball, 0.7×0.7×3 mm: radial RMS / exact linear crossings'", "×", error(false) / linear,
+          1.02});
+  expect({"the same with --refine: radial RMS", "mm", error(true), 0.05});
+}
+
+// What the Image Biomarker Standardisation Initiative agreed on for a figure of its digital
+// phantom.
+struct Consensus {
+  const char* what;
+  const char* unit;
+  double value, tolerance;
+};
+
+void add_beside(const Consensus& consensus, double ours) {
+  const std::string what = "IBSI's digital phantom, consensus " + to_text(consensus.value) + " ± " +
+                           to_text(consensus.tolerance) + ": " + consensus.what;
+  const double most = consensus.value + consensus.tolerance;
+  const double least = consensus.value - consensus.tolerance;
+  expect({what + ", at most", consensus.unit, ours, most, Figure::Goal::at_most});
+  expect({what + ", at least", consensus.unit, ours, least, Figure::Goal::at_least});
+}
+
+// Zwanenburg et al. 2020, The Image Biomarker Standardization Initiative, Radiology 295(2): the
+// surface by marching cubes at one half, and what the voxels enclose.
+TEST(Isosurface, OfIbsisPhantomIsWhatWasAgreedOn) {
+  REQUIRE_SHARED_DATA("ibsi_digital_phantom/mask.nii.gz");
+  const Volume mask =
+      read_volume(shared_data("ibsi_digital_phantom/mask.nii.gz"), {.label = "1", .is_mask = true});
+  add_beside({"volume of the voxels, by default", "mm³", 592, 4},
+             signed_volume(extract_label_surface(mask, {}).mesh));
+  IsosurfaceOptions textbook;
+  textbook.method = IsosurfaceMethod::marching_cubes;
+  textbook.smooth_mm = 0;
+  textbook.largest = 0;
+  textbook.keep_volume = false;
+  const TriangleMesh mesh = extract_label_surface(mask, textbook).mesh;
+  add_beside({"volume of the mesh", "mm³", 556, 4}, signed_volume(mesh));
+  add_beside({"area of the mesh", "mm²", 388, 3}, surface_area(mesh));
+  add_beside({"largest diameter", "mm", 13.1, 0.1}, largest_diameter_mm(mesh));
+}
 
 constexpr double kDepthNoise = 0.02, kOff_mm = 1, kOff_rad = 0.017453292519943295;
 

@@ -1,21 +1,90 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <CGAL/AABB_tree.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/version.h>
+#if CGAL_VERSION_NR >= 1060000000
+#include <CGAL/AABB_traits_3.h>
+#include <CGAL/AABB_triangle_primitive_3.h>
+#else
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#endif
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
 
 #include "measuring/capture_scenario.h"
+#include "measuring/error_measures.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
+#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 #include "promises.h"
 
 namespace organbake {
 namespace {
+
+// Where a ray first meets a mesh, by CGAL's AABB tree: predicates exact, the point in double.
+class ExactDepth {
+ public:
+  explicit ExactDepth(const TriangleMesh& mesh);
+  ~ExactDepth();
+
+  // In units of |direction|; +inf when the ray meets nothing.
+  double first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Triangles = std::vector<Kernel::Triangle_3>;
+#if CGAL_VERSION_NR >= 1060000000  // which names the dimension
+using Primitive = CGAL::AABB_triangle_primitive_3<Kernel, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits_3<Kernel, Primitive>>;
+#else
+using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+#endif
+Kernel::Point_3 point_of(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+struct ExactDepth::Impl {
+  Triangles triangles;
+  std::unique_ptr<Tree> tree;
+};
+
+ExactDepth::ExactDepth(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  for (const auto& [a, b, c] : mesh.faces) {
+    impl_->triangles.emplace_back(point_of(mesh.vertices[a]), point_of(mesh.vertices[b]),
+                                  point_of(mesh.vertices[c]));
+  }
+  impl_->tree = std::make_unique<Tree>(impl_->triangles.begin(), impl_->triangles.end());
+}
+
+ExactDepth::~ExactDepth() = default;
+
+double ExactDepth::first_hit(const Eigen::Vector3d& origin,
+                             const Eigen::Vector3d& direction) const {
+  const Kernel::Ray_3 ray(point_of(origin),
+                          Kernel::Vector_3(direction.x(), direction.y(), direction.z()));
+  const auto first = impl_->tree->first_intersected_primitive(ray);
+  if (!first) return std::numeric_limits<double>::infinity();
+  const Kernel::Triangle_3& triangle = **first;
+  // The plane's own equation, in double: t = n · (a − o) / n · d.
+  const Kernel::Vector_3 normal =
+      CGAL::cross_product(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+  return normal * (triangle[0] - ray.source()) / (normal * ray.to_vector());
+}
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -265,5 +334,43 @@ TEST(CaptureColor, OfAnOccluderBleedsOnNothing) {
           static_cast<double>(count), 0});
 }
 
+// Whether a texel's ray, which meets the surface, does so at no grazing angle: those aren't kept.
+bool kept_for_sure(const RayScene& scene, const SmoothNormals& normals, const Ray& ray) {
+  constexpr double kLeastCosine = 0.2;
+  RayHit hit;
+  scene.first_hits({&ray, 1}, {&hit, 1});
+  return hit.face == kNoHit || -normals.at(hit).dot(ray.direction.normalized()) > kLeastCosine;
+}
+
+TEST(CaptureDepth, IsThatOfAnExactOracle) {
+  const CaptureScenario scene = capture_scenario(8, 1024);
+  const CaptureResult captured =
+      capture(scene.surface, scene.proxy, scene.cameras, *make_vertex_color(scene.surface), {});
+  constexpr int kTexels = 10'000;
+  constexpr std::uint64_t kSeed = 6;
+  const ExactDepth oracle(scene.surface);
+  const RayScene rays(scene.surface);
+  const SmoothNormals normals(scene.surface);
+  RandomStream random(kSeed);
+  double worst = 0;
+  int met = 0, met_by_one = 0;
+  while (met < kTexels) {
+    const std::size_t c = random.below(scene.cameras.size());
+    const CameraMaps& maps = captured.maps[c];
+    const std::size_t texel = random.below(maps.face.size());
+    const Ray ray = texel_ray(scene.cameras[c], texel);
+    const double exact = oracle.first_hit(ray.origin, ray.direction);
+    const bool ours = std::isfinite(maps.depth_mm[texel]);
+    if (ours != std::isfinite(exact) && (ours || kept_for_sure(rays, normals, ray))) ++met_by_one;
+    if (!ours || !std::isfinite(exact)) continue;
+    worst = std::max(worst, std::abs(maps.depth_mm[texel] - exact) / exact);
+    ++met;
+  }
+  expect({"depth at 10,000 texels' centres against CGAL, worst", "of the depth", worst, 1e-5});
+  expect(
+      {"texels that only one of both says are hit, grazing ones aside", "", double(met_by_one), 0});
+}
+
 }  // namespace
+
 }  // namespace organbake
