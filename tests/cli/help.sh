@@ -22,6 +22,17 @@ expect_out "one of fitted, draft, lindstrom-turk, quadric, cluster"
 expect 0 organbake --version
 expect_out "organbake "
 
+# The clone's own scripts: help, and nothing else is done.
+for script in "$SOURCE"/scripts/*; do
+  [ -f "$script" ] && [ -x "$script" ] || continue
+  expect 0 timeout 20 "$script" --help
+  expect_out "usage: scripts/$(basename "$script")"
+done
+expect 2 "$SOURCE/scripts/demo" --pakages .
+expect_err "there is no option --pakages"
+expect 66 "$SOURCE/scripts/demo" --packages . demo
+expect_err "scripts/release makes them"
+
 expect 2 organbake
 expect 2 organbake bakke
 expect_err "did you mean 'bake'?"
