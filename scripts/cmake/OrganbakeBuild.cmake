@@ -64,7 +64,10 @@ install(TARGETS organbake_build_flags EXPORT organplay COMPONENT liborganplay-de
 
 # Eigen and the standard headers are parsed once, not by every file: that halves a full build. Each
 # file still names all that it uses: the presets dev and player build without.
-# A precompiled header brings the way of fusing multiply-adds with it: the runtime has its own.
+# GCC restores the flags that a precompiled header was made with where that header holds
+# `#pragma GCC push_options`, as Eigen's does: -frounding-math, -ffp-contract or -O1 of its users would
+# be lost without a word. So a header serves targets of its own flags alone, and each other set of
+# flags gets one of its own (the test build.flags_in_force holds it over all that is compiled).
 set(ORGANBAKE_UNFUSED -ffp-contract=off)
 set(ORGANBAKE_FUSED -ffp-contract=fast)
 if(ORGANBAKE_PRECOMPILE)
@@ -76,11 +79,59 @@ if(ORGANBAKE_PRECOMPILE)
   endforeach()
   target_compile_options(organbake_runtime_precompiled PRIVATE ${ORGANBAKE_UNFUSED})
 endif()
+
+# What of a target's options makes other code, those too that it inherits from the targets which it
+# links: CGAL's, for one, brings -frounding-math.
+function(organbake_code_flags out target property)
+  get_target_property(options ${target} ${property}COMPILE_OPTIONS)
+  get_target_property(libraries ${target} ${property}LINK_LIBRARIES)
+  set(flags "")
+  foreach(option IN LISTS options)
+    if(option MATCHES "^(\\$<.*[,:])?-[Ofm]" AND NOT option STREQUAL -fpch-preprocess)
+      list(APPEND flags ${option})
+    endif()
+  endforeach()
+  foreach(library IN LISTS libraries)
+    string(REGEX REPLACE "^\\$<BUILD_INTERFACE:(.*)>$" "\\1" library "${library}")
+    if(TARGET "${library}")
+      organbake_code_flags(inherited ${library} INTERFACE_)
+      list(APPEND flags ${inherited})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES flags)
+  set(${out} ${flags} PARENT_SCOPE)
+endfunction()
+
+# A target's header: that of FROM, or one like it for the target's own flags. Which these are is known
+# where its folder's file ends.
 function(organbake_precompile target from)
   if(ORGANBAKE_PRECOMPILE)
-    target_precompile_headers(${target} REUSE_FROM ${from})
     target_compile_options(${target} PRIVATE -fpch-preprocess -Winvalid-pch)
+    cmake_language(EVAL CODE "cmake_language(DEFER CALL organbake_reuse_header ${target} ${from})")
   endif()
+endfunction()
+function(organbake_reuse_header target from)
+  organbake_code_flags(flags ${target} "")
+  organbake_code_flags(made_with ${from} "")
+  if(NOT flags STREQUAL made_with)
+    string(MD5 name "${flags}")
+    string(SUBSTRING ${name} 0 6 name)
+    set(own ${from}_${name})
+    if(NOT TARGET ${own})
+      get_target_property(sources ${from} SOURCES)
+      get_target_property(folder ${from} SOURCE_DIR)
+      get_target_property(libraries ${from} LINK_LIBRARIES)
+      get_target_property(header ${from} PRECOMPILE_HEADERS)
+      list(TRANSFORM sources PREPEND ${folder}/ REGEX "^[^/]")
+      list(TRANSFORM header PREPEND ${folder}/ REGEX "^[^/<\"$]")
+      add_library(${own} STATIC ${sources})
+      target_link_libraries(${own} PRIVATE ${libraries})
+      target_compile_options(${own} PRIVATE ${flags})
+      target_precompile_headers(${own} PRIVATE ${header})
+    endif()
+    set(from ${own})
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
 
 # For code that parses far more than it says: several files are compiled as one. Names in unnamed
