@@ -27,7 +27,7 @@ using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 // Far enough (in distances of the planes) that the box hides no vertex of three cameras, unless
 // they stand within 1e-6 of one plane with the centre.
-constexpr double kFarBox = 1e6;
+constexpr double kFarBox = 1 << 20;
 // The box of the surface that people look at; the farthest vertex of four even cameras is at 3.
 constexpr double kDisplayBox = 4;
 // Cameras nearer to each other than this have no face of their own.

@@ -20,7 +20,8 @@ struct PlanePolyhedron {
   TriangleMesh surface;  // outward, facets fanned
 };
 
-// By half-space intersection in exact arithmetic (CGAL); box > 1.
+// Exact in what meets where (CGAL); vertices in the order of their places. The box is a power of
+// two above 1: its inverse is then exact, too.
 PlanePolyhedron intersect_view_planes(const std::vector<Eigen::Vector3d>& directions, double box);
 
 }  // namespace organbake

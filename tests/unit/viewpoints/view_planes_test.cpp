@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "organbake/geometry/mesh_checks.h"
@@ -11,7 +12,7 @@
 namespace organbake {
 namespace {
 
-constexpr double kFarBox = 1e6;
+constexpr double kFarBox = 1 << 20;
 constexpr double kPlaneRounding = 1e-12;
 
 TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
@@ -31,10 +32,28 @@ TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
 }
 
 TEST(ViewPlanes, OnePlaneCutsTheBox) {
-  const PlanePolyhedron half = intersect_view_planes({{0, 0, 1}}, 3);
+  const PlanePolyhedron half = intersect_view_planes({{0, 0, 1}}, 4);
   EXPECT_EQ(half.vertices.size(), 8u);
-  EXPECT_NEAR(signed_volume(half.surface), 6 * 6 * 4, kPlaneRounding * 100);
+  EXPECT_NEAR(signed_volume(half.surface), 8 * 8 * 5, kPlaneRounding * 100);
   for (const auto& vertex : half.vertices) EXPECT_TRUE(vertex.on_box);
+}
+
+// Four planes meet in each vertex of an octahedron; rounding would split it into two.
+TEST(ViewPlanes, WhatManyPlanesShareIsOneVertex) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const double x : {-1, 1})
+    for (const double y : {-1, 1})
+      for (const double z : {-1, 1}) corners.push_back(Eigen::Vector3d(x, y, z).normalized());
+  const PlanePolyhedron octahedron = intersect_view_planes(corners, kFarBox);
+  ASSERT_EQ(octahedron.vertices.size(), 6u);
+  for (const auto& vertex : octahedron.vertices) {
+    EXPECT_EQ(vertex.planes.size(), 4u);
+    EXPECT_NEAR(vertex.position.norm(), std::sqrt(3.0), kPlaneRounding);
+  }
+  EXPECT_EQ(octahedron.surface.faces.size(), 8u);
+  EXPECT_TRUE(analyse_topology(octahedron.surface).closed_manifold());
+  EXPECT_NEAR(signed_volume(octahedron.surface), 4.0 / 3 * std::pow(3.0, 1.5),
+              kPlaneRounding * 100);
 }
 
 }  // namespace
