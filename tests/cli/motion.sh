@@ -137,6 +137,11 @@ refused 65 "160x120" organbake motion still/frames --intrinsics small/cameras.js
 refused 65 "stands still" organbake motion still/frames -o made
 refused 65 "motion" organbake motion turn/frames -o made
 refused 65 "too short" organbake motion still/frames/000000.png -o made
+if command -v ffmpeg >/dev/null; then
+  mkdir strobe  # every second frame of the slide is nearly dark
+  ffmpeg -v error -i slide/frames/%06d.png -vf "lutrgb=r=val/8:g=val/8:b=val/8:enable='mod(n,2)'" -start_number 0 strobe/%06d.png
+  refused 65 "brightness jumps" organbake motion strobe -o made
+fi
 refused 66 "none.mp4" organbake motion none.mp4 -o made
 refused 2 "intrinsics" organbake motion slide/frames --poses slide/cameras.json -o made
 

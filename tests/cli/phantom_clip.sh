@@ -40,6 +40,8 @@ if command -v ffmpeg >/dev/null; then
   [ "$(head -c 8 video/clip.mp4 | tail -c 4)" = ftyp ] || fail "clip.mp4 is no MP4 file"
   expect 0 organbake phantom "${small[@]}" --path slide --bit-rate-mbit-per-s 1 --threads 1 -o video_again
   expect_same video video_again
+  # Untagged, its range would be guessed by whoever reads it.
+  expect_equal "$(ffprobe -v error -select_streams v:0 -show_entries stream=color_range -of csv=p=0 video/clip.mp4)" tv
   expect 0 organbake shade video/clip.mp4 -o depth
 else
   echo "SKIPPED: no ffmpeg to make videos with"

@@ -108,6 +108,41 @@ if command -v ffmpeg >/dev/null; then
   expect 65 organbake shade grown.m2v --halvings 1 -o g
   expect_err "160x120"
   [ "$(figure frames_shaded g/report.json)" -ge 2 ] || fail "the frames before the change are not kept"
+
+  # A playlist under a video's name leads to other files, which no cache would look at.
+  printf '#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:1,\n%s/a.m2v\n#EXT-X-ENDLIST\n' "$PWD" >playlist.mp4
+  printf 'ffconcat version 1.0\nfile a.m2v\n' >concat.mp4
+  for list in playlist concat; do
+    expect 65 organbake shade $list.mp4 --halvings 1 -o x
+    expect_err "not a file that holds its own pictures"
+  done
+
+  # What is transparent is as black in a video as in a picture.
+  ffmpeg -v error -i p/frames/000000.png -vf "format=rgba,geq=r='r(X,Y)':g='g(X,Y)':b='b(X,Y)':a='255*gte(X,W/2)'" half.png
+  ffmpeg -v error -loop 1 -i half.png -frames:v 2 -c:v png -pix_fmt rgba half.mov
+  expect 0 organbake shade half.png --halvings 0 -o picture
+  expect 0 organbake shade half.mov --halvings 0 -o video
+  cmp -s picture/mask/half.png video/mask/000000.png || fail "alpha counts in a PNG and not in a MOV"
+
+  # A palette's dither is no comb of two fields.
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -vf "split[a][b];[a]palettegen[p];[b][p]paletteuse" dithered.gif
+  expect 0 organbake shade dithered.gif --halvings 1 -o gif
+  grep -q interlaced err && fail "dither is taken for interlaced video"
+
+  # A logo that stands in a clip that moves is no tissue, which is said; nothing else changes.
+  expect 0 organbake phantom --kind laparoscopy --path slide --frames 12 --frame-width-px 320 --frame-height-px 240 --no-instrument -o m
+  mkdir logo
+  ffmpeg -v error -framerate 5 -i m/frames/%06d.png -vf "drawbox=120:100:60:40:color=white:t=fill,drawbox=130:110:20:20:color=blue:t=fill" logo/%06d.png
+  expect 0 organbake shade logo --every 6 --halvings 0 --range-mm 60 -o laid
+  expect_err "a recorder has laid"
+  python3 - <<END || fail "the logo is not what is left out"
+import json
+share = json.load(open("laid/report.json"))["figures"]["inset_share"]
+assert 0.98 * 2400 / 76800 <= share <= 1.2 * 2400 / 76800, share
+END
+  expect 0 organbake shade m/frames --every 6 --halvings 0 --range-mm 60 -o not_laid
+  expect_equal "$(figure inset_share not_laid/report.json)" 0
+  grep -q "a recorder has laid" err && fail "an inset is seen where there is none"
 else
   echo "SKIPPED: no ffmpeg to make videos with"
 fi

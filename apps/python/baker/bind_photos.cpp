@@ -117,7 +117,7 @@ ShadedPicture shade(const py::object& image, const py::object& intrinsics, doubl
   return run_released([&](const RunContext&) {
     ShadedPicture shaded;
     shaded.frame = prepare_frame(StoredPicture(std::move(picture)), lens, frame_options,
-                                 given.pixels.empty() ? nullptr : &tools);
+                                 {.instruments = given.pixels.empty() ? nullptr : &tools});
     shaded.depth = shade_frame(shaded.frame, options);
     return shaded;
   });

@@ -147,8 +147,10 @@ class KeyDepths {
       const auto at = std::lower_bound(views.begin(), views.end(), keys_[i].view) - views.begin();
       key.frame = motion_.view_frames[keys_[i].view];
       key.camera_from_world = pose(keys_[i].view);
-      key.prepared = prepare_frame(pictures[static_cast<std::size_t>(at)]->picture,
-                                   motion_.scene.lens, {.halvings = options_.halvings});
+      key.prepared =
+          prepare_frame(pictures[static_cast<std::size_t>(at)]->picture, motion_.scene.lens,
+                        {.halvings = options_.halvings},
+                        {.insets = options_.insets.size() > 0 ? &options_.insets : nullptr});
     });
   }
 

@@ -11,6 +11,7 @@
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/shading/cv_grid.h"
+#include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 #include "organbake/stereo/local_planes.h"
@@ -291,22 +292,47 @@ void keep_instruments_off_the_surface(const DisparityRange& range, PreparedFrame
   keep_what_is_off(b.pattern, seen_by_right(found), right);
 }
 
+// A mask as a picture, to go the way that pictures go; and back, with all that it has touched.
+Rgb8Image as_picture(const Mask& mask) {
+  Rgb8Image picture(mask.width, mask.height);
+  for (std::size_t k = 0; k < mask.size(); ++k)
+    if (mask.values[k]) std::fill_n(&picture.pixels[3 * k], 3, std::uint8_t{255});
+  return picture;
+}
+Mask as_mask(const Rgb8Image& picture) {
+  Mask mask(picture.width, picture.height);
+  for (std::size_t k = 0; k < mask.size(); ++k) mask.values[k] = picture.pixels[3 * k] > 0;
+  return mask;
+}
+
 }  // namespace
 
 PreparedEyes prepare_eyes(StoredPicture left, StoredPicture right, const Rectifier& rectifier,
-                          const StereoOptions& options, bool masks) {
+                          const StereoOptions& options, bool masks, const EyeInsets& insets) {
   const RectifiedEyes& eyes = rectifier.eyes();
   const DisparityRange range = disparity_range(eyes, options);
   const Intrinsics right_camera = eyes.right().intrinsics;
+  const int squares = std::max(squares_px(left.color), squares_px(right.color));
   StoredPicture a, b;
   parallel_both([&] { a = rectifier.left(std::move(left)); },
                 [&] { b = rectifier.right(std::move(right)); });
   PreparedEyes ready;
   ready.corrected = find_row_alignment(a.color, b.color, right_camera, range);
   if (ready.corrected.needed()) b = StoredPicture(aligned(b.color, right_camera, ready.corrected));
+  Mask over_a, over_b;
+  if (insets.left.size() > 0) over_a = as_mask(rectifier.left(as_picture(insets.left)).color);
+  if (insets.right.size() > 0) {
+    Rgb8Image over = rectifier.right(as_picture(insets.right)).color;
+    if (ready.corrected.needed()) over = aligned(over, right_camera, ready.corrected);
+    over_b = as_mask(over);
+  }
+  const auto known = [](const Mask& over) {
+    return GivenMasks{.insets = over.size() > 0 ? &over : nullptr};
+  };
   const FrameOptions prepare{.halvings = 0, .masks = masks, .piecewise_albedo = false};
-  parallel_both([&] { ready.left = prepare_frame(a, eyes.camera, prepare); },
-                [&] { ready.right = prepare_frame(b, right_camera, prepare); });
+  parallel_both([&] { ready.left = prepare_frame(a, eyes.camera, prepare, known(over_a)); },
+                [&] { ready.right = prepare_frame(b, right_camera, prepare, known(over_b)); });
+  ready.left.squares_px = ready.right.squares_px = squares;
   keep_instruments_off_the_surface(range, ready.left, ready.right);
   return ready;
 }

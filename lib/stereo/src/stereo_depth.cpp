@@ -212,6 +212,14 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
   if (result.lit_share < kLeastLit)
     return judged(DepthVerdict::doubtful, "only " + percent(result.lit_share, 1) +
                                               " of the field of view is lit enough to match");
+  if (left.squares_px > 1 && result.step_share > kUnsure)
+    return judged(DepthVerdict::doubtful,
+                  "the pictures are made of squares of " + std::to_string(left.squares_px) +
+                      " px, a mosaic or small pictures that were enlarged: depth is told in steps "
+                      "of " +
+                      percent(result.step_share, 1) +
+                      " (median); give the pictures as they "
+                      "were taken");
   if (result.relative_sd > kUnsure)
     return judged(DepthVerdict::doubtful,
                   "the depth is uncertain by " + percent(result.relative_sd, 1) + " (median)");
@@ -267,18 +275,20 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
 
   FrameDepth& depth = result.depth;
   depth.confidence = Plane(left.color.width, left.color.height);
-  std::vector<float> relative;
+  std::vector<float> relative, steps;
   constexpr float kUsual = 0.01F, kFilled = 0.25F;
   for (std::size_t k = 0; k < inside.size(); ++k) {
     if (!inside.values[k]) continue;
     const double d = disparity.px.values[k] - eyes.disparity_at_infinity;
     const float sd = static_cast<float>(agreement.sd_px.values[k] / d);
     if (disparity.known.values[k]) relative.push_back(sd);
+    if (disparity.known.values[k]) steps.push_back(static_cast<float>(left.squares_px / d));
     const float alike = std::clamp(agreement.correlation.values[k], 0.F, 1.F);
     depth.confidence.values[k] =
         disparity.known.values[k] ? alike / (1 + sd * sd / (kUsual * kUsual)) : kFilled;
   }
   result.relative_sd = median(std::move(relative));
+  if (left.squares_px > 1) result.step_share = median(std::move(steps));
   depth.noise = result.relative_sd;
   measure_coverage(inside, left, result);
   depth.quality = judge_stereo(result, left);

@@ -13,18 +13,20 @@
 #include "organbake/motion/usable_pixels.h"
 #include "organbake/motion/view_choice.h"
 #include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/prepared_frame.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {
 namespace {
 
-constexpr std::size_t kAtOnce = 4;  // frames in memory
+constexpr std::size_t kAtOnce = 4;     // frames in memory
+constexpr std::size_t kLookEvery = 5;  // of so many for what moves slowly
 
 struct Work {
   ClipPicture frame;
   Grid<std::uint8_t> tracked;
-  double sharpness = 0;
+  double sharpness = 0, brightness = 0;
 };
 using Item = std::shared_ptr<Work>;
 
@@ -68,12 +70,14 @@ class LikelyViews {
 class Following {
  public:
   Following(ShadeSource source, const MotionStageOptions& options, const RunContext& context,
-            ClipPictures& pictures)
+            ClipPictures& pictures, const Mask& insets)
       : source_(std::move(source)),
         tracker_(options.tracking),
         views_(pictures),
+        usable_(kLookEvery, insets),
         context_(context) {
     clip_.lens = source_.camera;
+    clip_.insets = insets;
   }
 
   FollowedClip run() {
@@ -94,6 +98,8 @@ class Following {
     clip_.instrument_share = usable_.instrument_share();
     return std::move(clip_);
   }
+
+  Mask found_insets() const { return insets_.find(); }
 
  private:
   Item take(tbb::flow_control& flow) {
@@ -123,6 +129,7 @@ class Following {
   static Item prepare(Item item) {
     item->tracked = tracked_picture(item->frame.picture.color);
     item->sharpness = sharpness(item->frame.picture.color);
+    item->brightness = brightness(item->frame.picture.color);
     return item;
   }
 
@@ -136,6 +143,8 @@ class Following {
     const std::string& name = item.frame.picture.name;
     clip_.names.push_back(name.empty() ? padded(clip_.names.size(), kDigits) : name);
     clip_.sharpness.push_back(item.sharpness);
+    clip_.brightness.push_back(item.brightness);
+    if (clip_.insets.size() == 0) insets_.add(item.frame.picture.color);
     tracker_.add(item.tracked, item.frame.usable);
     views_.add(tracker_.clip(), clip_.sharpness, std::move(item.frame));
   }
@@ -145,6 +154,7 @@ class Following {
   FeatureTracker tracker_;
   LikelyViews views_;
   UsablePixels usable_;
+  InsetFinder insets_;
   const RunContext& context_;
   FollowedClip clip_;
 };
@@ -153,9 +163,21 @@ class Following {
 
 FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
                          ClipPictures& pictures) {
-  return Following(open_frames(*call.input("frames"), call.input("intrinsics"), call.context),
-                   options, call.context, pictures)
-      .run();
+  const auto following = [&](const RunContext& told, const Mask& insets) {
+    return Following(open_frames(*call.input("frames"), call.input("intrinsics"), told), options,
+                     call.context, pictures, insets);
+  };
+  Following all = following(call.context, {});
+  FollowedClip clip = all.run();
+  const Mask insets = all.found_insets();
+  if (insets.size() == 0) return clip;
+  pictures.begin_beside(insets);
+  return following(RunContext(nullptr, nullptr, nullptr), insets).run();  // all has been said
+}
+
+void ClipPictures::begin_beside(Mask insets) {
+  kept_.clear();
+  insets_ = std::move(insets);
 }
 
 void ClipPictures::drop(std::size_t first, std::size_t end) {
@@ -173,7 +195,7 @@ std::vector<const ClipPicture*> ClipPictures::load(const std::vector<std::size_t
     for (std::size_t i = 0; i <= *missing.rbegin() && source.next(frame.picture); ++i) {
       call_.context.throw_if_cancelled();
       if (!missing.contains(i)) continue;
-      frame.usable = UsablePixels().next(frame.picture.color);
+      frame.usable = UsablePixels(kLookEvery, insets_).next(frame.picture.color);
       keep(i, std::exchange(frame, {}));
     }
   }

@@ -16,6 +16,8 @@ namespace organbake {
 class ClipPictures {
  public:
   explicit ClipPictures(const StageCall& call) : call_(call) {}
+  // Forgets all; from now on tissue is looked for beside these insets alone.
+  void begin_beside(Mask insets);
   void keep(std::size_t frame, ClipPicture picture) { kept_[frame] = std::move(picture); }
   // Forgets the frames from `first` up to (not including) `end`.
   void drop(std::size_t first, std::size_t end);
@@ -26,6 +28,7 @@ class ClipPictures {
 
  private:
   const StageCall& call_;
+  Mask insets_;
   std::map<std::size_t, ClipPicture> kept_;
 };
 
@@ -33,14 +36,17 @@ class ClipPictures {
 struct FollowedClip {
   ClipTracks tracks;
   std::vector<double> sharpness;   // of each frame
+  std::vector<double> brightness;  // likewise: the mean of its green levels
   std::vector<std::string> names;  // likewise
   std::optional<Intrinsics> lens;  // nothing = none is given
   double instrument_share = 0;
+  Mask insets;         // of the frames' size, where there are any
   std::string damage;  // what ended it early
 };
 
 // Reads the frames one after another, and keeps those in `pictures` that choose_views() will take:
-// as many as it takes of one shot; a clip of more is read again. Throws NoInputError, BadDataError.
+// as many as it takes of one shot; a clip of more is read again. So is one with insets, which are
+// known at its end, to be followed without them. Throws NoInputError, BadDataError.
 FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
                          ClipPictures& pictures);
 

@@ -53,7 +53,7 @@ void bind(OptionList& list, MotionStageOptions& o) {
 
 Stage motion_stage() {
   return {.name = "motion",
-          .version = 6,
+          .version = 7,
           .summary =
               "find how a scope moved through a clip, and from that the tissue's shape: "
               "poses, lens, points, depth, and one surface of all key frames",

@@ -15,6 +15,8 @@
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/pictures.h"
 #include "stages/motion/motion_outputs.h"
 #include "stages/shared/clip_outputs.h"
@@ -96,10 +98,12 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("k1", scene.lens.k1);
   report.add("k1_sd", motion.lens_spread.k1);
   report.add("instrument_share", clip.instrument_share);
+  report.add("inset_share", share_of(clip.insets));
 }
 
 void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunContext& context,
                  StageReport& report) {
+  if (clip.insets.size() > 0) context.warn(told_of_insets(share_of(clip.insets)));
   for (const FrameSpan& span : motion.left_out)
     report.skipped.push_back(
         {"frames " + std::to_string(span.first) + " to " + std::to_string(span.last), span.reason});
@@ -203,14 +207,20 @@ StageReport run(const StageCall& call) {
   StageReport report;
   report.bad_data = clip.damage;
   ClipMotion motion = motion_of(call, clip, options, pictures);
+  if (!motion.failure.empty() && flickers(clip.brightness))
+    motion.failure =
+        "the frames' brightness jumps from one to the next, as under a stroboscope or "
+        "a lamp that flickers, and no feature can be followed through it; take frames "
+        "of one phase of the light (a folder of every second frame, say)";
   report_motion(clip, motion, report);
   tell_motion(clip, motion, call.context, report);
   if (!motion.failure.empty()) {
     report.declined = clip.damage.empty() ? motion.failure : clip.damage + "; " + motion.failure;
     return report;
   }
-  std::vector<KeyDepth> keys = key_depths({options.key_frames, options.halvings, options.shading},
-                                          motion, loader_of(pictures), call.context);
+  std::vector<KeyDepth> keys =
+      key_depths({options.key_frames, options.halvings, options.shading, clip.insets}, motion,
+                 loader_of(pictures), call.context);
   const SceneScale scale = scale_of(call, options, motion, keys);
   const std::size_t middle = keys[keys.size() / 2].frame;
   scale_and_place(scale.factor, *motion.camera_from_world[middle], motion, keys);

@@ -55,7 +55,7 @@ void bind(OptionList& list, RegisterStageOptions& o) {
 Stage register_stage() {
   return {
       .name = "register",
-      .version = 10,
+      .version = 11,
       .summary = "find a photograph's pose on the surface, with a verdict",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {.name = "photo",

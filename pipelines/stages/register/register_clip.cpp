@@ -11,8 +11,10 @@
 #include "organbake/image/png.h"
 #include "organbake/registration/overlay.h"
 #include "organbake/registration/track.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/video_reader.h"
 #include "stages/register/straight_photo.h"
+#include "stages/shared/clip_source.h"
 
 namespace organbake {
 
@@ -27,6 +29,23 @@ std::string frame_name(const fs::path& video, std::size_t index) {
 bool is_video(const fs::path& path) {
   constexpr std::array kVideos = {".mp4", ".m4v", ".mkv", ".avi", ".mov", ".webm", ".mpg", ".mpeg"};
   return std::find(kVideos.begin(), kVideos.end(), lower_ending(path)) != kVideos.end();
+}
+
+double leave_insets_out(const RunContext& context, ClipToTrack& clip) {
+  const auto video = std::make_shared<VideoReader>(clip.video);
+  const Mask insets =
+      insets_of([video](StoredPicture& picture) { return video->next(picture); }, context);
+  if (insets.size() == 0) return 0;
+  if (clip.mask.width == 0) {
+    clip.mask = Rgb8Image(insets.width, insets.height);
+    std::fill(clip.mask.pixels.begin(), clip.mask.pixels.end(), std::uint8_t{255});
+  }
+  // A given mask of another size is refused with the first frame.
+  const double share = share_of(insets);
+  if (clip.mask.width != insets.width || clip.mask.height != insets.height) return share;
+  for (std::size_t k = 0; k < insets.size(); ++k)
+    if (insets.values[k]) std::fill_n(&clip.mask.pixels[3 * k], 3, std::uint8_t{0});
+  return share;
 }
 
 std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipToTrack& clip,

@@ -21,6 +21,10 @@ struct ClipToTrack {
   std::optional<RigidTransform> start;  // of the first frame: camera_from_world
 };
 
+// What a recorder has laid over the video counts no longer; its share of the frames. The clip's
+// motion, which is found before, has said it.
+double leave_insets_out(const RunContext& context, ClipToTrack& clip);
+
 // The poses of a video's frames, in their order. Overlays of one frame in 25 go into the folder. A
 // video that is damaged ends there: `damage` then says where.
 std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipToTrack& clip,

@@ -221,12 +221,16 @@ std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& sur
                              const fs::path& beside, StageReport& report) {
   ClipToTrack clip{video, *call.input("intrinsics"), {}, {}};
   if (const auto* mask = call.input("photo_mask")) clip.mask = read_photo(*mask);
+  const double inset_share = leave_insets_out(call.context, clip);
   if (const auto* init = call.input("init"))
     clip.start = start_for(read_camera_file(*init, call.context),
                            video.stem().string() + "_000000.png", *init);
-  if (const auto* motion = call.input("scope_depth"))
-    return follow_motion(surface, clip, *motion, options, beside, call.context, report);
-  return track_without_depth(call, surface, clip, options, beside, report);
+  const auto* motion = call.input("scope_depth");
+  std::vector<NamedPose> poses =
+      motion ? follow_motion(surface, clip, *motion, options, beside, call.context, report)
+             : track_without_depth(call, surface, clip, options, beside, report);
+  report.add("inset_share", inset_share);
+  return poses;
 }
 
 std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurface& surface,

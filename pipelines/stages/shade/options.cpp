@@ -95,7 +95,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 11,
+      .version = 12,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,

@@ -11,6 +11,7 @@
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/own_pixels.h"
 #include "stages/shade/options.h"
 #include "stages/shade/shade_clip.h"
@@ -158,7 +159,8 @@ StageReport run(const StageCall& call) {
   options.shading.check();
   ShadeSource source = open_frames(*call.input("frames"), call.input("intrinsics"), call.context);
   Clip clip{FrameSelection(std::move(source.next), options.selection), source.camera,
-            mask_at(call.input("instruments"))};
+            mask_at(call.input("instruments")),
+            insets_of(*call.input("frames"), call.input("intrinsics"), call.context)};
   StageReport report;
   warn_of_what_is_assumed(options, clip, call.context, report);
   const ClipResult result = shade_clip(clip, options, call.output_folder, call.context);
@@ -171,8 +173,10 @@ StageReport run(const StageCall& call) {
   report.add("frames_shaded", result.records.size());
   report.add("frames_duplicate", clip.frames.duplicates());
   report.add("frames_blurred", clip.frames.blurred());
+  report.add("inset_share", share_of(clip.insets));
   report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
   report_frames(result.records, report);
+  if (clip.insets.size() > 0) call.context.warn(told_of_insets(share_of(clip.insets)));
   warn_of_what_is_odd(result.records, call.context);
   warn_of_instruments(result.records, clip.instruments.has_value(), call.context);
   judge(result.records, options, call.context, report);

@@ -63,9 +63,9 @@ class Pipeline {
 
   Item prepare(Item item) const {
     const StoredPicture& image = item->selected.image;
-    const Mask* instruments = clip_.instruments ? &*clip_.instruments : nullptr;
-    item->frame =
-        prepare_frame(image, lens_of(clip_, options_, image.color), options_.frame, instruments);
+    item->frame = prepare_frame(image, lens_of(clip_, options_, image.color), options_.frame,
+                                {.instruments = clip_.instruments ? &*clip_.instruments : nullptr,
+                                 .insets = clip_.insets.size() > 0 ? &clip_.insets : nullptr});
     return item;
   }
 

@@ -17,6 +17,7 @@ struct Clip {
   FrameSelection frames;
   std::optional<Intrinsics> camera;  // nothing = the assumed field of view
   std::optional<Mask> instruments;
+  Mask insets = {};  // of the frames' size, where there are any
 };
 
 struct ClipResult {

@@ -14,6 +14,7 @@
 #include "organbake/formats/lens_check.h"
 #include "organbake/formats/photo.h"
 #include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/undistort.h"
 #include "organbake/shading/video_reader.h"
 
@@ -158,6 +159,27 @@ ShadeSource open_frames(const fs::path& frames, const fs::path* lens, const RunC
     return true;
   };
   return {std::move(upright), found.camera};
+}
+
+Mask insets_of(const Next& next, const RunContext& context) {
+  constexpr std::size_t kMost = 2000;
+  InsetFinder finder;
+  try {
+    StoredPicture picture;
+    for (std::size_t i = 0; i < kMost && next(picture); ++i) {
+      context.throw_if_cancelled();
+      finder.add(picture.color);
+    }
+  } catch (const BadDataError&) {
+    // It is told when the frames themselves are read.
+  }
+  return finder.find();
+}
+
+Mask insets_of(const fs::path& frames, const fs::path* lens, const RunContext& context) {
+  if (!fs::is_directory(frames) && is_frame_name(frames)) return {};
+  const RunContext quiet(nullptr, nullptr, nullptr);  // all is said when they are shaded
+  return insets_of(open_frames(frames, lens, quiet).next, context);
 }
 
 }  // namespace organbake

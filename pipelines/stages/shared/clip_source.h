@@ -7,6 +7,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/frame_source.h"
+#include "organbake/shading/grid.h"
 
 namespace organbake {
 
@@ -22,5 +23,12 @@ struct ShadeSource {
 // Throws NoInputError, BadDataError.
 ShadeSource open_frames(const std::filesystem::path& frames, const std::filesystem::path* lens,
                         const RunContext& context);
+
+// What a recorder has laid into a clip's frames (InsetFinder), by reading up to two thousand of
+// them beforehand, up to a damaged one; of no size where there is nothing.
+Mask insets_of(const FrameSelection::NextFrame& next, const RunContext& context);
+// The same of frames as open_frames() gives them.
+Mask insets_of(const std::filesystem::path& frames, const std::filesystem::path* lens,
+               const RunContext& context);
 
 }  // namespace organbake

@@ -34,7 +34,7 @@ void bind(OptionList& list, StereoStageOptions& o) {
 Stage stereo_stage() {
   return {
       .name = "stereo",
-      .version = 7,
+      .version = 8,
       .summary = "match the eyes of a stereo endoscope: metric depth, normals, and a surface",
       .inputs = {{"left", InputKind::frames,
                   "the left eye's frame (PNG, JPEG), folder of frames or video; or one file that "

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <filesystem>
 
 #include "organbake/bundle/cameras_json.h"
@@ -11,11 +12,13 @@
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/depth_maps.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/pictures.h"
 #include "organbake/shading/ray_grid.h"
 #include "organbake/shading/undistort.h"
 #include "stages/shared/albedo_output.h"
 #include "stages/shared/clip_options.h"
+#include "stages/shared/clip_source.h"
 #include "stages/stereo/stereo_clip.h"
 #include "stages/stereo/stereo_source.h"
 
@@ -185,6 +188,24 @@ void write_pair_surface(const StereoClipResult& clip, const RectifiedEyes& eyes,
                             "one place shows one side: masked and occluded parts are left open"});
 }
 
+// What a recorder has laid over either eye.
+EyeInsets find_eye_insets(const StageCall& call, const StereoStageOptions& options) {
+  const fs::path& left = *call.input("left");
+  const fs::path* right = call.input("right");
+  const auto of = [&](const auto& eye_of) {
+    const RunContext quiet(nullptr, nullptr, nullptr);  // all is said when they are matched
+    EyeSource source = open_eyes(left, right, options, quiet);
+    return insets_of(
+        [&](StoredPicture& picture) {
+          if (!source.next(picture)) return false;
+          picture = eye_of(picture);
+          return true;
+        },
+        call.context);
+  };
+  return {of(left_of), of(right_of)};
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<StereoStageOptions>();
   options.stereo.check();
@@ -197,8 +218,10 @@ StageReport run(const StageCall& call) {
   if (const std::string told = told_of_fisheye(rig.left); !told.empty()) call.context.info(told);
   FrameSelection frames(std::move(source.next), selection_of(options.every, options.sharpest));
   StageReport report;
+  const EyeInsets insets = find_eye_insets(call, options);
+  const double inset_share = std::max(share_of(insets.left), share_of(insets.right));
   const StereoClipResult result =
-      match_clip(frames, rectifier, options, call.output_folder, call.context);
+      match_clip(frames, rectifier, insets, options, call.output_folder, call.context);
   report.bad_data = frames.damage();
   if (result.records.empty())
     throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
@@ -213,6 +236,8 @@ StageReport run(const StageCall& call) {
   report.add("frames_matched", result.records.size());
   report.add("frames_duplicate", frames.duplicates());
   report.add("frames_blurred", frames.blurred());
+  report.add("inset_share", inset_share);
+  if (inset_share > 0) call.context.warn(told_of_insets(inset_share));
   report.add("depth_unit", "mm");
   report.add("baseline_mm", eyes.baseline_mm);
   report.add("rectified", rectifier.changes_pictures() ? "by the calibration" : "as given");

@@ -27,10 +27,11 @@ using PairItem = std::shared_ptr<PairWork>;
 
 class PairPipeline {
  public:
-  PairPipeline(FrameSelection& frames, const Rectifier& rectifier,
+  PairPipeline(FrameSelection& frames, const Rectifier& rectifier, const EyeInsets& insets,
                const StereoStageOptions& options, const fs::path& folder, const RunContext& context)
       : frames_(frames),
         rectifier_(rectifier),
+        insets_(insets),
         options_(options),
         folder_(folder),
         context_(context) {}
@@ -66,8 +67,8 @@ class PairPipeline {
   PairItem match(PairItem item) const {
     const RectifiedEyes& eyes = rectifier_.eyes();
     const StoredPicture& both = item->selected.image;
-    PreparedEyes ready =
-        prepare_eyes(left_of(both), right_of(both), rectifier_, options_.stereo, options_.masks);
+    PreparedEyes ready = prepare_eyes(left_of(both), right_of(both), rectifier_, options_.stereo,
+                                      options_.masks, insets_);
     item->left = std::move(ready.left);
     item->selected.image = StoredPicture();
     try {
@@ -110,6 +111,7 @@ class PairPipeline {
 
   FrameSelection& frames_;
   const Rectifier& rectifier_;
+  const EyeInsets& insets_;
   const StereoStageOptions& options_;
   const fs::path& folder_;
   const RunContext& context_;
@@ -121,10 +123,10 @@ class PairPipeline {
 }  // namespace
 
 StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
-                            const StereoStageOptions& options, const fs::path& folder,
-                            const RunContext& context) {
+                            const EyeInsets& insets, const StereoStageOptions& options,
+                            const fs::path& folder, const RunContext& context) {
   make_frame_folders(folder);
-  return PairPipeline(frames, rectifier, options, folder, context).run();
+  return PairPipeline(frames, rectifier, insets, options, folder, context).run();
 }
 
 }  // namespace organbake

@@ -31,7 +31,7 @@ struct StereoClipResult {
 // Decodes, rectifies, matches and writes pairs at the same time, a few in memory at once. A pair's
 // depth depends on no other pair.
 StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
-                            const StereoStageOptions& options, const std::filesystem::path& folder,
-                            const RunContext& context);
+                            const EyeInsets& insets, const StereoStageOptions& options,
+                            const std::filesystem::path& folder, const RunContext& context);
 
 }  // namespace organbake

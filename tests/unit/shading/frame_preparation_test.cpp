@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "organbake/core/error.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/prepared_frame.h"
@@ -90,6 +92,69 @@ TEST(StereoFrame, TwoEyesInOneFrameAreNoticedAndOneEyeIsNot) {
   std::copy(right.pixels.begin(), right.pixels.end(), below.at(0, 240));
   EXPECT_EQ(find_stereo_layout(beside), StereoLayout::side_by_side);
   EXPECT_EQ(find_stereo_layout(below), StereoLayout::top_bottom);
+}
+
+// Two fields of a grey disc, `apart` pixels to the right of each other.
+Rgb8Image two_fields(int apart) {
+  Rgb8Image image(160, 120);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const double right = x - 80 - (y % 2 ? apart : 0);
+      std::fill_n(image.at(x, y), 3, std::uint8_t(std::hypot(right, y - 60) < 40 ? 180 : 60));
+    }
+  return image;
+}
+
+TEST(Combs, AreOfTwoFieldsAndNotOfAPalettesDither) {
+  EXPECT_TRUE(is_combed(two_fields(6)));
+  EXPECT_FALSE(is_combed(two_fields(0)));
+  // A slow slope in a palette of six greys, its rest spread to the neighbours (Floyd & Steinberg).
+  Rgb8Image dithered(160, 120);
+  Plane rest(161, 121);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const float wanted = 60 + 0.7F * static_cast<float>(x) + rest.at(x, y);
+      const float level = 50 * std::round(wanted / 50), left = wanted - level;
+      std::fill_n(dithered.at(x, y), 3, static_cast<std::uint8_t>(level));
+      rest.at(x + 1, y) += left * 7 / 16;
+      rest.at(x, y + 1) += left * 5 / 16;
+      if (x > 0) rest.at(x - 1, y + 1) += left * 3 / 16;
+      rest.at(x + 1, y + 1) += left / 16;
+    }
+  EXPECT_FALSE(is_combed(dithered));
+  // An ordered one: every second pixel of every second row.
+  Rgb8Image ordered(160, 120);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x)
+      std::fill_n(ordered.at(x, y), 3, std::uint8_t((x + y) % 2 ? 100 : 140));
+  EXPECT_FALSE(is_combed(ordered));
+}
+
+TEST(Brightness, OfAStroboscopeJumpsAndThatOfAnExposureGoesAlong) {
+  EXPECT_NEAR(brightness(two_fields(0)), 60 + 120 * 3.14159 * 40 * 40 / (160 * 120), 1);
+  std::vector<double> strobe, exposure, cuts;
+  for (int i = 0; i < 30; ++i) {
+    strobe.push_back(i % 2 ? 90 : 20);
+    exposure.push_back(60 * std::exp(0.5 * std::sin(0.4 * i)));
+    cuts.push_back(i / 10 == 1 ? 20 : 90);
+  }
+  EXPECT_TRUE(flickers(strobe));
+  EXPECT_FALSE(flickers(exposure));
+  EXPECT_FALSE(flickers(cuts));
+  EXPECT_FALSE(flickers({}));
+}
+
+TEST(Squares, OfAMosaicAreMeasured) {
+  const Rgb8Image plain = LaparoscopyPhantom({.width = 320, .height = 240}).frame(0).image;
+  EXPECT_EQ(squares_px(plain), 1);
+  for (const int side : {2, 5, 8, 16}) {
+    Rgb8Image coarse = plain;
+    for (int y = 0; y < 240; ++y)
+      for (int x = 0; x < 320; ++x)
+        std::copy_n(plain.at(x - x % side, y - y % side), 3, coarse.at(x, y));
+    EXPECT_EQ(squares_px(coarse), side);
+  }
+  EXPECT_EQ(squares_px(Rgb8Image(64, 48)), 1) << "of one colour";
 }
 
 }  // namespace

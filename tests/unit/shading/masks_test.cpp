@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <string>
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/insets.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 
@@ -216,7 +220,7 @@ TEST(Frame, AFisheyesMiddleIsStraightened) {
     for (int dx = -2; dx <= 2; ++dx)
       instruments.at(pixel_of(lens).x() + dx, pixel_of(lens).y() + dy) = 1;
   const PreparedFrame frame =
-      prepare_frame(seen.image, lens, {.piecewise_albedo = false}, &instruments);
+      prepare_frame(seen.image, lens, {.piecewise_albedo = false}, {.instruments = &instruments});
   EXPECT_EQ(frame.instruments.at(pixel_of(frame.camera).x(), pixel_of(frame.camera).y()), 1);
   EXPECT_FALSE(frame.camera.has_distortion());
   camera.intrinsics = frame.camera;
@@ -239,6 +243,112 @@ TEST(Frame, RefusesALensThatIsNone) {
     camera.fx = focal;
     EXPECT_THROW(prepare_frame(tissue(81, 60), camera, {}), BadDataError) << focal;
   }
+}
+
+// A texture without end, of waves of 9 to 40 pixels, where a scope has moved to; with noise.
+Rgb8Image moved_texture(int width, int height, double right, double down, std::uint64_t frame) {
+  RandomStream random(11, frame);
+  Rgb8Image image(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const double u = x + right, v = y + down;
+      const double wave = std::sin(0.31 * u + 2 * std::sin(0.08 * v)) +
+                          std::sin(0.4 * v + 1.5 * std::sin(0.11 * u)) + std::sin(0.16 * (u - v));
+      const double level = 130 + 28 * wave + 1.5 * random.normal();
+      std::uint8_t* p = image.at(x, y);
+      p[0] = static_cast<std::uint8_t>(std::min(255.0, level + 30));
+      p[1] = static_cast<std::uint8_t>(0.5 * level);
+      p[2] = static_cast<std::uint8_t>(0.4 * level);
+    }
+  return image;
+}
+
+// What a recorder lays over a frame: its box, and how it looks in a frame.
+struct LaidOver {
+  std::string name;
+  int left, top, right, bottom;
+  std::function<void(const LaidOver&, int, Rgb8Image&)> draw;
+};
+
+void lay_picture(const LaidOver& box, int moved, Rgb8Image& frame) {
+  const Rgb8Image other = moved_texture(box.right - box.left, box.bottom - box.top,
+                                        500 - 9.0 * moved, 300 + 4.0 * moved, 99);
+  for (int y = 0; y < other.height; ++y)
+    for (int x = 0; x < other.width; ++x)  // grey, as ultrasound is
+      std::fill_n(frame.at(box.left + x, box.top + y), 3, other.at(x, y)[0]);
+}
+
+// A ground with blocks for letters; the last one changes now and then, as a clock's does.
+void lay_text(const LaidOver& box, int frame, Rgb8Image& image) {
+  paint(image, box.left, box.top, box.right, box.bottom, 200, 200, 180);
+  const int size = (box.bottom - box.top) / 3;
+  for (int i = 0; (2 * i + 2) * size < box.right - box.left; ++i)
+    paint(image, box.left + (2 * i + 1) * size, box.top + size + i % 3,
+          box.left + (2 * i + 2) * size - (i == 1 && frame / 8 % 2 ? size / 2 : 0),
+          box.top + 2 * size, 20, 20, 30);
+}
+
+std::vector<LaidOver> everything_laid_over() {
+  const auto still = [](const LaidOver& box, int, Rgb8Image& image) { lay_picture(box, 0, image); };
+  return {{"still picture", 60, 100, 140, 150, still},
+          {"live picture", 200, 20, 290, 80, lay_picture},
+          {"bar along the lower border", 0, 200, 320, 240, lay_text},
+          {"logo in a corner", 270, 12, 302, 36, lay_text},
+          {"frozen panel along a side", 0, 0, 90, 240, still}};
+}
+
+// The whole clip of `frames`, moved so many pixels from one to the next; `laid` may be null.
+Mask insets_in(const LaidOver* laid, double step_px, int frames = 20) {
+  InsetFinder finder;
+  for (int i = 0; i < frames; ++i) {
+    Rgb8Image frame =
+        moved_texture(320, 240, step_px * i, 0.4 * step_px * i, static_cast<std::uint64_t>(i));
+    if (laid) laid->draw(*laid, i, frame);
+    finder.add(frame);
+  }
+  return finder.find();
+}
+
+TEST(Insets, AreFoundInAMovingClipStillOrLive) {
+  for (const LaidOver& laid : everything_laid_over()) {
+    const Mask found = insets_in(&laid, 4);
+    ASSERT_EQ(found.width, 320) << laid.name;
+    double covered = 0;
+    for (int y = laid.top; y < laid.bottom; ++y)
+      for (int x = laid.left; x < laid.right; ++x) covered += found.at(x, y) != 0;
+    const double area = double(laid.right - laid.left) * (laid.bottom - laid.top);
+    EXPECT_GE(covered, 0.98 * area) << laid.name;
+    // A pixel round it, which coding would have spread it over.
+    EXPECT_LE(static_cast<double>(count(found)) - covered, 0.01 * (320 * 240 - area)) << laid.name;
+  }
+}
+
+TEST(Insets, OfAClipThatMovesWithoutThemAreNone) {
+  for (const double step_px : {1.0, 4.0, 30.0}) EXPECT_EQ(insets_in(nullptr, step_px).size(), 0u);
+}
+
+TEST(Insets, AreNotLookedForInWhatStandsStill) {
+  EXPECT_EQ(insets_in(nullptr, 0).size(), 0u) << "a scope that stands still shows tissue";
+  EXPECT_EQ(insets_in(nullptr, 4, 3).size(), 0u) << "of three frames nothing is known";
+}
+
+TEST(Insets, OfALongClipAreFoundInSomeOfItsFrames) {
+  const LaidOver laid = everything_laid_over()[0];
+  EXPECT_GT(count(insets_in(&laid, 4, 70)), 0u);
+}
+
+TEST(PreparedFrame, AnInsetIsNoPartOfTheFieldOfView) {
+  const Rgb8Image image = moved_texture(80, 60, 0, 0, 1);
+  Mask insets(80, 60);
+  for (int y = 10; y < 30; ++y) std::fill_n(&insets.at(20, y), 30, std::uint8_t{1});
+  const Intrinsics camera = assumed_camera(80, 60, 1.2);
+  const PreparedFrame with = prepare_frame(image, camera, {.halvings = 1}, {.insets = &insets});
+  const PreparedFrame plain = prepare_frame(image, camera, {.halvings = 1});
+  EXPECT_EQ(count(plain.field) - count(with.field), 10u * 15);
+  EXPECT_FALSE(with.tissue.at(15, 10));
+  EXPECT_FALSE(with.diffuse.at(15, 10));
+  const Mask wrong(40, 60);
+  EXPECT_THROW(prepare_frame(image, camera, {}, {.insets = &wrong}), BadDataError);
 }
 
 }  // namespace

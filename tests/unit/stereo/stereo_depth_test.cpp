@@ -59,6 +59,40 @@ TEST(StereoDepth, TissueUnderALaparoscopeIsMeasured) {
   }
 }
 
+// Each square of so many pixels has the colour of its first one.
+Rgb8Image mosaic(const Rgb8Image& image, int side) {
+  Rgb8Image result = image;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      std::copy_n(image.at(x - x % side, y - y % side), 3, result.at(x, y));
+  return result;
+}
+
+TEST(StereoDepth, OfAMosaicIsDoubted) {
+  const SmallPair& eyes = small_pair();
+  const Rgb8Image left = mosaic(eyes.left.image, 8), right = mosaic(eyes.right.image, 8);
+  const PreparedEyes ready = prepare_eyes(left, right, eyes.rectifier, {});
+  EXPECT_EQ(ready.left.squares_px, 8);
+  const StereoDepth found = stereo_depth(ready.left, ready.right, eyes.rectifier.eyes(), {});
+  EXPECT_NE(found.depth.quality.verdict, DepthVerdict::ok);
+  EXPECT_EQ(prepare_eyes(eyes.left.image, eyes.right.image, eyes.rectifier, {}).left.squares_px, 1);
+}
+
+TEST(StereoDepth, WhatIsLaidOverAnEyeHasNoDepth) {
+  const SmallPair& eyes = small_pair();
+  Rgb8Image left = eyes.left.image;
+  EyeInsets insets{Mask(left.width, left.height), {}};
+  for (int y = 120; y < 160; ++y)
+    for (int x = 150; x < 210; ++x) {
+      std::fill_n(left.at(x, y), 3, std::uint8_t(x / 6 % 2 ? 220 : 40));
+      insets.left.at(x, y) = 1;
+    }
+  const PreparedEyes ready = prepare_eyes(left, eyes.right.image, eyes.rectifier, {}, true, insets);
+  const StereoDepth found = stereo_depth(ready.left, ready.right, eyes.rectifier.eyes(), {});
+  for (int y = 120; y < 160; ++y)
+    for (int x = 150; x < 210; ++x) EXPECT_FALSE(std::isfinite(found.depth.depth.at(x, y)));
+}
+
 TEST(StereoDepth, SwappedEyesAreFound) {
   const SmallPair& eyes = small_pair();
   EXPECT_THAT(message_of(ExitCode::bad_data,

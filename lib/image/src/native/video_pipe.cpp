@@ -39,7 +39,8 @@ std::string container_of(const std::filesystem::path& file) {
 }
 
 // Even sides are what yuv420p, the one format every viewer plays, can hold. Untagged, its colours
-// would be read by one matrix or another, by the picture's size. x264's bytes depend on the number
+// would be read by one matrix or another, by the picture's size, and in one range or another, by
+// ffmpeg's version. x264's bytes depend on the number
 // of its threads, so that is fixed.
 std::vector<std::string> ffmpeg_arguments(const VideoFormat& format, const std::string& container,
                                           const std::string& target) {
@@ -60,7 +61,9 @@ std::vector<std::string> ffmpeg_arguments(const VideoFormat& format, const std::
       "-i",
       "-",
       "-vf",
-      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709",
+      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:in_range=pc:out_range=tv",
+      "-color_range",
+      "tv",
       "-colorspace",
       "bt709",
       "-color_primaries",

@@ -55,25 +55,70 @@ std::vector<Value> upright(std::vector<Value>& values, int type, const StoredPic
   return {first, first + image.total() * 3};
 }
 
+// A comb's tooth: the pixel lies beyond the one before and the one after it, which agree with each
+// other, as it does with the next but one.
+bool is_tooth(int before, int here, int after, int next) {
+  constexpr int kTooth = 12;
+  const bool beyond_both = std::abs(here - before) > kTooth && std::abs(here - after) > kTooth &&
+                           (here - before) * (here - after) > 0;
+  return beyond_both && std::abs(before - after) < kTooth / 2 && std::abs(here - next) < kTooth / 2;
+}
+
+// Whether `steps`, of neighbouring lines, are large at every `side`-th line and small at the
+// others.
+bool steps_every(std::size_t side, const std::vector<double>& steps) {
+  constexpr double kLeast = 0.5, kBetween = 0.25;  // levels; of the large ones
+  double all = 0;
+  std::vector<double> sums(side, 0);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    sums[i % side] += steps[i];
+    all += steps[i];
+  }
+  const double count = static_cast<double>(steps.size()) / static_cast<double>(side);
+  const double largest = *std::max_element(sums.begin(), sums.end());
+  const double between = (all - largest) / (count * static_cast<double>(side - 1));
+  return largest / count >= kLeast && between < kBetween * largest / count;
+}
+
 }  // namespace
 
+int squares_px(const Rgb8Image& frame) {
+  constexpr int kLargest = 32;
+  std::vector<double> columns, rows;
+  for (int x = 1; x < frame.width; ++x) {
+    double sum = 0;
+    for (int y = 0; y < frame.height; ++y)
+      sum += std::abs(frame.at(x, y)[1] - frame.at(x - 1, y)[1]);
+    columns.push_back(sum / frame.height);
+  }
+  for (int y = 1; y < frame.height; ++y) {
+    double sum = 0;
+    for (int x = 0; x < frame.width; ++x)
+      sum += std::abs(frame.at(x, y)[1] - frame.at(x, y - 1)[1]);
+    rows.push_back(sum / frame.width);
+  }
+  // The largest: at every eighth line is at every second one, too.
+  for (int side = std::min(kLargest, std::min(frame.width, frame.height) / 4); side > 1; --side)
+    if (steps_every(static_cast<std::size_t>(side), columns) &&
+        steps_every(static_cast<std::size_t>(side), rows))
+      return side;
+  return 1;
+}
+
 bool is_combed(const Rgb8Image& frame) {
-  // A comb: the pixel lies beyond both vertical neighbours, which agree with each other.
-  constexpr int kTooth = 12;
-  constexpr double kShare = 0.01;
-  std::size_t teeth = 0, looked = 0;
+  constexpr double kShare = 0.01, kOverDither = 2;
+  std::size_t teeth = 0, across = 0, looked = 0;
   for (int y = 1; y + 2 < frame.height; y += 2)
     for (int x = 0; x < frame.width; x += 4) {
-      const int above = frame.at(x, y - 1)[1], here = frame.at(x, y)[1];
-      const int below = frame.at(x, y + 1)[1], next = frame.at(x, y + 2)[1];
       ++looked;
-      const bool between_fields = std::abs(here - above) > kTooth &&
-                                  (here - above) * (here - below) > 0 &&
-                                  std::abs(here - below) > kTooth;
-      teeth += between_fields && std::abs(above - below) < kTooth / 2 &&
-               std::abs(here - next) < kTooth / 2;
+      const auto level = [&](int right, int down) { return int(frame.at(x + right, y + down)[1]); };
+      teeth += is_tooth(level(0, -1), level(0, 0), level(0, 1), level(0, 2));
+      if (x > 0 && x + 2 < frame.width)
+        across += is_tooth(level(-1, 0), level(0, 0), level(1, 0), level(2, 0));
     }
-  return looked > 0 && teeth > kShare * static_cast<double>(looked);
+  // A palette's dither and noise have as many along a row as across it.
+  return looked > 0 && static_cast<double>(teeth) > kShare * static_cast<double>(looked) &&
+         static_cast<double>(teeth) > kOverDither * static_cast<double>(across);
 }
 
 void deinterlace(StoredPicture& frame) {
@@ -98,6 +143,22 @@ double sharpness(const Rgb8Image& frame) {
       sum += l * l;
     }
   return sum / (double(frame.width) * frame.height + 1e-9);
+}
+
+double brightness(const Rgb8Image& frame) {
+  double sum = 0;
+  for (std::size_t k = 1; k < frame.pixels.size(); k += 3) sum += frame.pixels[k];
+  return sum / (double(frame.width) * frame.height + 1e-9);
+}
+
+bool flickers(const std::vector<double>& brightness) {
+  constexpr double kJump = 0.25, kDark = 4;  // of ln; levels that black frames differ by
+  constexpr double kMostly = 0.5;
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < brightness.size(); ++i)
+    jumps += std::abs(std::log((brightness[i] + kDark) / (brightness[i - 1] + kDark))) > kJump;
+  return brightness.size() > 2 &&
+         static_cast<double>(jumps) > kMostly * static_cast<double>(brightness.size() - 1);
 }
 
 double mean_difference(const Rgb8Image& a, const Rgb8Image& b) {

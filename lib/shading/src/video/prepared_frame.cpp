@@ -59,12 +59,28 @@ Mask reduced(Mask mask, int halvings) {
   return mask;
 }
 
-void find_masks(std::optional<Mask> given_instruments, bool wanted, PreparedFrame& frame) {
+// A given mask as the reduced frame, without distortion, has it.
+std::optional<Mask> mask_of(const Mask* given, const char* what, const StoredPicture& picture,
+                            int halvings, const Intrinsics& lens, const Intrinsics& pinhole) {
+  if (!given) return std::nullopt;
+  const Rgb8Image& frame = picture.color;
+  if (given->width != frame.width || given->height != frame.height)
+    throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
+                       std::to_string(frame.height) + ", the mask of " + what + " " +
+                       std::to_string(given->width) + "x" + std::to_string(given->height) +
+                       "; it must have the frame's size");
+  Mask mask = reduced(*given, halvings);
+  return lens.has_distortion() ? undistorted(mask, lens, pinhole) : mask;
+}
+
+void find_masks(std::optional<Mask> given_instruments, const std::optional<Mask>& insets,
+                bool wanted, PreparedFrame& frame) {
   const int width = frame.color.width, height = frame.color.height;
   frame.field = Mask(width, height, 1);
   frame.highlights = frame.instruments = Mask(width, height);
+  if (wanted) frame.field = field_of_view(frame.color, std::max(1, width / 150));
+  if (insets) frame.field = without(std::move(frame.field), *insets);
   if (wanted) {
-    frame.field = field_of_view(frame.color, std::max(1, width / 150));
     if (given_instruments) {
       frame.colourless = is_colourless(frame.color, frame.field);
     } else {
@@ -165,7 +181,7 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
 }
 
 PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& camera,
-                            const FrameOptions& options, const Mask* given_instruments) {
+                            const FrameOptions& options, const GivenMasks& given) {
   options.check();
   camera.check();
   const Rgb8Image& frame = picture.color;
@@ -173,12 +189,6 @@ PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& came
     throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
                        std::to_string(frame.height) + ", its camera " +
                        std::to_string(camera.width) + "x" + std::to_string(camera.height));
-  if (given_instruments &&
-      (given_instruments->width != frame.width || given_instruments->height != frame.height))
-    throw BadDataError(
-        "the frame is " + std::to_string(frame.width) + "x" + std::to_string(frame.height) +
-        ", the mask of instruments " + std::to_string(given_instruments->width) + "x" +
-        std::to_string(given_instruments->height) + "; it must have the frame's size");
   PreparedFrame ready;
   StoredPicture upper = picture;
   ready.was_combed = is_combed(frame);
@@ -193,14 +203,16 @@ PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& came
     lens = half_size(lens);
   }
   ready.camera = pinhole_of(lens);
-  std::optional<Mask> instruments;
-  if (given_instruments) instruments = reduced(*given_instruments, options.halvings);
+  const auto known = [&](const Mask* mask, const char* what) {
+    return mask_of(mask, what, picture, options.halvings, lens, ready.camera);
+  };
+  std::optional<Mask> instruments = known(given.instruments, "instruments");
+  const std::optional<Mask> insets = known(given.insets, "insets");
   if (lens.has_distortion()) {
     ready.color = undistorted(ready.color, lens, ready.camera);
     ready.intensity = undistorted(ready.intensity, lens, ready.camera);
-    if (instruments) instruments = undistorted(*instruments, lens, ready.camera);
   }
-  find_masks(std::move(instruments), options.masks, ready);
+  find_masks(std::move(instruments), insets, options.masks, ready);
   if (options.piecewise_albedo) {
     ready.log_albedo = log_albedo_of_color(ready.color, ready.intensity, ready.diffuse);
     for (std::size_t k = 0; k < ready.intensity.size(); ++k)

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// libav itself and not a wrapper: only it tells a damaged packet and a cut file from the end, and
-// it says the frame's colour matrix and range.
+// Frames of a video file by libav itself and not a wrapper: only it tells a damaged packet and a
+// cut file from the end, and it says the frame's colour matrix and range.
+//   A file is opened for what its bytes are, whatever its name. Playlists, lists of files, patterns
+// of names and descriptions of streams lead to other files, which nobody gave and no cache looks
+// at: only containers that hold their own pictures are opened, and no protocol but `file`.
 #include "organbake/shading/video_reader.h"
 
 extern "C" {
@@ -12,7 +15,11 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
+#include <algorithm>
+#include <array>
+#include <fstream>
 #include <string>
+#include <vector>
 
 #include "organbake/core/error.h"
 
@@ -32,6 +39,52 @@ std::string reason(int error) {
   char text[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(error, text, sizeof text);
   return text;
+}
+
+// Demuxers, by libav's names, of files that hold their own pictures.
+constexpr const char* kOwnPictures =
+    "mov,matroska,avi,mpegts,mpeg,mpegvideo,m4v,h264,hevc,obu,av1,vc1,ivf,asf,flv,ogg,mxf,gxf,dv,"
+    "nut,"
+    "nuv,rm,wtv,swf,gif,apng,mjpeg,yuv4mpegpipe,bmp_pipe,dpx_pipe,gif_pipe,j2k_pipe,jpeg_pipe,"
+    "pam_pipe,pgm_pipe,png_pipe,ppm_pipe,sgi_pipe,tiff_pipe,webp_pipe";
+
+// By the first of a demuxer's names.
+bool has_own_pictures(const AVInputFormat& format) {
+  const std::string_view names = format.name;
+  const std::string name = "," + std::string(names.substr(0, names.find(','))) + ",";
+  return ("," + std::string(kOwnPictures) + ",").find(name) != std::string::npos;
+}
+
+// What is in a file by its first bytes, or its name, where that is nothing that is opened; else "".
+std::string named_if_refused(const std::filesystem::path& path) {
+  std::vector<std::uint8_t> bytes(std::size_t{1} << 16);
+  std::ifstream file(path, std::ios::binary);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const auto read = static_cast<int>(file.gcount());
+  bytes.resize(static_cast<std::size_t>(read) + AVPROBE_PADDING_SIZE, 0);
+  AVProbeData probe{};
+  probe.filename = path.c_str();
+  probe.buf = bytes.data();
+  probe.buf_size = read;
+  const AVInputFormat* format = av_probe_input_format(&probe, 1);
+  if (!format) format = av_probe_input_format(&probe, 0);
+  if (!format || has_own_pictures(*format)) return "";
+  struct Told {
+    const char *name, *words;
+  };
+  constexpr std::array kTold = {
+      Told{"hls", "an HLS playlist"},
+      Told{"concat", "a list of files (ffconcat)"},
+      Told{"dash", "a DASH manifest"},
+      Told{"webm_dash_manifest", "a DASH manifest"},
+      Told{"imf", "an IMF composition playlist"},
+      Told{"sdp", "the description of a stream (SDP)"},
+      Told{"image2", "a pattern of file names"},
+  };
+  const auto* told = std::find_if(kTold.begin(), kTold.end(), [&](const Told& one) {
+    return std::string_view(format->name) == one.name;
+  });
+  return told != kTold.end() ? told->words : std::string("of the format '") + format->name + "'";
 }
 
 // Curves that 8-bit sRGB stands for well enough; others would give a wrong radiance in silence.
@@ -83,8 +136,8 @@ struct VideoReader::Impl {
   ~Impl() { sws_freeContext(scaler); }
 
   [[noreturn]] void fail(const std::string& why) const {
-    throw BadDataError(
-        path, "frame " + std::to_string(count) + ": " + why + "; the frames before it are good");
+    throw BadDataError(path, "frame " + std::to_string(count) + ": " + why +
+                                 (count > 0 ? "; the frames before it are good" : ""));
   }
 
   void open() {
@@ -93,10 +146,21 @@ struct VideoReader::Impl {
       throw BadDataError(path, "is empty (0 bytes); copy the video again");
     }
     AVFormatContext* raw = nullptr;
-    int error = avformat_open_input(&raw, path.c_str(), nullptr, nullptr);
-    if (error < 0)
+    AVDictionary* options = nullptr;
+    av_dict_set(&options, "format_whitelist", kOwnPictures, 0);
+    av_dict_set(&options, "protocol_whitelist", "file", 0);
+    // Without it what stands before a colon in a file's name is taken for a protocol.
+    const std::string url = "file:" + path.string();
+    int error = avformat_open_input(&raw, url.c_str(), nullptr, &options);
+    av_dict_free(&options);
+    if (error < 0) {
+      if (const std::string named = named_if_refused(path); !named.empty())
+        throw BadDataError(path, "is " + named +
+                                     ", not a file that holds its own pictures; give the video "
+                                     "itself, or copy it into one: ffmpeg -i IN -c copy OUT.mp4");
       throw BadDataError(path, "is no video that can be read: " + reason(error) +
                                    "; see whether it plays, or copy it again");
+    }
     format.reset(raw);
     error = avformat_find_stream_info(format.get(), nullptr);
     const AVCodec* decoder = nullptr;
@@ -169,7 +233,11 @@ struct VideoReader::Impl {
           "its light is linear, logarithmic, PQ or HLG; convert the video to BT.709 first, or "
           "give EXR frames");
     const auto source = static_cast<AVPixelFormat>(picture->format);
-    scaler = sws_getCachedContext(scaler, width, height, source, width, height, AV_PIX_FMT_RGB24,
+    const AVPixFmtDescriptor* format_of_pixels = av_pix_fmt_desc_get(source);
+    const bool transparent =
+        format_of_pixels && (format_of_pixels->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
+    scaler = sws_getCachedContext(scaler, width, height, source, width, height,
+                                  transparent ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB24,
                                   SWS_BILINEAR | SWS_ACCURATE_RND, nullptr, nullptr, nullptr);
     if (!scaler) fail("its pixel format is unknown");
     const bool high_definition = picture->colorspace == AVCOL_SPC_BT709 ||
@@ -178,8 +246,17 @@ struct VideoReader::Impl {
     sws_setColorspaceDetails(scaler, matrix, picture->color_range == AVCOL_RANGE_JPEG, matrix, 1, 0,
                              1 << 16, 1 << 16);
     frame = Rgb8Image(width, height);
-    std::uint8_t* target[1] = {frame.pixels.data()};
-    const int stride[1] = {3 * width};
+    if (!transparent) return scale_into(frame.pixels.data(), 3);
+    // As of a PNG: a pixel keeps its colour, and is black where it is wholly transparent.
+    std::vector<std::uint8_t> pixels(4 * frame.pixels.size() / 3);
+    scale_into(pixels.data(), 4);
+    for (std::size_t k = 0; k < pixels.size() / 4; ++k)
+      if (pixels[4 * k + 3] > 0) std::copy_n(&pixels[4 * k], 3, &frame.pixels[3 * k]);
+  }
+
+  void scale_into(std::uint8_t* pixels, int channels) const {
+    std::uint8_t* target[1] = {pixels};
+    const int stride[1] = {channels * width};
     sws_scale(scaler, picture->data, picture->linesize, 0, height, target, stride);
   }
 };

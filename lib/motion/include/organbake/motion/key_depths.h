@@ -14,6 +14,7 @@ struct KeyDepthOptions {
   int key_frames = 12;  // at most, evenly spread over the posed views
   int halvings = 1;     // of the frames, before depth is sought for
   bool shading = true;  // fills what parallax leaves open; else there is no depth there
+  Mask insets = {};     // of the frames' size, where there are any (InsetFinder)
 };
 
 // A frame of which depth is made.

@@ -7,12 +7,13 @@
 namespace organbake {
 
 // Where the frames of a clip show tissue that features can lie on: inside the field of view, away
-// from its rim, from highlights and from instruments. All of it is looked for
-// at half size.
+// from its rim, from highlights, from instruments and from what a recorder has laid over them. All
+// of it is looked for at half size.
 class UsablePixels {
  public:
   // What moves slowly is looked for in one of so many frames.
-  explicit UsablePixels(std::size_t look_every = 5) : look_every_(look_every) {}
+  // `insets`: of the frames' size (InsetFinder), or of none.
+  explicit UsablePixels(std::size_t look_every = 5, const Mask& insets = {});
   // Of the next frame of the clip, in its size; non-zero = usable.
   Mask next(const Rgb8Image& frame);
   // Mean share of the frames so far that an instrument covers.
@@ -27,7 +28,7 @@ class UsablePixels {
   std::size_t look_every_, count_ = 0, looked_ = 0;
   double instruments_sum_ = 0, instruments_now_ = 0;
   bool colourless_ = false;
-  Mask field_, slow_;  // at half size
+  Mask insets_, field_, slow_;  // at half size; no insets = of no size
 };
 
 }  // namespace organbake

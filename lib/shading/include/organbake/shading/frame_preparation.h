@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <vector>
+
 #include "organbake/image/channel_image.h"
 #include "organbake/image/picture.h"
 
@@ -13,6 +15,14 @@ void deinterlace(StoredPicture& frame);
 
 // Mean squared Laplacian of the green channel: falls when a frame is blurred by motion.
 double sharpness(const Rgb8Image& frame);
+// The side of the squares of one colour that a frame is made of: a mosaic, or a small picture that
+// was enlarged by repeating its pixels; 1 of others. Up to 32.
+int squares_px(const Rgb8Image& frame);
+// Mean of the green channel, 0…255.
+double brightness(const Rgb8Image& frame);
+// Whether the brightness of a clip's frames jumps to and fro, as under a stroboscope: most frames
+// differ from the one before by far more than any exposure that follows the tissue.
+bool flickers(const std::vector<double>& brightness);
 // Mean absolute difference of two frames' green channels (0…255); infinite when sizes differ.
 double mean_difference(const Rgb8Image& a, const Rgb8Image& b);
 

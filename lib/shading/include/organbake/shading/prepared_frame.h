@@ -35,7 +35,8 @@ struct PreparedFrame {
   bool was_combed = false;
   bool colourless = false;  // too grey for colour to tell instruments from tissue
   StereoLayout stereo = StereoLayout::none;
-  Plane log_albedo;  // divided out of the intensity; empty when not asked for
+  int squares_px = 1;  // of two eyes: squares_px() before they were rectified
+  Plane log_albedo;    // divided out of the intensity; empty when not asked for
 };
 
 // Of endoscopes, with room for wider lenses; 70 is meant to be degrees.
@@ -49,10 +50,15 @@ Intrinsics half_size(Intrinsics camera);
 // UsageError for one that is not within these bounds.
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
 
+// What is known of a frame before it is looked at: masks of the frame's size, or null.
+struct GivenMasks {
+  const Mask* instruments = nullptr;  // in the place of the search for them
+  const Mask* insets = nullptr;       // InsetFinder: no part of the field of view
+};
+
 // Deinterlaces when combed, makes linear, halves, undistorts, masks. `frame` is upright with square
-// pixels, or as its `camera` has it. `given_instruments` (of the frame's size, may be null)
-// replaces the search for instruments.
+// pixels, or as its `camera` has it.
 PreparedFrame prepare_frame(const StoredPicture& frame, const Intrinsics& camera,
-                            const FrameOptions& options, const Mask* given_instruments = nullptr);
+                            const FrameOptions& options, const GivenMasks& given = {});
 
 }  // namespace organbake

@@ -24,7 +24,10 @@ struct StereoDepth {
   // Of the field of view, whatever the masks hide: that has a depth, matched or filled, of all that
   // is lit enough to match or has one; that is lit enough.
   double covered_share = 0, lit_share = 0;
-  double relative_sd = 0;                        // of the depth, median over what is matched
+  double relative_sd = 0;  // of the depth, median over what is matched
+  // Of pictures that are made of squares, which match square by square: how far, as a share of the
+  // depth, one step of it is from the next, median; else 0.
+  double step_share = 0;
   double rows_apart_px = 0, rows_uneven_px = 0;  // up or down between the eyes, median
 };
 
@@ -48,11 +51,18 @@ struct PreparedEyes {
   RowAlignment corrected;  // what was taken out of the right picture
 };
 
+// What a recorder has laid over either eye's pictures (InsetFinder), as they come; of no size where
+// there is nothing.
+struct EyeInsets {
+  Mask left, right;
+};
+
 // Both pictures rectified, on the same rows, with their masks, ready to be matched. Rows that are
 // apart are seen from features of both pictures and corrected, where they are apart by more than
 // chance. What the masks take for an instrument stays tissue where both eyes see it on the surface
 // around it. `masks` = false: all is tissue.
 PreparedEyes prepare_eyes(StoredPicture left, StoredPicture right, const Rectifier& rectifier,
-                          const StereoOptions& options, bool masks = true);
+                          const StereoOptions& options, bool masks = true,
+                          const EyeInsets& insets = {});
 
 }  // namespace organbake
