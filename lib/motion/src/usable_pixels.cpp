@@ -34,7 +34,7 @@ UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_ev
 
 void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   field_ = field_of_view(half, 2);
-  if (insets_.size() > 0) field_ = without(std::move(field_), dilated(insets_, kAway_px));
+  if (insets_.size() > 0) field_ = without(std::move(field_), insets_);
   const std::optional<Mask> found = find_instruments(half, field_);
   colourless_ = !found;
   const Mask instruments = found.value_or(Mask(half.width, half.height));
@@ -42,6 +42,7 @@ void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   instruments_sum_ += instruments_now_;
   ++looked_;
   slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, kAway_px));
+  if (insets_.size() > 0) slow_ = without(std::move(slow_), dilated(insets_, kAway_px));
 }
 
 Mask UsablePixels::next(const Rgb8Image& frame) {

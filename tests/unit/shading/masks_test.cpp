@@ -298,7 +298,7 @@ std::vector<LaidOver> everything_laid_over() {
 }
 
 // The whole clip of `frames`, moved so many pixels from one to the next; `laid` may be null.
-Mask insets_in(const LaidOver* laid, double step_px, int frames = 20) {
+Mask insets_in(const LaidOver* laid, double step_px, int frames = 12) {
   InsetFinder finder;
   for (int i = 0; i < frames; ++i) {
     Rgb8Image frame =
@@ -334,7 +334,7 @@ TEST(Insets, AreNotLookedForInWhatStandsStill) {
 
 TEST(Insets, OfALongClipAreFoundInSomeOfItsFrames) {
   const LaidOver laid = everything_laid_over()[0];
-  EXPECT_GT(count(insets_in(&laid, 4, 70)), 0u);
+  EXPECT_GT(count(insets_in(&laid, 4, 40)), 0u);
 }
 
 TEST(PreparedFrame, AnInsetIsNoPartOfTheFieldOfView) {

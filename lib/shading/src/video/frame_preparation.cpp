@@ -64,20 +64,14 @@ bool is_tooth(int before, int here, int after, int next) {
   return beyond_both && std::abs(before - after) < kTooth / 2 && std::abs(here - next) < kTooth / 2;
 }
 
-// Whether `steps`, of neighbouring lines, are large at every `side`-th line and small at the
-// others.
+// Whether `steps`, of neighbouring lines, are large at every `side`-th line and small at all others.
 bool steps_every(std::size_t side, const std::vector<double>& steps) {
   constexpr double kLeast = 0.5, kBetween = 0.25;  // levels; of the large ones
-  double all = 0;
   std::vector<double> sums(side, 0);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    sums[i % side] += steps[i];
-    all += steps[i];
-  }
+  for (std::size_t i = 0; i < steps.size(); ++i) sums[i % side] += steps[i];
+  std::sort(sums.begin(), sums.end());
   const double count = static_cast<double>(steps.size()) / static_cast<double>(side);
-  const double largest = *std::max_element(sums.begin(), sums.end());
-  const double between = (all - largest) / (count * static_cast<double>(side - 1));
-  return largest / count >= kLeast && between < kBetween * largest / count;
+  return sums.back() / count >= kLeast && sums[side - 2] < kBetween * sums.back();
 }
 
 }  // namespace
