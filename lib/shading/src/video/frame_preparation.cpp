@@ -64,7 +64,8 @@ bool is_tooth(int before, int here, int after, int next) {
   return beyond_both && std::abs(before - after) < kTooth / 2 && std::abs(here - next) < kTooth / 2;
 }
 
-// Whether `steps`, of neighbouring lines, are large at every `side`-th line and small at all others.
+// Whether `steps`, of neighbouring lines, are large at every `side`-th line and small at all
+// others.
 bool steps_every(std::size_t side, const std::vector<double>& steps) {
   constexpr double kLeast = 0.5, kBetween = 0.25;  // levels; of the large ones
   std::vector<double> sums(side, 0);
