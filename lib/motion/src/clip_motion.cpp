@@ -3,14 +3,113 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
+#include <vector>
 
-#include "frame_poses.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "rejoin.h"
+#include "organbake/motion/scene.h"
+#include "two_views.h"
 
 namespace organbake {
 namespace {
+
+// The sharpest of the second half of the way from the last view.
+std::size_t sharpest_of(const std::vector<double>& sharpness, std::size_t last, std::size_t now) {
+  const std::size_t middle = last + 1 + (now - last) / 2;
+  std::size_t best = now;
+  for (std::size_t frame = middle; frame < now; ++frame)
+    if (sharpness[frame] > sharpness[best]) best = frame;
+  return best;
+}
+
+}  // namespace
+
+std::optional<std::size_t> next_view(const ViewChoice& choice, const ClipTracks& clip,
+                                     const std::vector<double>& sharpness, std::size_t last,
+                                     std::size_t end, bool over) {
+  const double motion_px = choice.motion_share * clip.width;
+  for (std::size_t frame = last + 1; frame < end; ++frame)
+    if (frame - last >= choice.most_apart || (over && frame + 1 == end) ||
+        motion_between(clip, last, frame).median_px >= motion_px)
+      return sharpest_of(sharpness, last, frame);
+  return std::nullopt;
+}
+
+std::vector<std::size_t> choose_views(const ViewChoice& choice, const ClipTracks& clip,
+                                      const std::vector<double>& sharpness, std::size_t first,
+                                      std::size_t end) {
+  if (first >= end) return {};
+  ViewChoice steps = choice;
+  while (true) {
+    std::vector<std::size_t> views = {first};
+    while (const auto view = next_view(steps, clip, sharpness, views.back(), end, true))
+      views.push_back(*view);
+    if (views.size() <= choice.most_views) return views;
+    steps.motion_share *= 1.3;
+    steps.most_apart += steps.most_apart / 3 + 1;
+  }
+}
+
+namespace {
+
+constexpr std::size_t kEnoughFeatures = 300;  // features hold a pose as well as thousands
+constexpr std::size_t kFewestFeatures = 15;
+constexpr double kFitsFrame_px = 4;
+
+struct FeaturePlaces {
+  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector2d> pixels;
+};
+
+FeaturePlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame) {
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
+    if (scene.landmarks[i].place && clip.tracks[scene.landmarks[i].track].is_in(frame))
+      all.push_back(i);
+  const std::size_t step = std::max<std::size_t>(1, all.size() / kEnoughFeatures);
+  FeaturePlaces seen;
+  for (std::size_t i = 0; i < all.size(); i += step) {
+    const Landmark& landmark = scene.landmarks[all[i]];
+    seen.places.push_back(*landmark.place);
+    seen.pixels.push_back(clip.tracks[landmark.track].at(frame).cast<double>());
+  }
+  return seen;
+}
+
+// The poses of all frames between the first and the last posed view, each from the places that its
+// features have, started from the nearest view. Nothing where too few of them agree.
+std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
+                                                       const std::vector<std::size_t>& view_frames,
+                                                       const Scene& scene) {
+  std::vector<std::optional<RigidTransform>> poses(clip.frames);
+  std::vector<std::size_t> posed;
+  for (std::size_t view = 0; view < view_frames.size(); ++view)
+    if (scene.is_posed(view)) posed.push_back(view);
+  if (posed.empty()) return poses;
+  // Features reach some frames beyond the outermost views.
+  constexpr std::size_t kBeyond = 10;
+  const std::size_t first = view_frames[posed.front()], last = view_frames[posed.back()];
+  const std::size_t begin = first - std::min(first, kBeyond);
+  parallel_for(begin, std::min(clip.frames, last + 1 + kBeyond), [&](std::size_t frame) {
+    const auto distance = [&](std::size_t view) {
+      return view_frames[view] > frame ? view_frames[view] - frame : frame - view_frames[view];
+    };
+    const std::size_t nearest =
+        *std::min_element(posed.begin(), posed.end(),
+                          [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+    RigidTransform pose = *scene.camera_from_world[nearest];
+    if (view_frames[nearest] != frame) {
+      const FeaturePlaces seen = seen_in(clip, scene, frame);
+      const std::size_t agreeing =
+          adjust_pose(scene.lens, seen.places, seen.pixels, kFitsFrame_px, pose);
+      if (agreeing < kFewestFeatures || 2 * agreeing < seen.places.size()) return;
+    }
+    poses[frame] = pose;
+  });
+  return poses;
+}
 
 constexpr double kSureAngle_rad = 0.0349;  // 2 degrees
 constexpr std::size_t kSureViews = 3;

@@ -4,13 +4,132 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <optional>
 #include <utility>
 
-#include "optical_flow.h"
 #include "organbake/core/error.h"
+#include "organbake/core/median.h"
 #include "organbake/shading/cv_grid.h"
+#include "organbake/shading/insets.h"
+#include "organbake/shading/masks.h"
+#include "organbake/shading/prepared_frame.h"
+#include "two_views.h"
 
 namespace organbake {
+TrackedMotion motion_between(const ClipTracks& clip, std::size_t from, std::size_t to) {
+  std::vector<float> lengths;
+  for (const FeatureTrack& track : clip.tracks)
+    if (track.is_in(from) && track.is_in(to))
+      lengths.push_back((track.at(to) - track.at(from)).norm());
+  if (lengths.empty()) return {};
+  const std::size_t features = lengths.size();
+  return {median(std::move(lengths)), features};
+}
+
+Grid<std::uint8_t> tracked_picture(const Rgb8Image& frame) {
+  const cv::Mat color(frame.height, frame.width, CV_8UC3,
+                      const_cast<std::uint8_t*>(frame.pixels.data()));
+  Grid<std::uint8_t> even(frame.width, frame.height);
+  cv::Mat green, target = cv_view(even);
+  cv::extractChannel(color, green, 1);
+  cv::createCLAHE(3.0, cv::Size(8, 8))->apply(green, target);
+  return even;
+}
+
+namespace {
+
+// Features at the rim are of the stop, not of tissue: their window reaches over it.
+constexpr int kRim = 80;  // of the width one such part
+
+constexpr int kAway_px = 4;  // from what moves otherwise than tissue, at half size
+
+Mask at_size(const Mask& mask, int width, int height) {
+  Mask resized(width, height);
+  cv::Mat target = cv_view(resized);
+  cv::resize(cv_view(mask), target, target.size(), 0, 0, cv::INTER_NEAREST);
+  return resized;
+}
+
+}  // namespace
+
+UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_every_(look_every) {
+  if (insets.size() > 0)
+    insets_ = at_size(insets, std::max(1, insets.width / 2), std::max(1, insets.height / 2));
+}
+
+void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
+  field_ = field_of_view(half, 2);
+  if (insets_.size() > 0) field_ = without(std::move(field_), insets_);
+  const std::optional<Mask> found = find_instruments(half, field_);
+  colourless_ = !found;
+  const Mask instruments = found.value_or(Mask(half.width, half.height));
+  instruments_now_ = share_of(instruments);
+  instruments_sum_ += instruments_now_;
+  ++looked_;
+  slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, kAway_px));
+  if (insets_.size() > 0) slow_ = without(std::move(slow_), dilated(insets_, kAway_px));
+}
+
+Mask UsablePixels::next(const Rgb8Image& frame) {
+  const Rgb8Image half = half_size(frame);
+  if (count_++ % look_every_ == 0) look_for_what_is_slow(half);
+  const Mask usable = without(slow_, dilated(find_highlights(half, field_), 2));
+  return at_size(usable, frame.width, frame.height);
+}
+
+namespace {
+
+using FlowPoints = std::vector<cv::Point2f>;
+
+constexpr int kPyramidLevels = 3;  // above the finest: steps of a twentieth of the width are found
+const cv::Size kWindow(17, 17);
+const cv::TermCriteria kConverged(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 15, 0.03);
+
+// OpenCV counts from the first pixel's centre.
+FlowPoints in_opencv(const std::vector<Eigen::Vector2f>& points) {
+  FlowPoints converted;
+  converted.reserve(points.size());
+  for (const Eigen::Vector2f& p : points) converted.emplace_back(p.x() - 0.5F, p.y() - 0.5F);
+  return converted;
+}
+
+}  // namespace
+
+FlowPyramid::FlowPyramid(const Grid<std::uint8_t>& picture) {
+  cv::buildOpticalFlowPyramid(cv_view(picture), levels_, kWindow, kPyramidLevels);
+}
+
+std::vector<std::optional<Eigen::Vector2f>> follow_points(
+    const FlowPyramid& from, const FlowPyramid& to, const std::vector<Eigen::Vector2f>& points,
+    const std::vector<Eigen::Vector2f>& guesses, double most_apart_px) {
+  std::vector<std::optional<Eigen::Vector2f>> found(points.size());
+  if (points.empty()) return found;
+  const FlowPoints here = in_opencv(points);
+  FlowPoints there = in_opencv(guesses), back = here;
+  // From a guess, and back to where it must end, the pyramid's top has nothing to find any more.
+  constexpr int kGuessedLevels = 1;
+  const bool guessed = !guesses.empty();
+  std::vector<std::uint8_t> forward, backward;
+  cv::calcOpticalFlowPyrLK(from.levels(), to.levels(), here, there, forward, cv::noArray(), kWindow,
+                           guessed ? kGuessedLevels : kPyramidLevels, kConverged,
+                           guessed ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
+  cv::calcOpticalFlowPyrLK(to.levels(), from.levels(), there, back, backward, cv::noArray(),
+                           kWindow, kGuessedLevels, kConverged, cv::OPTFLOW_USE_INITIAL_FLOW);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2f gap = back[i] - here[i];
+    if (forward[i] && backward[i] && std::hypot(gap.x, gap.y) <= most_apart_px)
+      found[i] = Eigen::Vector2f(there[i].x + 0.5F, there[i].y + 0.5F);
+  }
+  return found;
+}
+
+bool is_usable(const Mask& usable, const Eigen::Vector2f& point) {
+  const int x = static_cast<int>(std::floor(point.x())),
+            y = static_cast<int>(std::floor(point.y()));
+  return x >= 0 && y >= 0 && x < usable.width && y < usable.height && usable.at(x, y) != 0;
+}
+
 namespace {
 
 // Fewer survivors of a step are another shot, not a fast move.

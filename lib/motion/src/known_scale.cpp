@@ -5,7 +5,7 @@
 // An instrument moves by itself, so that parallax says nothing of it; but its outlines do: both are
 // tangent planes of a cylinder that pass through the lens, and the cylinder's axis lies at radius /
 // sin(half their angle) in the plane between them.
-#include "organbake/motion/known_scale.h"
+#include "organbake/motion/key_depths.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>

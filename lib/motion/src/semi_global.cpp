@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "semi_global.h"
+#include "sweep_costs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,11 +2,37 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "organbake/geometry/camera.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/motion/scene.h"
+#include "organbake/shading/grid.h"
 
 namespace organbake {
+
+// The pyramid of a tracked picture, as Lucas–Kanade reads it.
+class FlowPyramid {
+ public:
+  FlowPyramid() = default;
+  explicit FlowPyramid(const Grid<std::uint8_t>& picture);
+  const std::vector<cv::Mat>& levels() const { return levels_; }
+
+ private:
+  std::vector<cv::Mat> levels_;
+};
+
+// Where points (pixels, the first one's centre at (0.5, 0.5)) of one picture are in another, by
+// pyramidal Lucas–Kanade (Bouguet 2000); nothing for those that, tracked back, end more than
+// `most_apart_px` from where they began. `guesses`: where they are about, one each; or empty.
+std::vector<std::optional<Eigen::Vector2f>> follow_points(
+    const FlowPyramid& from, const FlowPyramid& to, const std::vector<Eigen::Vector2f>& points,
+    const std::vector<Eigen::Vector2f>& guesses, double most_apart_px);
+
+// Whether the pixel that holds this point is there and not zero.
+bool is_usable(const Mask& usable, const Eigen::Vector2f& point);
 
 // What two views of one rigid scene tell of how the scope moved between them.
 struct TwoViews {
@@ -23,5 +49,16 @@ struct TwoViews {
 // agreeing when there are too few pairs. Deterministic.
 TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>& first,
                       const std::vector<Eigen::Vector2d>& second);
+
+// How a pixel moves with its point (camera axes, z > 0) through any lens, by differences in the
+// plane z = 1.
+Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point);
+
+// Looks for places in views that do not see them yet but should, by where they are projected to:
+// where the scope comes back, and where a track was lost. Each is tracked there from the view that
+// saw it under the most similar direction and distance, and back again. Returns how many sightings
+// are new; they agree until drop_outliers() says otherwise. Deterministic for any number of
+// threads.
+std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene);
 
 }  // namespace organbake

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "organbake/motion/clip_picture.h"
-#include "organbake/motion/clip_tracks.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/motion/feature_tracker.h"
 #include "organbake/pipelines/stage.h"
 #include "stages/motion/options.h"
 

@@ -11,7 +11,7 @@
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/motion/known_scale.h"
+#include "organbake/motion/key_depths.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/frame_albedo.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "unit/motion/tracked_scene.h"
+#include "unit/motion/motion_scenes.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/known_scale.h"
+#include "organbake/motion/key_depths.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/shading/masks.h"
-#include "unit/motion/bumpy_scene.h"
+#include "unit/motion/motion_scenes.h"
 
 namespace organbake {
 namespace {

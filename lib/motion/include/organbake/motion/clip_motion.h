@@ -1,16 +1,79 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/motion/clip_picture.h"
-#include "organbake/motion/lens_spread.h"
-#include "organbake/motion/reconstruction.h"
-#include "organbake/motion/view_choice.h"
+#include "organbake/image/picture.h"
+#include "organbake/motion/feature_tracker.h"
+#include "organbake/motion/scene.h"
+#include "organbake/shading/grid.h"
 
 namespace organbake {
+
+// A frame of a clip, and where tissue is to be seen in it (UsablePixels; of the frame's size).
+struct ClipPicture {
+  StoredPicture picture;
+  Mask usable;
+};
+
+// The pictures of these frames of the clip, in their order. They stay where they are.
+using PictureLoader =
+    std::function<std::vector<const ClipPicture*>(const std::vector<std::size_t>& frames)>;
+
+struct ViewChoice {
+  double motion_share = 0.012;  // of the picture's width, from one view to the next
+  std::size_t most_apart = 10;  // frames
+  std::size_t most_views = 80;
+};
+
+// The view after `last`, once the frames up to (not including) `end` settle which it is; nothing
+// before. `over`: the shot ends there, and its last frame is a view.
+std::optional<std::size_t> next_view(const ViewChoice& choice, const ClipTracks& clip,
+                                     const std::vector<double>& sharpness, std::size_t last,
+                                     std::size_t end, bool over);
+
+// The frames of a shot (`first` up to, not including, `end`) that are solved for: one whenever the
+// scope has moved far enough, of those near it the sharpest. A fast or long shot is taken in longer
+// steps, so that there are never more than `most_views`. `sharpness` is of each frame of the clip.
+std::vector<std::size_t> choose_views(const ViewChoice& choice, const ClipTracks& clip,
+                                      const std::vector<double>& sharpness, std::size_t first,
+                                      std::size_t end);
+
+struct ReconstructionOptions {
+  FreeLens lens;  // what of it is to be found; none = it is given
+  TriangulationOptions triangulation;
+  // A pair that a plane, a pure turn or a zoom explains to less than this tells no shape.
+  double least_parallax_px = 2;
+  double least_pair_angle_rad = 0.02;  // between the rays of the first pair, median
+  // A view whose sightings agree by less than this share sees something else that moves.
+  double least_agreeing_share = 0.2;
+};
+
+struct ReconstructionSummary {
+  double parallax_px = 0;  // the most that a pair of views has
+  std::string failure;     // why there is none; empty when there is one
+};
+
+// Poses, places and lens of a clip's views, one after another (Schönberger & Frahm 2016): a first
+// pair by its essential matrix, then of two dozen key views each next one from the places that it
+// sees, new places from the views that are posed, and bundle adjustment as the scene grows; last,
+// all views between, which the places hold. Views that no rigid scene explains stay without a pose.
+// The scene comes with its landmarks' sightings and a lens to start from. Deterministic.
+ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& scene,
+                                  const RunContext& context = {});
+
+// How sure a lens is that a clip told of itself: standard deviations; 0 of what was given.
+struct LensSpread {
+  double focal_px = 0, k1 = 0, center_x_px = 0, center_y_px = 0;
+};
+
+// By leaving out one part of the clip after another (block jackknife, Künsch 1989): what tracks
+// have wrong hangs together over time, so that the equations' own covariance would be far too sure.
+LensSpread lens_spread(const FreeLens& free, const Scene& scene);
 
 struct MotionOptions {
   ViewChoice views;

@@ -1,12 +1,72 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
-#include "organbake/motion/clip_tracks.h"
+#include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {
+
+// One feature of the tissue, where it is in frame after frame until it was lost. Pixels as
+// Intrinsics have them: the first pixel's centre is (0.5, 0.5).
+struct FeatureTrack {
+  std::size_t first_frame = 0;
+  std::vector<Eigen::Vector2f> pixels;  // one for each frame from there on
+
+  std::size_t end_frame() const { return first_frame + pixels.size(); }
+  bool is_in(std::size_t frame) const { return frame >= first_frame && frame < end_frame(); }
+  const Eigen::Vector2f& at(std::size_t frame) const { return pixels[frame - first_frame]; }
+};
+
+// All features of a clip. Frames are counted as they were given to the tracker.
+struct ClipTracks {
+  int width = 0, height = 0;
+  std::size_t frames = 0;
+  std::vector<FeatureTrack> tracks;
+  std::vector<std::size_t> shots;  // the first frame of each shot: 0, and where a cut was seen
+};
+
+// Median length (pixels) of the way that features of both frames went from one to the other, and
+// how many those are.
+struct TrackedMotion {
+  double median_px = 0;
+  std::size_t features = 0;
+};
+TrackedMotion motion_between(const ClipTracks& clip, std::size_t from, std::size_t to);
+
+// What features are tracked in: the frame's green channel, its contrast evened out (CLAHE). Green
+// has the contrast of tissue: blood takes the blue, and red is near saturation.
+Grid<std::uint8_t> tracked_picture(const Rgb8Image& frame);
+
+// Where the frames of a clip show tissue that features can lie on: inside the field of view, away
+// from its rim, from highlights, from instruments and from what a recorder has laid over them. All
+// of it is looked for at half size.
+class UsablePixels {
+ public:
+  // What moves slowly is looked for in one of so many frames.
+  // `insets`: of the frames' size (InsetFinder), or of none.
+  explicit UsablePixels(std::size_t look_every = 5, const Mask& insets = {});
+  // Of the next frame of the clip, in its size; non-zero = usable.
+  Mask next(const Rgb8Image& frame);
+  // Mean share of the frames so far that an instrument covers.
+  double instrument_share() const { return looked_ ? instruments_sum_ / looked_ : 0; }
+  // The share when they were last looked for, and whether all was as grey then as no tissue is.
+  double instruments_now() const { return instruments_now_; }
+  bool is_colourless_now() const { return colourless_; }
+
+ private:
+  void look_for_what_is_slow(const Rgb8Image& half);
+
+  std::size_t look_every_, count_ = 0, looked_ = 0;
+  double instruments_sum_ = 0, instruments_now_ = 0;
+  bool colourless_ = false;
+  Mask insets_, field_, slow_;  // at half size; no insets = of no size
+};
 
 struct TrackingOptions {
   int features = 2000;         // aimed at in each frame

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/shading/frame_depth.h"
+#include "organbake/shading/grid.h"
+
+namespace organbake {
+
+// A frame of a clip, of the size at which it is matched. Lengths are in the unit of the poses:
+// millimetres, or whatever a reconstruction of unknown scale has.
+struct PosedFrame {
+  PosedCamera camera;  // without distortion, which is undone in the picture
+  Plane intensity;     // grey levels as coded in sRGB, 0…255: noise is alike in dark and bright
+  Mask counts;         // tissue that is neither highlight nor instrument
+};
+
+// `lens` is of the whole picture, whose size is halved this often.
+PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int halvings,
+                       const RigidTransform& camera_from_world);
+
+struct DepthRange {
+  double nearest = 0, farthest = 0;  // planar z, in the unit of the poses
+
+  void check() const;  // throws UsageError: 0 < nearest < farthest
+};
+
+struct SweepOptions {
+  double label_px = 0.5;     // parallax from one depth that is tried to the next
+  int most_labels = 160;     // of the coarsest level, which tries the whole range
+  int refining_labels = 17;  // of each finer level, round what the coarser one found
+  int coarsest_px = 340;     // the longest side that the whole range is tried at, at most
+  int window_radius_px = 5;  // of the correlation
+  int best = 4;              // of the neighbours that are believed at each pixel
+  int smooth_step = 24;      // what a step to the next label costs, where a match costs 0…250
+  int smooth_jump = 240;     // what a farther one costs within one piece of tissue
+  double least_correlation = 0.3;  // of what is taken for a match at all
+
+  void check() const;  // throws UsageError
+};
+
+// What parallax tells of one frame.
+struct SweptDepth {
+  Plane depth;        // planar z; +inf where nothing is known
+  Plane relative_sd;  // of the depth, from the width of the correlation's maximum
+  Plane confidence;   // 0…1: how surely the match is the right one
+};
+
+// Depth of `reference` by plane sweep (Collins 1996) over inverse depth: correlations with the
+// neighbours, the best of each pixel (hidden places drop out), made smooth along the picture by
+// semi-global matching, from coarse to fine; on finer levels the sweep follows the coarser one's
+// surface, so that windows lie on it. Frames may be of different sizes and lenses. Throws
+// BadDataError when there is no neighbour, or a plane is not of its camera's size.
+SweptDepth sweep_depth(const PosedFrame& reference,
+                       const std::vector<const PosedFrame*>& neighbours, const DepthRange& range,
+                       const SweepOptions& options, const RunContext& context = {});
+
+struct NeighbourOptions {
+  int most = 8;
+  // Between the rays to one point: less tells little of depth, more makes pictures unlike.
+  double best_angle_rad = 0.08, least_angle_rad = 0.012, most_angle_rad = 0.6;
+  // Frames that lie farther off in the list count less: tissue moves meanwhile. 0 = time says
+  // nothing.
+  double usual_gap = 0;
+  double least_overlap = 0.5;  // share of the reference's picture that the other frame shows
+};
+
+// The frames whose rays meet the reference's at the best angles at this depth, from as many sides
+// as there are; the best first, fewer than asked for where others are too near, too far or look
+// elsewhere.
+std::vector<std::size_t> best_neighbours(const std::vector<PosedCamera>& cameras,
+                                         std::size_t reference, double depth,
+                                         const NeighbourOptions& options = {});
+
+// Holds the depths of several frames against each other, each one's against its partners'
+// (indices): confidence rises where partners have the surface at the same place, and falls where it
+// would hide what they see. Where no partner looks it stays. All swept[i] are of cameras[i].
+void check_agreement(const std::vector<PosedCamera>& cameras,
+                     const std::vector<std::vector<std::size_t>>& partners,
+                     std::vector<SweptDepth>& swept);
+
+// Depth that partners are sure of, where a frame itself is not: a partner's pixel that falls there
+// lends its depth with a part of its confidence, the surest first. What hides or is hidden is as
+// the frames agreed (check_agreement comes before). All swept[i] are of cameras[i].
+void borrow_depth(const std::vector<PosedCamera>& cameras,
+                  const std::vector<std::vector<std::size_t>>& partners,
+                  std::vector<SweptDepth>& swept);
+
+struct HeldShadingOptions {
+  // Share of the brightness that texture and gloss change without being shape.
+  double texture = 0.3;
+  // Share of the picture's width over which the albedo may change by itself: what brightness says
+  // over longer ways is not believed.
+  double albedo_share = 0.08;
+  // Share of the width that shading reaches from where parallax is sure; farther off there is no
+  // depth.
+  double reach_share = 0.12;
+
+  void check() const;  // throws UsageError
+};
+
+// Depth of one frame from parallax and shading in one solve: ln r is held to the swept depth where
+// that is certain (robustly: what a smooth surface cannot follow is let go) and bends between so
+// that the picture under the lamp at the lens is explained. The albedo's slow changes are free, so
+// that only what is shorter than `albedo_share` comes from brightness. The depth is in the swept
+// depth's unit, `metric` is the caller's to say. confidence: the certainty of parallax near the
+// pixel. Throws BadDataError when sizes differ or nothing is certain.
+FrameDepth fill_by_shading(const PreparedFrame& frame, const SweptDepth& swept,
+                           const HeldShadingOptions& options);
+
+}  // namespace organbake
