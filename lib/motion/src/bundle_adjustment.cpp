@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Poses, places and lens moved together until the sightings that agree lie where the places are
+// seen: bundle adjustment (Triggs et al. 2000) by Ceres' sparse Schur complement, robustly
+// (Cauchy). In: a scene with sightings, and what of its lens is free. Out: the same scene, moved.
+// How sure the lens is then is told by leaving out parts of the clip (block jackknife, Künsch
+// 1989).
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 #include <algorithm>

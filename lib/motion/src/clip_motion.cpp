@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// How the scope moved through a clip. In: the tracks of its features, the frames' sharpness, a lens
+// or a guess of it. The frames that are solved for are chosen by how far features have moved; the
+// views of each shot become a scene (reconstruction.cpp), the longest one is kept, and the frames
+// between are posed from its places. Out: poses, points, the lens with its spread, and what was
+// left out and why.
 #include "organbake/motion/clip_motion.h"
 
 #include <algorithm>

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Features of the tissue, followed from frame to frame: corners (Shi & Tomasi 1994) by pyramidal
+// Lucas–Kanade (Bouguet 2000), each step checked by tracking it backwards, where tissue is to be
+// seen. In: frames one after another. Out: tracks, and where the clip was cut.
 #include "organbake/motion/feature_tracker.h"
 
 #include <algorithm>

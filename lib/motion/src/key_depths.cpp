@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Depth of a clip's key frames. In: the clip's motion and its pictures. Each key frame is swept on
+// its own (plane_sweep.cpp) against the frames that see it from the best angles. What one frame is
+// wrong about another sees from elsewhere, so that they are held against each other, and shading
+// fills the rest (held_shading.cpp). Tissue moves meanwhile: frames near in time are asked first.
 #include "organbake/motion/key_depths.h"
 
 #include <Eigen/Geometry>
@@ -99,11 +104,6 @@ std::vector<std::size_t> best_neighbours(const std::vector<PosedCamera>& cameras
   return chosen;
 }
 
-//
-// Depth of a clip's key frames. Each is swept on its own (plane_sweep.h), since what one frame is
-// wrong about another sees from elsewhere: they are then held against each other (agreement.h),
-// lend each other what they are sure of (borrow_depth.h), and shading fills the rest
-// (held_shading.h). Tissue moves meanwhile, so that frames near in time are asked first.
 namespace {
 
 // Depths of the places that one view sees, in ascending order.

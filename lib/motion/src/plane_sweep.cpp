@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Depth of one frame from others whose poses are known: a plane sweep over inverse depth (Collins
+// 1996), its costs (sweep_costs.cpp) made smooth by semi-global matching (semi_global.cpp), from
+// coarse to fine along the coarser level's surface. In: posed frames. Out: depth, its relative
+// standard deviation, and how surely each match is the right one.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A rigid scene from the views of a clip, one after another (Schönberger & Frahm 2016): a first
+// pair by its essential matrix (Nistér 2004; MAGSAC++, Barath et al. 2020), each next view from the
+// places that it sees, new places from posed views, and bundle adjustment as the scene grows. In:
+// sightings and a lens to start from. Out: poses, places, lens; or why there are none.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Costs of depths summed up with what neighbours ask for, along eight directions (semi-global
+// matching, Hirschmüller 2008). In: a cost volume and the picture, whose edges let depth jump. Out:
+// sums, of which the least at each pixel is its depth.
 #include "sweep_costs.h"
 
 #include <algorithm>

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Places of features. In: a scene with poses and sightings. A place is the point nearest to the
+// rays of the two views that stand widest apart, then Gauss–Newton over the pixels of all that
+// agree (Hartley & Sturm 1997). Places are then sought in views that should see them and do not,
+// where the scope comes back. Out: places, and which sightings agree.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
