@@ -9,15 +9,12 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/image/png.h"
-#include "organbake/phantom/moving_clip.h"
+#include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/insets.h"
-#include "organbake/shading/masks.h"
 #include "promises.h"
 
 namespace organbake {
 namespace {
-
-namespace fs = std::filesystem;
 
 // No shape may be told from a clip without parallax; what it falls back to is the recipe's affair.
 struct ClipWithoutParallax {
