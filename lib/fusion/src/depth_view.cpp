@@ -14,7 +14,7 @@
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/depth_maps.h"
-#include "organbake/stereo/local_planes.h"
+#include "organbake/shading/local_planes.h"
 
 namespace organbake {
 namespace {

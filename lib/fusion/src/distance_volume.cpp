@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "organbake/contour/contour.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
@@ -17,7 +18,6 @@
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/refine.h"
-#include "organbake/isosurface/contour.h"
 
 namespace organbake {
 namespace {

@@ -10,8 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "organbake/contour/contour.h"
 #include "organbake/core/parallel.h"
-#include "organbake/isosurface/contour.h"
 
 namespace organbake {
 namespace {

@@ -4,6 +4,7 @@
 // between whole numbers first, since CT values are whole and would lie on it.
 #include "organbake/isosurface/isosurface.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -11,9 +12,10 @@
 
 #include "capped_field.h"
 #include "cut_sides.h"
+#include "organbake/contour/contour.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/isosurface/contour.h"
 #include "proposed_level.h"
 #include "refine_crossings.h"
 #include "slab_contour.h"
@@ -133,6 +135,19 @@ void tell_left_out(const KeptComponents& kept, const std::string& whose,
 }
 
 }  // namespace
+
+void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index) {
+  const Eigen::Matrix3d axes = grid.direction * grid.spacing_mm.asDiagonal();
+  const Eigen::Vector3d origin = grid.world_from_index(first_index);
+  constexpr std::size_t kGrain = 16384;
+  parallel_pieces(std::size_t{0}, mesh.vertices.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t v = first; v < last; ++v)
+                      mesh.vertices[v] = axes * mesh.vertices[v] + origin;
+                  });
+  if (axes.determinant() > 0) return;
+  for (auto& face : mesh.faces) std::swap(face[1], face[2]);
+}
 
 Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavities cavities,
                     const std::string& whose, const RunContext& context) {

@@ -11,10 +11,10 @@
 #include "cut_sides.h"
 #include "gaussian_blur.h"
 #include "mask_stairs.h"
+#include "organbake/contour/contour.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/isosurface/contour.h"
 #include "organbake/volume/label_names_file.h"
 #include "surface_components.h"
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "capped_field.h"
+#include "organbake/contour/contour.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/isosurface/contour.h"
 
 namespace organbake {
 

@@ -32,6 +32,9 @@ struct KeptComponents {
 // does.
 KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter);
 
+// Index coordinates → world. A left-handed grid turns the faces round so that they stay outward.
+void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index);
+
 // What CT and mask surfaces share once they lie in the world: the pieces' filter and the smoothing.
 // What is said begins with `whose`, "liver: ". Throws BadDataError when no piece is left.
 Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavities cavities,

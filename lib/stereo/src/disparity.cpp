@@ -13,7 +13,8 @@
 #include "organbake/core/parallel.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/local_pattern.h"
-#include "organbake/stereo/local_planes.h"
+#include "organbake/shading/local_planes.h"
+#include "organbake/shading/tent_mean.h"
 
 namespace organbake {
 namespace {

@@ -3,7 +3,6 @@
 
 // Disparities: found, refined, judged, and their gaps closed.
 
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "organbake/image/channel_image.h"
@@ -11,19 +10,6 @@
 #include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
-
-// Means over windows of 4 radius + 1 pixels a side, weighted like a tent: what one box does after
-// another of 2 radius + 1. Nothing lies outside the picture.
-inline cv::Mat tent_mean(const cv::Mat& values, int radius) {
-  const int box = 2 * radius + 1;
-  cv::Mat tent(1, 2 * box - 1, CV_32F);
-  for (int i = 0; i < tent.cols; ++i)
-    tent.at<float>(i) =
-        static_cast<float>(box - std::abs(i - 2 * radius)) / static_cast<float>(box * box);
-  cv::Mat mean;
-  cv::sepFilter2D(values, mean, CV_32F, tent, tent, {-1, -1}, 0, cv::BORDER_CONSTANT);
-  return mean;
-}
 
 // What one eye sees, as it is matched.
 struct EyeImage {

@@ -13,9 +13,9 @@
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/local_planes.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
-#include "organbake/stereo/local_planes.h"
 #include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {

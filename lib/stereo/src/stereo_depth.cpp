@@ -18,8 +18,8 @@
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/local_planes.h"
 #include "organbake/shading/masks.h"
-#include "organbake/stereo/local_planes.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/isosurface/contour.h"
+#include "organbake/contour/contour.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <optional>
 
+#include "organbake/contour/contour.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/isosurface/contour.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Weighted least-squares planes round every pixel at once: the moments of the window are
 // convolutions, so that the cost does not grow with the window.
-#include "organbake/stereo/local_planes.h"
+#include "organbake/shading/local_planes.h"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
 
-#include "disparity.h"
+#include "organbake/shading/tent_mean.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/volume/volume.h"
 
 namespace organbake {
 
@@ -27,8 +26,5 @@ TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int,
                      double level, IsosurfaceMethod method = IsosurfaceMethod::flying_edges);
 TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
                      IsosurfaceMethod method = IsosurfaceMethod::flying_edges);
-
-// Index coordinates → world. A left-handed grid turns the faces round so that they stay outward.
-void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index);
 
 }  // namespace organbake

@@ -2,7 +2,7 @@
 // Isosurfaces by VTK's flying edges (Schroeder, Maynard, Geveci 2015) or marching cubes (Lorensen,
 // Cline 1987). Crossings are kept off the grid points: where a value equals the level, marching
 // cubes makes triangles without area, on which normals and binding fail.
-#include "organbake/isosurface/contour.h"
+#include "organbake/contour/contour.h"
 
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
@@ -14,7 +14,6 @@
 #include <vtkPolyData.h>
 #include <vtkShortArray.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -119,16 +118,6 @@ TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int,
 TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
                      IsosurfaceMethod method) {
   return contour_values<vtkFloatArray>(values, size, level, method);
-}
-
-void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index) {
-  const Eigen::Matrix3d axes = grid.direction * grid.spacing_mm.asDiagonal();
-  const Eigen::Vector3d origin = grid.world_from_index(first_index);
-  for_each_block(mesh.vertices.size(),
-                 [&](std::size_t v) { mesh.vertices[v] = axes * mesh.vertices[v] + origin; });
-  if (axes.determinant() > 0) return;
-  for_each_block(mesh.faces.size(),
-                 [&](std::size_t f) { std::swap(mesh.faces[f][1], mesh.faces[f][2]); });
 }
 
 }  // namespace organbake
