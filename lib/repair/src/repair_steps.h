@@ -32,4 +32,19 @@ std::size_t drop_slivers(TriangleMesh& mesh, double within_mm);
 // many edges were cut.
 std::size_t cut_at_touching_vertices(TriangleMesh& mesh, double within_mm);
 
+// Closed pieces that overlap become their union, each place counted once (corefinement in exact
+// numbers: CGAL, Polygon Mesh Processing); colours go along. Pieces that only touch, or lie within
+// one another, stay as they are. The mesh must be a manifold.
+struct UnitedPieces {
+  std::size_t pieces = 0;  // that overlapped
+  double shared_mm3 = 0;   // counted more than once before; where it was refused, at the most
+  bool refused = false;    // the pieces cross themselves, too: the mesh is as it was
+};
+UnitedPieces unite_overlapping_pieces(TriangleMesh& mesh);
+
+// A closed manifold round a surface of any kind, without what is narrower than `closes_mm`
+// (tunnels, gaps, what lies inside), pulled back onto the surface where it lies near. Without
+// colours. Source: Portaneri et al., Alpha wrapping with an offset, 2022 (CGAL).
+TriangleMesh wrapped_surface(const TriangleMesh& surface, double closes_mm);
+
 }  // namespace organbake

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The union of overlapping bodies by corefinement in exact arithmetic (CGAL): in floating point,
 // whether two faces cross hangs on rounding, and one wrong answer tears the result.
-#include "united_pieces.h"
+#include "repair_steps.h"
 
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Alpha wrapping with an offset (Portaneri et al. 2022; CGAL), with its vertices pulled back onto
 // the surface by the offset that the method leaves.
-#include "wrapped_surface.h"
+#include "repair_steps.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
