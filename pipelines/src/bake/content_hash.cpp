@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -127,6 +128,49 @@ std::vector<InputFile> files_of_posed(const fs::path& document) {
   return files;
 }
 
+// "a%20b.bin" → "a b.bin".
+std::string percent_decoded(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    unsigned code = 0;
+    const char* const digits = uri.data() + i + 1;
+    const bool coded = uri[i] == '%' && i + 2 < uri.size() &&
+                       std::from_chars(digits, digits + 2, code, 16).ptr == digits + 2;
+    text += coded ? static_cast<char>(code) : uri[i];
+    if (coded) i += 2;
+  }
+  return text;
+}
+
+// A glTF document and the buffers that lie beside it.
+std::vector<InputFile> files_of_gltf(const fs::path& document) {
+  std::vector<InputFile> files = {{document.filename().string(), document}};
+  const auto json = nlohmann::json::parse(read_text_file(document), nullptr, false);
+  if (!json.is_object() || !json.contains("buffers") || !json["buffers"].is_array()) return files;
+  for (const auto& buffer : json["buffers"]) {
+    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
+    const auto uri = buffer["uri"].get<std::string>();
+    const fs::path file = document.parent_path() / percent_decoded(uri);
+    if (!uri.starts_with("data:") && is_file(file)) files.push_back({uri, file});
+  }
+  return files;
+}
+
+// A COLMAP model of which one file is named: the others say lenses, frames and rigs.
+std::vector<InputFile> files_of_colmap(const fs::path& named) {
+  std::vector<InputFile> files;
+  for (const char* stem : {"cameras", "frames", "images", "rigs"}) {
+    const fs::path file = named.parent_path() / (stem + named.extension().string());
+    if (is_file(file)) files.push_back({file.filename().string(), file});
+  }
+  return files;
+}
+
+bool is_colmap_file(const fs::path& path) {
+  const std::string stem = path.stem().string(), ending = path.extension().string();
+  return (stem == "cameras" || stem == "images") && (ending == ".txt" || ending == ".bin");
+}
+
 }  // namespace
 
 bool has_dicom_mark(const fs::path& path) {
@@ -182,7 +226,10 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   }
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");
   if (kind == InputKind::photos) return files_of_photos(path);
+  if ((kind == InputKind::posed || kind == InputKind::lenses) && is_colmap_file(path))
+    return files_of_colmap(path);
   if (kind == InputKind::posed) return files_of_posed(path);
+  if (kind == InputKind::mesh && lower_ending(path) == ".gltf") return files_of_gltf(path);
   const std::string ending = path.extension().string();
   if (kind == InputKind::volume) {
     if (const auto pair = files_of_pair(path); !pair.empty()) return pair;

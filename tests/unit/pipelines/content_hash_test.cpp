@@ -110,6 +110,26 @@ TEST_F(ContentHashTest, ThePhotographsOfADocumentCount) {
   EXPECT_NE(hash(InputKind::photos, "p/cameras.json"), before);
 }
 
+TEST_F(ContentHashTest, TheBuffersOfAGltfDocumentCount) {
+  write("m/a.gltf", R"({"buffers":[{"uri":"a%20b.bin"},{"uri":"data:;base64,AA=="},{}]})");
+  write("m/a b.bin", "places");
+  const std::string before = hash(InputKind::mesh, "m/a.gltf");
+  write("m/a b.bin", "Places");
+  EXPECT_NE(hash(InputKind::mesh, "m/a.gltf"), before);
+  write("m/b.gltf", "no JSON");
+  EXPECT_NO_THROW(hash(InputKind::mesh, "m/b.gltf")) << "its reader tells why";
+}
+
+TEST_F(ContentHashTest, AllFilesOfAColmapModelCountWhicheverIsNamed) {
+  for (const char* name : {"cameras", "images", "rigs", "frames"})
+    write("c/" + std::string(name) + ".txt", name);
+  for (const char* changed : {"cameras", "rigs", "frames"}) {
+    const std::string before = hash(InputKind::posed, "c/images.txt");
+    write("c/" + std::string(changed) + ".txt", "changed");
+    EXPECT_NE(hash(InputKind::posed, "c/images.txt"), before) << changed;
+  }
+}
+
 TEST_F(ContentHashTest, WhatIsNotThereIsRefused) {
   EXPECT_THROW(files_of_input(InputKind::mesh, path() / "missing"), NoInputError);
   fs::create_directory(path() / "empty");
