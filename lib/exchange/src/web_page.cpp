@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// One self-contained HTML page round a bundle: the player's module, shaders and texts as base64,
+// and the bundle as its pack (bundle/bundle_pack.h) by libdeflate.
 #include "organbake/exchange/web_page.h"
 
 #include <libdeflate.h>

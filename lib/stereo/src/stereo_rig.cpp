@@ -14,9 +14,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_check.h"
-#include "organbake/formats/lens_of_document.h"
-#include "organbake/formats/named_matrices.h"
+#include "organbake/formats/lens_files.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/rigid_transform.h"
 

@@ -4,7 +4,7 @@
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/filtered_detail.h"
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 
 namespace organbake {

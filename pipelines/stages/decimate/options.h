@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "organbake/decimate/decimate.h"
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 
 namespace organbake {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/options/options.h"
 

@@ -7,7 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/isosurface/label_surface.h"
 #include "organbake/pipelines/stage_binding.h"

@@ -8,7 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_check.h"
+#include "organbake/formats/lens_files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/png.h"

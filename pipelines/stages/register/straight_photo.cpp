@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_check.h"
+#include "organbake/formats/lens_files.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/undistort.h"
 

@@ -11,7 +11,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_check.h"
+#include "organbake/formats/lens_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/insets.h"

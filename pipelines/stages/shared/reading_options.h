@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 #include "organbake/volume/read_options.h"
 

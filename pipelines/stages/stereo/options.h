@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 #include "organbake/shading/depth_mesh.h"
 #include "organbake/shading/prepared_frame.h"

@@ -191,6 +191,19 @@ TEST_F(ColmapRigs, BinaryFilesAreReadByTheirFrames) {
   EXPECT_THAT(said_, testing::HasSubstr("by 40.000 mm"));
 }
 
+TEST_F(ColmapRigs, OfAModelThatIsThereTwiceTheBinaryOneIsRead) {
+  constexpr std::int32_t kFullOpenCv = 6;
+  write_file_atomically(folder_.path() / "cameras.bin", colmap_cameras_bytes(set_, kFullOpenCv));
+  write_file_atomically(folder_.path() / "images.bin", colmap_images_bytes(set_));
+  write("cameras.txt", colmap_cameras_text(set_));
+  write("images.txt", colmap_images_text(set_));
+  expect_same_cameras(read(), set_);
+  EXPECT_EQ(said_, "") << "both say the same";
+  write("images.txt", colmap_images_text(stale_));
+  expect_same_cameras(read(), set_);
+  EXPECT_THAT(said_, testing::HasSubstr("holds two models that differ"));
+}
+
 TEST(ExportedCameras, ColmapsNamesOfImagesMayHoldSpaces) {
   const TemporaryFolder folder;
   CameraSet set = two_cameras();

@@ -7,7 +7,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_check.h"
+#include "organbake/formats/lens_files.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/formats/mesh_files.h"
 
 #include <gmock/gmock.h>
 #include <vtkCellArray.h>
@@ -15,9 +15,7 @@
 #include "file_bytes.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/gltf.h"
-#include "organbake/formats/mesh_files.h"
-#include "organbake/formats/textured_mesh.h"
+#include "organbake/formats/exports.h"
 #include "organbake/geometry/ply.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"

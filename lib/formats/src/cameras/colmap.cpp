@@ -1,26 +1,117 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // COLMAP's own files, as text and binary (its documentation, "Output Format"): lenses, images with
 // their poses, and since COLMAP 3.12 rigs and frames, which say where an image was taken from.
-#include "cameras/colmap.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
+#include <string>
+#include <vector>
 
-#include "cameras/colmap_parts.h"
+#include "cameras/camera_formats.h"
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/packed_bytes.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/camera_files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 namespace {
+
+// One of COLMAP's models of lenses that are pinholes with k1 k2 p1 p2 k3 at most, or fisheyes with
+// k1 k2 k3 k4.
+struct ColmapModel {
+  int number = 0;  // in COLMAP's binary files
+  std::string name;
+  std::vector<std::string> parameters;  // in COLMAP's order; 'f' is both focal lengths
+  LensModel model = LensModel::brown;
+};
+
+const std::vector<ColmapModel>& models() {
+  static const std::vector<ColmapModel> models = {
+      {0, "SIMPLE_PINHOLE", {"f", "cx", "cy"}},
+      {1, "PINHOLE", {"fx", "fy", "cx", "cy"}},
+      {2, "SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
+      {3, "RADIAL", {"f", "cx", "cy", "k1", "k2"}},
+      {4, "OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
+      {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+      {5, "OPENCV_FISHEYE", {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}, LensModel::fisheye},
+      {8, "SIMPLE_RADIAL_FISHEYE", {"f", "cx", "cy", "k1"}, LensModel::fisheye},
+      {9, "RADIAL_FISHEYE", {"f", "cx", "cy", "k1", "k2"}, LensModel::fisheye}};
+  return models;
+}
+
+template <class Matches>
+const ColmapModel* first_that(const Matches& matches) {
+  const auto found = std::find_if(models().begin(), models().end(), matches);
+  return found == models().end() ? nullptr : &*found;
+}
+
+// Null for a model that is not read.
+const ColmapModel* colmap_lens_model(const std::string& name) {
+  return first_that([&](const ColmapModel& model) { return model.name == name; });
+}
+
+const ColmapModel* colmap_lens_model(int number) {
+  return first_that([&](const ColmapModel& model) { return model.number == number; });
+}
+
+// "SIMPLE_PINHOLE, PINHOLE, …", for messages.
+std::string colmap_model_names() {
+  std::string names;
+  for (const ColmapModel& model : models()) names += (names.empty() ? "" : ", ") + model.name;
+  return names;
+}
+
+// `values` are as many as the model's parameters. Throws BadDataError naming `path` where one that
+// has no place here is not 0, or is no finite number.
+Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
+                       const fs::path& path) {
+  Intrinsics k;
+  k.model = model.model;
+  std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
+                                           {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
+                                           {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
+  if (k.model == LensModel::fisheye) places["k4"] = &k.k4;
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    const std::string& name = model.parameters[i];
+    if (!std::isfinite(values[i])) throw BadDataError(path, "its " + name + " is no finite number");
+    if (name == "f") {
+      k.fx = k.fy = values[i];
+    } else if (places.contains(name)) {
+      *places.at(name) = values[i];
+    } else if (values[i] != 0) {
+      throw BadDataError(path, "its distortion " + name + " is not supported");
+    }
+  }
+  return k;
+}
+
+// An image as its texts and its binary files have it: a quaternion (w, x, y, z) and a translation
+// from world to camera. Throws BadDataError naming `path` for what is no pose, and for a name that
+// is no UTF-8.
+void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
+                      long id, const fs::path& path, CameraSet& set) {
+  const Eigen::Quaterniond q(pose[0], pose[1], pose[2], pose[3]);
+  const Eigen::Vector3d translation(pose[4], pose[5], pose[6]);
+  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite() || name.empty())
+    throw BadDataError(path, "image " + std::to_string(id) + " has no sound pose or no name");
+  // Names go on into documents that hold nothing but UTF-8.
+  try {
+    nlohmann::json(name).dump();
+  } catch (const nlohmann::json::exception&) {
+    throw BadDataError(path, "the name of image " + std::to_string(id) +
+                                 " is no UTF-8 text: rename the image, here and in its folder");
+  }
+  set.images.push_back(name);
+  set.cameras.push_back({name, lens, {q.normalized().toRotationMatrix(), translation}});
+}
 
 std::vector<std::string> lines_of(const fs::path& path) {
   std::istringstream text(read_text_file(path));
@@ -65,23 +156,6 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
     lenses[id].height = height;
   }
   return lenses;
-}
-
-constexpr int kPlaceDigits = 5, kPixelDigits = 3;
-
-// For each image its X, Y, POINT3D_ID triples, in the order of the points.
-std::vector<std::string> sighting_lines(std::size_t images,
-                                        const std::vector<SparsePoint>& points) {
-  std::vector<std::string> lines(images);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (const SparsePoint::Sighting& seen : points[p].seen) {
-      std::string& line = lines.at(seen.image);
-      if (!line.empty()) line += " ";
-      line += to_text(seen.pixel.x(), kPixelDigits) + " " + to_text(seen.pixel.y(), kPixelDigits) +
-              " " + std::to_string(p + 1);
-    }
-  }
-  return lines;
 }
 
 std::map<std::uint32_t, Intrinsics> binary_lenses(const fs::path& path) {
@@ -310,62 +384,6 @@ CameraSet read_colmap_text(const fs::path& folder, const RunContext& context) {
   if (const auto frames = read_frames(folder, ".txt"))
     place_by_frames(path, ids, *frames, set, context);
   return set;
-}
-
-std::string colmap_cameras_text(const CameraSet& set) {
-  std::string text = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
-  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
-    const Intrinsics& k = set.cameras[i].intrinsics;
-    std::vector<double> values = {k.fx, k.fy, k.cx, k.cy};
-    const char* model = " PINHOLE ";
-    if (k.model == LensModel::fisheye) {
-      model = " OPENCV_FISHEYE ";
-      values.insert(values.end(), {k.k1, k.k2, k.k3, k.k4});
-    } else if (k.has_distortion()) {
-      model = " FULL_OPENCV ";
-      values.insert(values.end(), {k.k1, k.k2, k.p1, k.p2, k.k3, 0, 0, 0});
-    }
-    text +=
-        std::to_string(i + 1) + model + std::to_string(k.width) + " " + std::to_string(k.height);
-    for (const double value : values) text += " " + to_text(value);
-    text += "\n";
-  }
-  return text;
-}
-
-std::string colmap_images_text(const CameraSet& set, const std::vector<SparsePoint>& points) {
-  const std::vector<std::string> sightings = sighting_lines(set.cameras.size(), points);
-  std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME, then its points\n";
-  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
-    const RigidTransform& pose = set.cameras[i].camera_from_world;
-    const Eigen::Quaterniond q(pose.rotation);
-    text += std::to_string(i + 1);
-    for (const double value : {q.w(), q.x(), q.y(), q.z(), pose.translation.x(),
-                               pose.translation.y(), pose.translation.z()})
-      text += " " + to_text(value);
-    const std::string& name = set.images.empty() ? set.cameras[i].name : set.images[i];
-    text += " " + std::to_string(i + 1) + " " + name + "\n" + sightings[i] + "\n";
-  }
-  return text;
-}
-
-std::string colmap_points_text(const std::vector<SparsePoint>& points) {
-  if (points.empty()) return "# 3D point list: empty\n";
-  std::string text =
-      "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, then IMAGE_ID and POINT2D_IDX of each "
-      "image that shows it\n";
-  std::map<std::uint32_t, std::size_t> count;  // sightings so far of each image
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const SparsePoint& point = points[p];
-    text += std::to_string(p + 1);
-    for (int k = 0; k < 3; ++k) text += " " + to_text(point.place_mm[k], kPlaceDigits);
-    for (const std::uint8_t channel : point.srgb) text += " " + std::to_string(channel);
-    text += " 0";  // the sightings are the point's own projections
-    for (const SparsePoint::Sighting& seen : point.seen)
-      text += " " + std::to_string(seen.image + 1) + " " + std::to_string(count[seen.image]++);
-    text += "\n";
-  }
-  return text;
 }
 
 CameraSet read_colmap_binary(const fs::path& folder, const RunContext& context) {

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/formats/lens_of_document.h"
-
+// The lens of one eye, of the calibrations that surgical and robotic programs write (Kalibr,
+// MATLAB, ROS, SCARED and others, listed in lens_files.h): from the words and matrices of a
+// document to focal lengths, centre and distortion in our conventions, with one check for all. What
+// is of another program and not read is refused by name.
 #include <Eigen/Core>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <sstream>
 #include <string>
 #include <utility>
 
-#include "cameras/opencv_xml.h"
+#include "cameras/camera_formats.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/formats/lens_files.h"
 #include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
+namespace fs = std::filesystem;
 namespace {
 
-namespace fs = std::filesystem;
 using Matrix = NamedMatrices::Matrix;
 
 const Matrix& needed(const Matrix* rows, std::size_t count, const char* name,
@@ -242,6 +249,25 @@ void check_camera_matrix(const NamedMatrices::Matrix& k, const fs::path& path) {
                                  ", which is not supported; calibrate it without one");
 }
 
+constexpr const char* kInPython =
+    "; write its matrices as OpenCV does: fs = cv2.FileStorage('lens.yml', "
+    "cv2.FILE_STORAGE_WRITE), fs.write('camera_matrix', K), fs.write('distortion_coefficients', D)";
+constexpr const char* kInMatlab =
+    "; write its parameters as JSON: writelines(jsonencode(toStruct(params)), 'lens.json')";
+
+void add_value(const std::string& key, const std::string& value, NamedMatrices& section) {
+  const std::string name = plain_name(key);
+  section.words[name] = value;
+  double number = 0;
+  const char* const end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, number);
+  if (error == std::errc() && stop == end) section.numbers[name] = number;
+}
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
 }  // namespace
 
 Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Matrix& k,
@@ -286,6 +312,67 @@ std::optional<PoseOfParts> pose_of_parts(const NamedMatrices& found, const fs::p
 const NamedMatrices& matrices_of(const NamedMatrices& found) {
   const NamedMatrices* inside = found.part({"cameracalibration"});
   return inside ? *inside : found;
+}
+
+void refuse_foreign_calibration(const std::string& bytes, const fs::path& path) {
+  const auto begins = [&](const char* with) { return bytes.starts_with(with); };
+  if (begins("PK\x03\x04"))
+    throw BadDataError(path,
+                       std::string("is a NumPy archive (.npz) or another ZIP file") + kInPython);
+  if (begins("\x93NUMPY"))
+    throw BadDataError(path, std::string("is a NumPy array (.npy)") + kInPython);
+  if (begins("\x80")) throw BadDataError(path, std::string("is a Python pickle") + kInPython);
+  if (begins("MATLAB ") || begins("\x89HDF"))
+    throw BadDataError(path, std::string("is a MATLAB file (.mat)") + kInMatlab);
+  if (bytes.find("ocam_model") != bytes.npos ||
+      bytes.find("polynomial coefficients for the DIRECT mapping") != bytes.npos)
+    throw BadDataError(path,
+                       "is of OCamCalib, whose polynomial of a lens is not read; calibrate it as "
+                       "OpenCV's fisheye (k1 k2 k3 k4)");
+  if (bytes.find('\0') != bytes.npos)
+    throw BadDataError(path, "is no text; a calibration is YAML, JSON, XML or an .ini");
+}
+
+void add_ini(const std::string& text, const fs::path& path, NamedMatrices& found) {
+  std::istringstream lines(text);
+  NamedMatrices* section = &found;
+  for (std::string line; std::getline(lines, line);) {
+    line = trimmed(line);
+    if (line.empty() || line.front() == ';' || line.front() == '#') continue;
+    const std::size_t equals = line.find('=');
+    if (line.front() == '[' && line.back() == ']') {
+      section = &found.parts[plain_name(line.substr(1, line.size() - 2))];
+    } else if (equals != line.npos) {
+      add_value(trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1)), *section);
+    } else {
+      throw BadDataError(path, "its line '" + line.substr(0, 40) +
+                                   "' is neither a [section] nor of the form key = value");
+    }
+  }
+}
+
+void check_lens_of_picture(const Intrinsics& lens, int width, int height,
+                           const std::filesystem::path& path, const std::string& whose) {
+  const std::string picture =
+      (whose.empty() ? "the picture is " : "the " + whose + " one is ") + size_text(width, height);
+  const std::string eye = whose.empty() ? "a" : "the " + whose + " eye's";
+  if (lens.width != width || lens.height != height)
+    throw BadDataError(path, "is of pictures of " + size_text(lens.width, lens.height) + ", " +
+                                 picture + "; give the calibration of this size");
+  // In widths of the picture: from 170° across to 3°.
+  constexpr double kShortest = 0.04, kLongest = 20;
+  for (const double focal : {lens.fx / width, lens.fy / height})
+    if (!(focal >= kShortest && focal <= kLongest))
+      throw BadDataError(path, "has " + eye + " focal length of " + to_text(lens.fx, 2) + ", " +
+                                   to_text(lens.fy, 2) + " px, and " + picture +
+                                   ": is it in shares of the sides, or of another size?");
+  constexpr double kBothOffMiddle = 0.22, kOneOffMiddle = 0.4;
+  const double x = std::abs(lens.cx / width - 0.5), y = std::abs(lens.cy / height - 0.5);
+  if (!(std::min(x, y) <= kBothOffMiddle && std::max(x, y) <= kOneOffMiddle))
+    throw BadDataError(path, "has " + eye + " principal point at " + to_text(lens.cx, 1) + ", " +
+                                 to_text(lens.cy, 1) + ", far off the middle of a picture of " +
+                                 size_text(width, height) + ": is it of another size?");
+  lens.check();
 }
 
 }  // namespace organbake

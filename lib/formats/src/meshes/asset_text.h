@@ -3,7 +3,10 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -28,6 +31,13 @@ std::string joined(const Items& items, const char* between, TextOf&& text_of) {
     text += text_of(item);
   }
   return text;
+}
+
+// A bundle's tetrahedra; throws UsageError where there are none.
+inline const TetrahedralBody& tetrahedra_of(const Bundle& bundle, std::string_view what) {
+  if (bundle.mechanics.body) return *bundle.mechanics.body;
+  throw UsageError(std::string(what) + " is made of tetrahedra, which '" + bundle.manifest.name +
+                   "' does not have; bake it anew without --set mechanics.fem=false");
 }
 
 }  // namespace organbake

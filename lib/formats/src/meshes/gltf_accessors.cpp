@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "meshes/gltf_accessors.h"
+// Numbers of a glTF 2.0 document (Khronos' specification, 3.6): its buffers, in the .glb, in the
+// text itself or in files beside it, and their views and accessors, sparse ones too. Every reach is
+// held against its buffer before memory is taken.
+#include "meshes/mesh_readers.h"
 
 #include <algorithm>
 #include <cstring>

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include "meshes/gltf_accessors.h"
 #include "meshes/mesh_readers.h"
 
 namespace organbake {

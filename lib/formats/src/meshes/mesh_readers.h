@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "organbake/bundle/json_fields.h"
 #include "organbake/core/run_context.h"
-#include "organbake/formats/mesh_frame.h"
+#include "organbake/core/scalar_type.h"
+#include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/triangle_mesh.h"
+#include "organbake/geometry/written_color.h"
 
 namespace organbake {
 
@@ -49,5 +57,84 @@ WrittenMesh read_vtu(const std::filesystem::path& path);
 // Throws NoInputError (a buffer's file that is missing), or BadDataError, also for an extension
 // that the file requires and that is not known, or packs the numbers away (Draco, meshopt).
 TriangleMesh read_gltf(const std::filesystem::path& path, const RunContext& context = {});
+
+// The corners of each cell of a VTK data set.
+class VtkCells {
+ public:
+  VtkCells() = default;
+  // `ends`: where in the list of `corners` each cell ends. Throws BadDataError with `name` for an
+  // end outside the list and for a corner that is none of `points`.
+  VtkCells(const std::vector<double>& ends, const std::vector<double>& corners, std::size_t points,
+           const std::string& name);
+
+  std::size_t size() const { return ends_.size(); }
+  std::span<const std::uint32_t> operator[](std::size_t cell) const {
+    const std::size_t begin = cell == 0 ? 0 : ends_[cell - 1];
+    return std::span(corners_).subspan(begin, ends_[cell] - begin);
+  }
+
+ private:
+  std::vector<std::uint32_t> corners_;
+  std::vector<std::size_t> ends_;
+};
+
+// Colours as a file has them, of its points or its cells; empty: there are none.
+struct VtkColors {
+  std::vector<Eigen::Vector3d> written;
+  ColorScale scale = ColorScale::number;
+};
+
+// What a data set of VTK holds of a surface.
+struct VtkSurface {
+  std::vector<Eigen::Vector3d> points;
+  VtkColors point_colors, cell_colors;  // those of points go before
+};
+
+// The triangles of polygons and strips. The colours of cells begin with those of
+// `cells_before` that are no faces.
+TriangleMesh triangles_of(const VtkSurface& surface, const VtkCells& polygons,
+                          const VtkCells& strips, std::size_t cells_before,
+                          const std::string& name);
+
+// The outside of an unstructured grid: of solid cells the faces that one of them alone has, and all
+// flat cells that are no faces of solids; points inside go. `kinds` are VTK's numbers. Curved cells
+// are cut through the middles of their edges. Throws BadDataError with `name` for a kind that is
+// not read (polyhedra, cells of higher order) and for a cell that has not its kind's corners.
+TriangleMesh outside_of(const VtkSurface& surface, const VtkCells& cells,
+                        const std::vector<double>& kinds, const std::string& name);
+
+// The numbers of a glTF accessor, item by item.
+struct GltfNumbers {
+  std::size_t items = 0, components = 1;
+  std::vector<double> values;  // normalised ones are in −1…1 already
+  bool written = true;         // false: zeros, of which the file holds none
+};
+
+// A glTF document with its buffers: in the .glb, in the text itself, or in files beside it. All
+// members throw BadDataError that names the file and what in it is wrong.
+class GltfDocument {
+ public:
+  explicit GltfDocument(const std::filesystem::path& path);
+
+  JsonField root() const { return {json_, path_.string()}; }
+  // Of accessor `index`, which may hold no more than its buffer does.
+  GltfNumbers numbers(std::size_t index) const;
+  // Bytes of the file and its buffers together.
+  std::size_t total_bytes() const { return total_bytes_; }
+
+ private:
+  void open(const std::string& bytes);
+  void read_buffers();
+  std::string buffer_from(const std::string& uri, const JsonField& field) const;
+  // `items` of `bytes_each`, `stride` apart, from an offset within a view.
+  void read_view(const JsonField& at, std::size_t items, ScalarType type, bool normalized,
+                 std::size_t components, std::vector<double>& values) const;
+
+  std::filesystem::path path_;
+  Json json_;
+  std::string binary_;  // the .glb's own buffer
+  std::vector<std::string> buffers_;
+  std::size_t total_bytes_ = 0;
+};
 
 }  // namespace organbake

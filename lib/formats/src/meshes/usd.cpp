@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/formats/usd.h"
+// A bundle as a layer of USD's text format, with a deformable body by the proposal for UsdPhysics
+// (OpenUSD-proposals 111), at rest or as time samples of a recorded interaction.
+#include "organbake/formats/exports.h"
 
 #include <algorithm>
 #include <numeric>

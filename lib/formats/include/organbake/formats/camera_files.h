@@ -20,8 +20,9 @@ namespace organbake {
 // a transforms.json (NeRF: camera to world, OpenGL axes); a COLMAP model, text or binary (its
 // folder, the folder with its sparse/0, or its file of cameras or of images; lenses SIMPLE_PINHOLE,
 // PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV without k4…k6, OPENCV_FISHEYE and its simpler
-// ones; where it has rigs and frames, their poses, and it is warned of images' own that differ).
-// Lengths are taken as millimetres. Throws NoInputError, BadDataError.
+// ones; where it has rigs and frames, their poses, and it is warned of images' own that differ; of
+// a folder with both, the binary model). Lengths are taken as millimetres. Throws NoInputError,
+// BadDataError.
 CameraSet read_camera_file(const std::filesystem::path& path, const RunContext& context = {});
 
 // Whether it is named as one of COLMAP's files of cameras or of images, or is a folder that holds
@@ -32,11 +33,11 @@ bool is_colmap_model(const std::filesystem::path& path);
 std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image);
 
 // The lens alone: an OpenCV calibration (YAML, JSON or XML: camera_matrix, distortion_coefficients,
-// and image_width and image_height unless width and height below say them; named_matrices.h), one
-// of those of lens_of_document.h, SCARED's frame_data.json, a JSON object with width, height, fx,
-// fy, cx, cy and perhaps distortion_k1_k2_p1_p2_k3, or any of the above: of the camera with this
-// image, or of the first. OpenCV counts from the first pixel's centre, we from its corner: half a
-// pixel is added to its cx and cy. width and height are the photograph's.
+// and image_width and image_height unless width and height below say them), one of those of
+// lens_files.h, SCARED's frame_data.json, a JSON object with width, height, fx, fy, cx, cy and
+// perhaps distortion_k1_k2_p1_p2_k3, or any of the above: of the camera with this image, or of the
+// first. OpenCV counts from the first pixel's centre, we from its corner: half a pixel is added to
+// its cx and cy. width and height are the photograph's.
 Intrinsics read_intrinsics(const std::filesystem::path& path, const std::string& image, int width,
                            int height);
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pictures/picture_decoders.h"
+// Photographs as they lie on a disk: PNG, JPEG (libjpeg-turbo) and EXR, told apart by their first
+// bytes, with the orientation and the pixels' aspect that Exif 2.32, JFIF and pHYs tell.
+#include "organbake/formats/photo.h"
 
 #include <turbojpeg.h>
 
@@ -9,13 +11,16 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <type_traits>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/image/exr.h"
+#include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
+#include "picture_decoders.h"
 
 namespace organbake {
 namespace {
@@ -110,6 +115,24 @@ float exposure(const std::vector<float>& linear) {
   std::nth_element(sorted.begin(), bright, sorted.end());
   if (!(*bright > 0) || (*bright <= 1 && *bright >= kTooDark)) return 1;
   return kWellExposed / *bright;
+}
+
+enum class PictureKind { png, jpeg, exr, other };
+
+PictureKind kind_of(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw NoInputError(path, "is a folder, a photograph (PNG or JPEG) is needed");
+  }
+  const std::string magic = read_beginning(path, 4);
+  if (magic == "\x89PNG") return PictureKind::png;
+  if (magic.starts_with("\xFF\xD8\xFF")) return PictureKind::jpeg;
+  if (magic == "\x76\x2F\x31\x01") return PictureKind::exr;
+  return PictureKind::other;
+}
+
+void tag(const PictureTags& tags, StoredPicture& picture) {
+  picture.turn = tags.turn;
+  picture.pixel_aspect = tags.pixel_aspect;
 }
 
 }  // namespace
@@ -207,6 +230,26 @@ StoredPicture parse_exr_picture(std::span<const std::byte> bytes, const std::str
   const float gain = exposure(picture.linear);
   for (std::size_t i = 0; i < picture.linear.size(); ++i)
     picture.color.pixels[i] = srgb8_from_linear(gain * picture.linear[i]);
+  return picture;
+}
+
+Rgb8Image read_photo(const std::filesystem::path& path) {
+  const PictureKind kind = kind_of(path);
+  if (kind == PictureKind::png) return read_png(path);
+  if (kind == PictureKind::jpeg) return read_jpeg(path);
+  throw BadDataError(path, "is neither a PNG nor a JPEG image");
+}
+
+StoredPicture read_picture(const std::filesystem::path& path) {
+  const PictureKind kind = kind_of(path);
+  if (kind == PictureKind::other)
+    throw BadDataError(path, "is neither a PNG, a JPEG nor an EXR image");
+  const std::vector<std::byte> bytes = read_file(path);
+  if (kind == PictureKind::exr) return parse_exr_picture(bytes, path.string());
+  StoredPicture picture = kind == PictureKind::png
+                              ? parse_png(bytes, path.string())
+                              : StoredPicture(parse_jpeg(bytes, path.string()));
+  tag(kind == PictureKind::png ? png_tags(bytes) : jpeg_tags(bytes), picture);
   return picture;
 }
 

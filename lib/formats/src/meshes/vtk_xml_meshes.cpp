@@ -6,7 +6,6 @@
 
 #include "meshes/mesh_readers.h"
 #include "organbake/formats/vtk_xml.h"
-#include "vtk/vtk_cells.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "text/xml_parser.h"
+// Expat's callbacks as virtual functions, for the readers of VTK's and OpenCV's XML.
+#include "xml_parser.h"
 
 #include <new>
 #include <utility>

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "organbake/geometry/camera.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 
@@ -83,5 +84,46 @@ Intrinsics sized_lens(const NamedMatrices& found, int width, int height);
 // Sets the focal lengths and the principal point. OpenCV counts from the first pixel's centre, we
 // from its corner.
 void set_opencv_pinhole(double fx, double fy, double cx, double cy, Intrinsics& lens);
+
+enum class EndoscopeEye { left, right };
+
+// The lens of an eye in a calibration that keeps each camera as a part of its own; nothing where it
+// does not:
+// - Kalibr's camchain (cam0, cam1: intrinsics, distortion_coeffs, resolution),
+// - StereoMIS's StereoCalibration.ini ([StereoLeft], [StereoRight]: fc_x, cc_x, kc_0 …),
+// - MATLAB's cameraParameters and stereoParameters as jsonencode(toStruct(…)) writes them, whose
+//   pixels are counted from 1.
+// `width` and `height` are the pictures', for a document that does not tell them. Throws
+// BadDataError.
+std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, EndoscopeEye eye, int width,
+                                        int height, const std::filesystem::path& path);
+
+// How the right eye stands to the left one, in the document's unit, and how many millimetres that
+// is where its program knows one alone (Kalibr: metres). Nothing where the parts do not tell.
+struct PoseOfParts {
+  RigidTransform right_from_left;
+  std::optional<double> mm_per_unit;
+};
+std::optional<PoseOfParts> pose_of_parts(const NamedMatrices& found,
+                                         const std::filesystem::path& path);
+
+// The part that holds the matrices themselves: SCARED's frame_data.json has them under
+// "camera-calibration"; else the whole.
+const NamedMatrices& matrices_of(const NamedMatrices& found);
+
+// The lens of a matrix of 3×3 and, if given, k1 k2 p1 p2 k3, or k1 k2 k3 k4 where the document's
+// words name a fisheye's model (equidistant, Kannala–Brandt). Throws BadDataError for another
+// model, where more of a distortion than that is not 0, for a count of numbers that no distortion
+// has, for one that is no number, and for a matrix of another form.
+Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Matrix& k,
+                            const NamedMatrices::Matrix* d, Intrinsics sized,
+                            const std::filesystem::path& path);
+
+// Throws BadDataError, naming `path`, where a lens cannot be that of pictures of this size: it is
+// of another, its focal length is no lens's (shares of the sides, another size), or its axis meets
+// the picture far off the middle in both directions, or beside it (a halved or doubled
+// calibration). `whose` names the camera among several: "left"; "" = there is one.
+void check_lens_of_picture(const Intrinsics& lens, int width, int height,
+                           const std::filesystem::path& path, const std::string& whose = "");
 
 }  // namespace organbake

@@ -13,7 +13,7 @@
 #include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "text/xml_parser.h"
+#include "xml_parser.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/scalar_type.h"
-#include "vtk/vtk_cells.h"
 
 namespace organbake {
 namespace {

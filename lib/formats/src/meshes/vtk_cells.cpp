@@ -2,7 +2,7 @@
 // VTK's cells (vtkCellType.h) as triangles: polygons and strips as they are, and the outside of
 // grids of solid cells, which are the faces that no two solids share. The order of each kind's
 // nodes and faces is that of The VTK User's Guide, "VTK File Formats", figures 2 and 3.
-#include "vtk/vtk_cells.h"
+#include "meshes/mesh_readers.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
