@@ -12,6 +12,7 @@
 
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"
+#include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 
@@ -59,10 +60,7 @@ float median_luminance(const std::vector<Vector3f>& pixels,
   std::vector<float> values;
   for (std::size_t i = 0; i < pixels.size(); ++i)
     if (usable[i]) values.push_back(luminance_of(pixels[i]));
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 // Takes what lies within radius_px of an unusable pixel of the tissue out, too.

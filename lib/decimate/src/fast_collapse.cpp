@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 
+#include "organbake/core/quantile.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/adjacency.h"
 
@@ -191,9 +192,7 @@ class Thinning {
     // Each collapse takes two faces and three edges; some that are cheap are not allowed.
     const double wanted = 0.5 * double(alive_ - goal) / (1.5 * double(alive_)) * 1.5;
     const double share = std::min(kShareOfEdges, wanted);
-    const auto at = errors.begin() + static_cast<long>(share * double(errors.size() - 1));
-    std::nth_element(errors.begin(), at, errors.end());
-    return *at;
+    return quantile(std::move(errors), share);
   }
 
   template <typename Visit>

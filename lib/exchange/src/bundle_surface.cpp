@@ -10,6 +10,7 @@
 #include <set>
 
 #include "organbake/core/error.h"
+#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/lattice.h"
 #include "organbake/image/srgb.h"
@@ -142,10 +143,7 @@ MapSampler::MapSampler(const Bundle& bundle) : bundle_(bundle) {
       if (bundle.maps[c].face[i] != kNoFace)
         sizes.push_back(bundle.maps[c].depth_mm[i] / camera.intrinsics.fx);
   }
-  if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  texel_mm_ = *middle;
+  if (!sizes.empty()) texel_mm_ = median(std::move(sizes));
 }
 
 std::optional<MapSample> MapSampler::at(const Eigen::Vector3d& place_mm,

@@ -17,6 +17,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/quantile.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
@@ -109,12 +110,9 @@ std::array<const Channel*, 3> color_channels(const ChannelImage& image, const st
 }
 
 float exposure(const std::vector<float>& linear) {
-  std::vector<float> sorted = linear;
-  if (sorted.empty()) return 1;
-  const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(0.999 * (sorted.size() - 1));
-  std::nth_element(sorted.begin(), bright, sorted.end());
-  if (!(*bright > 0) || (*bright <= 1 && *bright >= kTooDark)) return 1;
-  return kWellExposed / *bright;
+  const float bright = quantile(linear, 0.999);
+  if (!(bright > 0) || (bright <= 1 && bright >= kTooDark)) return 1;
+  return kWellExposed / bright;
 }
 
 enum class PictureKind { png, jpeg, exr, other };

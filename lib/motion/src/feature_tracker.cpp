@@ -32,11 +32,9 @@ TrackedMotion motion_between(const ClipTracks& clip, std::size_t from, std::size
 }
 
 Grid<std::uint8_t> tracked_picture(const Rgb8Image& frame) {
-  const cv::Mat color(frame.height, frame.width, CV_8UC3,
-                      const_cast<std::uint8_t*>(frame.pixels.data()));
   Grid<std::uint8_t> even(frame.width, frame.height);
   cv::Mat green, target = cv_view(even);
-  cv::extractChannel(color, green, 1);
+  cv::extractChannel(cv_view(frame), green, 1);
   cv::createCLAHE(3.0, cv::Size(8, 8))->apply(green, target);
   return even;
 }

@@ -14,6 +14,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/smooth_step.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/cv_grid.h"
@@ -235,11 +236,6 @@ InverseDepthLabels round_surface(const Found& coarse, const Level& level, float 
   return labels;
 }
 
-float smooth_step(float x) {
-  x = std::clamp(x, 0.F, 1.F);
-  return x * x * (3 - 2 * x);
-}
-
 // Small pieces of depth that hang together with nothing are chance matches: correlation 0.
 void drop_speckles(float label_step, const SweepOptions& options, Found& found) {
   constexpr double kSmallest = 8e-4;  // share of the picture
@@ -275,7 +271,7 @@ SweptDepth result_of(const Found& found, const Level& level, const SweepOptions&
     result.depth.values[k] = 1 / w;
     result.relative_sd.values[k] = found.sd.values[k] / w;
     result.confidence.values[k] =
-        smooth_step((correlation - least) / (kGoodCorrelation - least)) * found.margin.values[k];
+        smooth_step<float>(least, kGoodCorrelation, correlation) * found.margin.values[k];
   }
   return result;
 }

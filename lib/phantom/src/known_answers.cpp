@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "organbake/core/error.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/shading/ray_grid.h"
 
@@ -224,10 +225,7 @@ double level_of_share(const SmoothField& field, const std::vector<Vector3d>& ray
   if (!(share > 0)) return std::numeric_limits<double>::infinity();
   std::vector<double> heights;
   for (const Vector3d& ray : rays) heights.push_back(field.at(ray.head<2>()));
-  const auto at = heights.begin() +
-                  static_cast<std::ptrdiff_t>((1 - std::min(1.0, share)) * (heights.size() - 1.0));
-  std::nth_element(heights.begin(), at, heights.end());
-  return *at;
+  return quantile(std::move(heights), 1 - std::min(1.0, share));
 }
 
 }  // namespace

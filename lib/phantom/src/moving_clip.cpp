@@ -15,6 +15,7 @@
 
 #include "moving_scene.h"
 #include "organbake/core/error.h"
+#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
@@ -165,8 +166,7 @@ double MovingClip::Impl::typical_distance_mm(const Moment& moment) const {
     if (hit.face != kNoHit) distances.push_back(hit.t * ray.direction.norm());
   }
   if (distances.empty()) return 1;
-  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
-  return distances[distances.size() / 2];
+  return median(std::move(distances));
 }
 
 // The mesh brings the ray near, Newton's steps put it on the spline.

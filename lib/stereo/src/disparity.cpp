@@ -11,6 +11,7 @@
 
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/local_pattern.h"
 #include "organbake/shading/local_planes.h"
@@ -243,10 +244,7 @@ double rows_uneven(const cv::Mat& pull, const cv::Mat& stiffness, const cv::Mat&
           rows_apart(pull, stiffness, share, {i * width, j * height, width, height});
       if (shifts.size() >= kEnough) off.push_back(std::abs(median(std::move(shifts))));
     }
-  if (off.empty()) return 0;
-  const auto at = off.begin() + static_cast<std::ptrdiff_t>(kMost * double(off.size() - 1));
-  std::nth_element(off.begin(), at, off.end());
-  return *at;
+  return quantile(std::move(off), kMost);
 }
 
 constexpr float kLeastSd_px = 0.03F;  // what is finer is not noise but the model

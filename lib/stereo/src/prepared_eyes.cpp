@@ -183,10 +183,8 @@ Rgb8Image aligned(const Rgb8Image& right, const Intrinsics& right_camera,
   const cv::Mat seen_from_aligned = (cv::Mat_<double>(2, 3) << c, -s, cx - c * cx + s * cy, s, c,
                                      cy - s * cx - c * cy + alignment.shift_px);
   Rgb8Image result(right.width, right.height);
-  const cv::Mat from(right.height, right.width, CV_8UC3,
-                     const_cast<std::uint8_t*>(right.pixels.data()));
-  cv::Mat to(result.height, result.width, CV_8UC3, result.pixels.data());
-  cv::warpAffine(from, to, seen_from_aligned, to.size(), cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
+  cv::Mat to = cv_view(result);
+  cv::warpAffine(cv_view(right), to, seen_from_aligned, to.size(), cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
                  cv::BORDER_CONSTANT);
   return result;
 }

@@ -3,8 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
+#include "organbake/core/smooth_step.h"
 
 namespace organbake {
 namespace {
@@ -51,6 +57,27 @@ TEST(RandomStream, BelowReachesEveryValueEvenly) {
   RandomStream stream(5);
   for (int i = 0; i < 70000; ++i) ++counts[stream.below(7)];
   for (const int count : counts) EXPECT_NEAR(count, 10000, 500);  // five standard deviations
+}
+
+TEST(Quantile, IsWhatSortingSays) {
+  RandomStream random(5);
+  std::vector<double> values;
+  for (int k = 0; k < 101; ++k) values.push_back(random.uniform());
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(quantile(values, 0), sorted.front());
+  EXPECT_EQ(quantile(values, 0.25), sorted[25]);
+  EXPECT_EQ(quantile(values, 0.259), sorted[25]) << "the lower of two";
+  EXPECT_EQ(quantile(values, 1), sorted.back());
+  EXPECT_EQ(median(values), sorted[50]);
+  EXPECT_EQ(quantile(std::vector<double>{}, 0.5), 0);
+}
+
+TEST(SmoothStep, RisesOrFallsBetweenItsEnds) {
+  EXPECT_EQ(smooth_step(2, 4, 1), 0);
+  EXPECT_EQ(smooth_step(2, 4, 3), 0.5);
+  EXPECT_EQ(smooth_step(2, 4, 9), 1);
+  EXPECT_EQ(smooth_step(4, 2, 2.5), 1 - smooth_step(2, 4, 2.5));
 }
 
 }  // namespace

@@ -14,17 +14,17 @@
 #include <vector>
 
 #include "organbake/core/median.h"
+#include "organbake/core/smooth_step.h"
 #include "organbake/image/srgb.h"
 #include "organbake/shading/ray_grid.h"
 
 namespace organbake {
 
-// Fitted to 139 scenes of organbench's kind that no test uses (seeds from 1000 on): least mean of
-// the depth's error by a plane's, with a penalty on every scene that is worse than the plane.
-// `organbench relief --only refit` fits it anew. What else was tried as evidence wins nothing on
-// scenes that were not fitted to, as long as none may be much worse than a plane: the sizes of tilt
-// and rest, a bound on what is kept of them, and shares of their own for the bowl of the rest and
-// for what of it follows the hue.
+// Fitted by a compass search to 139 phantoms that no test uses: least mean of the depth's error by
+// a plane's, with a penalty on every scene that is worse than the plane. What else was tried as
+// evidence wins nothing on scenes that were not fitted to, as long as none may be much worse than a
+// plane: the sizes of tilt and rest, a bound on what is kept of them, and shares of their own for
+// the bowl of the rest and for what of it follows the hue.
 const ReliefShareModel kReliefShareModel = {.tilt = {-1.00, 1.00, 2.14, 1.86},
                                             .rest = {-1.00, 1.00, -0.56, 2.42}};
 
@@ -33,11 +33,6 @@ namespace {
 // Rendered tissue leaves 0.018 at most with a tenth of texture (its depth is within 1 %), 0.037
 // with three tenths; frames of real clips 0.06 to 0.21.
 constexpr double kExplained = 0.025, kUnexplained = 0.05;
-
-double smooth_step(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x * x * (3 - 2 * x);
-}
 
 // Means over a cell's diffuse pixels.
 struct Cell {
@@ -112,8 +107,7 @@ ReliefEvidence relief_evidence(const PreparedFrame& frame, const RangeEstimate& 
 }
 
 ReliefShare relief_share(const ReliefEvidence& evidence, const ReliefShareModel& model) {
-  const double explained =
-      1 - smooth_step((evidence.unexplained - kExplained) / (kUnexplained - kExplained));
+  const double explained = 1 - smooth_step(kExplained, kUnexplained, evidence.unexplained);
   const double log_unexplained = std::log(std::max(evidence.unexplained, kExplained));
   const auto share = [&](const ReliefShareTerms& terms) {
     const double logit = terms[0] + terms[1] * log_unexplained + terms[2] * evidence.tilt_share +

@@ -9,6 +9,7 @@
 
 #include "organbake/core/median.h"
 #include "organbake/image/srgb.h"
+#include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 
 namespace organbake {
@@ -60,8 +61,7 @@ LinearColor divided_by_light(const Rgb8Image& frame, const Plane& light, const M
   const float noise = encoded_noise(frame, light, counts);
   const float damping = std::pow(noise / (2 * kQuieted * kSeen), kGamma);
   cv::Mat encoded;
-  cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.pixels.data()))
-      .convertTo(encoded, CV_32FC3, 1.0 / 255);
+  cv_view(frame).convertTo(encoded, CV_32FC3, 1.0 / 255);
   const cv::Mat smooth = noise > 0 ? quieted(encoded, noise) : encoded;
   LinearColor color = linear_color(frame);
   for (int y = 0; y < light.height; ++y)

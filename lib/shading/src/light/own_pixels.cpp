@@ -27,8 +27,7 @@ cv::Mat at_frame_size(const cv::Mat& reduced, cv::Size size, int halvings, int i
 
 cv::Mat as_float(const Rgb8Image& picture) {
   cv::Mat values;
-  cv::Mat(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.pixels.data()))
-      .convertTo(values, CV_32FC3);
+  cv_view(picture).convertTo(values, CV_32FC3);
   return values;
 }
 

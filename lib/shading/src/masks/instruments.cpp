@@ -40,10 +40,8 @@ TissueHue usual_hue(const cv::Mat& picture, const cv::Mat& inside) {
 }
 
 cv::Mat reduced_picture(const Rgb8Image& frame, cv::Size size) {
-  const cv::Mat whole(frame.height, frame.width, CV_8UC3,
-                      const_cast<std::uint8_t*>(frame.pixels.data()));
   cv::Mat small;
-  whole.convertTo(small, CV_32FC3);
+  cv_view(frame).convertTo(small, CV_32FC3);
   cv::resize(small, small, size, 0, 0, cv::INTER_AREA);
   cv::GaussianBlur(small, small, {3, 3}, 0);
   return small;

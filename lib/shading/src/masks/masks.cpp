@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 
@@ -103,10 +104,7 @@ double whitest(const Plane& white, const Mask& inside) {
   std::vector<float> levels;
   for (std::size_t k = 0; k < white.size(); ++k)
     if (inside.values[k]) levels.push_back(white.values[k]);
-  if (levels.empty()) return 0;
-  const auto at = levels.begin() + static_cast<std::ptrdiff_t>(0.999 * (levels.size() - 1));
-  std::nth_element(levels.begin(), at, levels.end());
-  return *at;
+  return quantile(std::move(levels), 0.999);
 }
 
 }  // namespace

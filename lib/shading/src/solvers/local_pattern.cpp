@@ -20,10 +20,8 @@ constexpr float kNoise = 1.0F;        // levels: what is no stronger than noise 
 
 Plane grey_levels(const Rgb8Image& color) {
   Plane grey(color.width, color.height);
-  const cv::Mat rgb(color.height, color.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(color.pixels.data()));
   cv::Mat levels;
-  cv::cvtColor(rgb, levels, cv::COLOR_RGB2GRAY);
+  cv::cvtColor(cv_view(color), levels, cv::COLOR_RGB2GRAY);
   levels.convertTo(cv_view(grey), CV_32F);
   return grey;
 }

@@ -13,6 +13,7 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/image/srgb.h"
+#include "organbake/shading/cv_grid.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
@@ -146,13 +147,11 @@ void FrameOptions::check() const {
 }
 
 Rgb8Image half_size(const Rgb8Image& frame) {
-  const cv::Mat whole(frame.height, frame.width, CV_8UC3,
-                      const_cast<std::uint8_t*>(frame.pixels.data()));
   Rgb8Image half(std::max(1, frame.width / 2), std::max(1, frame.height / 2));
-  cv::Mat target(half.height, half.width, CV_8UC3, half.pixels.data());
+  cv::Mat target = cv_view(half);
   const cv::Rect even(0, 0, std::min(2 * half.width, frame.width),
                       std::min(2 * half.height, frame.height));
-  cv::resize(whole(even), target, target.size(), 0, 0, cv::INTER_AREA);
+  cv::resize(cv_view(frame)(even), target, target.size(), 0, 0, cv::INTER_AREA);
   return half;
 }
 

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "organbake/core/parallel.h"
+#include "organbake/core/smooth_step.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -52,11 +53,6 @@ Passing passing(const Vector3d& p, const Vector3d& d, double length, const Capsu
   return {(r + s * d - t * axis).norm() - capsule.radius, s};
 }
 
-double rising(double low, double high, double value) {
-  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
 struct Skin {
   Vector3d place, normal;  // camera axes; the normal is 0 where the skin breaks off
 };
@@ -77,8 +73,8 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector
   const double range = std::max(way.norm(), 1.0);
   const Passing shadow = passing(skin.place, way / range, range, capsule);
   const double soft = kLeastSoft_mm + kLampRadius_mm * shadow.along / range;
-  const double touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
-  double kept = 1 - kDarkestShadow * touches * rising(soft, -soft, shadow.gap);
+  const double touches = smooth_step(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
+  double kept = 1 - kDarkestShadow * touches * smooth_step(soft, -soft, shadow.gap);
   kept *= 1 - kOccluded * std::exp(-gap / kOccludedNear_mm);
   shade.kept = std::min(shade.kept, kept);
   if (skin.normal.isZero(0)) return;
@@ -90,7 +86,7 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector
   const double grazing = 1 - facing,
                fresnel = kWaterMirror + (1 - kWaterMirror) * std::pow(grazing, 5);
   const double shown =
-      rising(0.3, -0.3, image.gap) * (1 - image.along / kMirrorReach_mm) * capsule.color;
+      smooth_step(0.3, -0.3, image.gap) * (1 - image.along / kMirrorReach_mm) * capsule.color;
   shade.mirrored = std::max(shade.mirrored, std::min(fresnel, 0.4) * shown);
 }
 
