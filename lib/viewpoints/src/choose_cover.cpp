@@ -2,20 +2,99 @@
 // Choosing few cameras that cover enough: greedily at first, then by simulated annealing
 // (Kirkpatrick, Gelatt and Vecchi 1983), which takes off the cameras that a greedy choice has too
 // many. Sets are bits, so that a move costs a few hundred population counts.
-#include "choose_cover.h"
+#include "cover.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
-#include "sample_counts.h"
+#include "sight.h"
 
 namespace organbake {
 namespace {
+
+// Counts of how often each sample is seen, kept as bit planes: adding a set is a ripple-carry adder
+// over words of 64 samples.
+
+// How often each sample is seen, 64 of them at once: bit b of a sample's count is its bit in plane
+// b, so that a set is added or taken away by the logic of an adder.
+class SampleCounts {
+ public:
+  // Told apart: those below `enough` > 0, those one below it, and those at it. Never more than
+  // `most_sets` sets at a time.
+  SampleCounts(std::size_t samples, int enough, std::size_t most_sets);
+
+  void add(const SampleBits& set) { change(set, true); }
+  void remove(const SampleBits& set) { change(set, false); }  // one that was added
+
+  const SampleBits& lacking() const { return lacking_; }
+  const SampleBits& next() const { return next_; }
+  const SampleBits& last() const { return last_; }
+  std::size_t lacking_count() const { return lacking_count_; }
+
+ private:
+  void change(const SampleBits& set, bool add);
+  void mark();
+
+  std::size_t enough_;
+  std::vector<SampleBits> planes_;
+  SampleBits lacking_, next_, last_;
+  std::size_t lacking_count_ = 0;
+};
+
+SampleCounts::SampleCounts(std::size_t samples, int enough, std::size_t most_sets)
+    : enough_(static_cast<std::size_t>(enough)),
+      planes_(static_cast<std::size_t>(std::bit_width(std::max(most_sets, enough_))),
+              SampleBits(samples)),
+      lacking_(samples),
+      next_(samples),
+      last_(samples) {
+  mark();
+}
+
+// Digit by digit: adding carries where a 1 becomes 0, taking away borrows where a 0 becomes 1.
+void SampleCounts::change(const SampleBits& set, bool add) {
+  const std::uint64_t turned = add ? 0 : ~std::uint64_t{0};
+  for (std::size_t w = 0; w < set.words().size(); ++w) {
+    std::uint64_t carry = set.words()[w];
+    for (std::size_t b = 0; b < planes_.size() && carry; ++b) {
+      std::uint64_t& plane = planes_[b].words()[w];
+      const std::uint64_t old = plane;
+      plane ^= carry;
+      carry &= old ^ turned;
+    }
+  }
+  mark();
+}
+
+void SampleCounts::mark() {
+  lacking_count_ = 0;
+  const std::size_t words = lacking_.words().size();
+  for (std::size_t w = 0; w < words; ++w) {
+    // From the highest bit down: still like `enough`, like it less one, already below it.
+    std::uint64_t like = ~std::uint64_t{0}, like_next = like, below = 0;
+    for (std::size_t b = planes_.size(); b-- > 0;) {
+      const std::uint64_t plane = planes_[b].words()[w];
+      const bool bit = enough_ >> b & 1, bit_next = (enough_ - 1) >> b & 1;
+      if (bit) below |= like & ~plane;
+      like &= bit ? plane : ~plane;
+      like_next &= bit_next ? plane : ~plane;
+    }
+    const std::size_t in_word =
+        std::min(SampleBits::kWordBits, lacking_.size() - w * SampleBits::kWordBits);
+    const std::uint64_t present = ~std::uint64_t{0} >> (SampleBits::kWordBits - in_word);
+    lacking_.words()[w] = below & present;
+    next_.words()[w] = like_next & present;
+    last_.words()[w] = like & present;
+    lacking_count_ += static_cast<std::size_t>(std::popcount(below & present));
+  }
+}
 
 // What one more candidate gains: samples that it completes, and a quarter for those that it brings
 // nearer.

@@ -1,60 +1,148 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cameras for a coverage goal: candidates and samples are refined where they decide (deep places,
-// neighbourhoods of chosen cameras), a lower bound is proved alongside, and cameras are added until
-// views over the VPM find what they show. What is said of the result is measured on samples that
-// had no part in it.
-#include "cover_cameras.h"
+// neighbourhoods of chosen cameras), and cameras are added until views over the VPM find what they
+// show. What is said of the result is measured on samples that had no part in it.
+#include "cover.h"
 
-#include <tbb/task_group.h>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <numeric>
 #include <optional>
+#include <vector>
 
-#include "choose_cover.h"
-#include "cover_candidates.h"
-#include "gradient_cover_bound.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/viewpoints/coverage.h"
-#include "sample_pool.h"
-#include "simplex_cover_bound.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 namespace {
+
+// Where cameras might stand: an even lattice, a finer one for what few of its directions show, and
+// neighbours of the chosen ones.
+
+// Where cameras might stand, and what each would see of a pool's working samples.
+class CoverCandidates {
+ public:
+  using Directions = CoverScene::Directions;
+
+  // Both outlive the candidates.
+  CoverCandidates(const CoverScene& scene, const SamplePool& pool, Directions directions);
+
+  std::size_t size() const { return directions_.size(); }
+  const CandidateVisibility& seen() const { return seen_; }
+  Directions directions_of(const ChosenCover& cover) const;
+  // Working samples that so many candidates see.
+  std::size_t seen_by(int times) const;
+
+  // At all working samples, where they are other ones; or at those that joined them.
+  void look();
+  void look_at_joined(const SurfaceSamples& joined);
+
+  // What lies deep shows itself from a few directions only, and even candidates may pass them by:
+  // of a finer lattice those join that together show each such sample often enough.
+  void add_for_the_hidden();
+  // Six more round each chosen one.
+  void add_round(const ChosenCover& cover, double reach_rad);
+
+ private:
+  SurfaceSamples seen_by_fewer_than(int times) const;
+  void append(const Directions& given);
+
+  const CoverScene& scene_;
+  const SamplePool& pool_;
+  Directions directions_;
+  CandidateVisibility seen_;
+};
+
+// Two cameras in one place have no VPM.
+constexpr double kSameDirection_rad = 1e-3;
+
+// Samples that fewer candidates see get more candidates, out of a finer lattice.
+constexpr int kFewCandidates = 6, kFineDirections = 8192;
+
+CoverCandidates::CoverCandidates(const CoverScene& scene, const SamplePool& pool,
+                                 Directions directions)
+    : scene_(scene), pool_(pool), directions_(std::move(directions)) {
+  look();
+}
+
+CoverCandidates::Directions CoverCandidates::directions_of(const ChosenCover& cover) const {
+  Directions directions;
+  for (const std::uint32_t c : cover.chosen) directions.push_back(directions_[c]);
+  return directions;
+}
+
+SurfaceSamples CoverCandidates::seen_by_fewer_than(int times) const {
+  SurfaceSamples few;
+  for (std::size_t i = 0; i < pool_.working().size(); ++i) {
+    if (times_in(seen_, i, times) < times) append_sample(pool_.working(), i, few);
+  }
+  return few;
+}
+
+std::size_t CoverCandidates::seen_by(int times) const {
+  return pool_.working().size() - seen_by_fewer_than(times).size();
+}
+
+void CoverCandidates::look() { seen_ = scene_.seen_well(directions_, pool_.working(), nullptr); }
+
+void CoverCandidates::look_at_joined(const SurfaceSamples& joined) {
+  const std::vector<SampleBits> seen = scene_.seen_well(directions_, joined, nullptr);
+  for (std::size_t c = 0; c < seen_.size(); ++c) seen_[c].append(seen[c]);
+}
+
+void CoverCandidates::add_for_the_hidden() {
+  const SurfaceSamples few = seen_by_fewer_than(kFewCandidates);
+  if (few.size() == 0) return;
+  const Directions fine = scene_.stands(kFineDirections);
+  const ChosenCover more = greedy_cover(scene_.seen_well(fine, few, nullptr), {},
+                                        {few.size(), kFewCandidates}, fine.size());
+  Directions added;
+  for (const std::uint32_t c : more.chosen) added.push_back(fine[c]);
+  append(added);
+}
+
+void CoverCandidates::add_round(const ChosenCover& cover, double reach_rad) {
+  Directions added;
+  for (const Eigen::Vector3d& d : directions_of(cover)) {
+    const Eigen::Vector3d side = d.unitOrthogonal(), up = d.cross(side);
+    for (int k = 0; k < 6; ++k) {
+      const double turn = k * std::numbers::pi / 3;
+      const Eigen::Vector3d to =
+          (d + reach_rad * (std::cos(turn) * side + std::sin(turn) * up)).normalized();
+      if (scene_.may_stand(to)) added.push_back(to);
+    }
+  }
+  append(added);
+}
+
+// Those that are candidates already are left out.
+void CoverCandidates::append(const Directions& given) {
+  const double same = std::cos(kSameDirection_rad);
+  Directions added;
+  for (const Eigen::Vector3d& d : given) {
+    const auto is_same = [&](const Eigen::Vector3d& other) { return d.dot(other) > same; };
+    if (std::any_of(directions_.begin(), directions_.end(), is_same)) continue;
+    if (std::any_of(added.begin(), added.end(), is_same)) continue;
+    added.push_back(d);
+  }
+  const std::vector<SampleBits> seen = scene_.seen_well(added, pool_.working(), nullptr);
+  directions_.insert(directions_.end(), added.begin(), added.end());
+  seen_.insert(seen_.end(), seen.begin(), seen.end());
+}
 
 using Directions = CoverScene::Directions;
 
 constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2;
 constexpr std::size_t kCheckingSamples = 16384, kFoldedCheckingSamples = 65536;
-// Of the bounds: steps, if all of the relaxation takes part in each; pivots.
-constexpr double kMostSteps = 500;
-constexpr int kMostPivots = 60'000;
 // So often each chosen camera is tried against each candidate, on average: for the first choice,
 // and for one that goes on from there, where it need not get so hot again.
 constexpr double kFirstTries = 10, kFurtherTries = 5;
 constexpr double kWarm = 0.1;
 constexpr int kPolishRounds = 2;
-
-// Work that the rest need not wait for until its end. What it throws comes out of wait().
-class Alongside {
- public:
-  Alongside() = default;
-  ~Alongside() {
-    try {
-      wait();
-    } catch (...) {  // whoever did not wait has an error of its own
-    }
-  }
-  template <class Work>
-  void start(Work work) {
-    group_.run(std::move(work));
-  }
-  void wait() { group_.wait(); }
-
- private:
-  tbb::task_group group_;
-};
 
 // A few at a time, apart from each other and from the cameras there are.
 Directions worst_views(const CoverScene& scene, const Directions& cameras, const Directions& views,
@@ -126,7 +214,6 @@ class CameraCover {
     if (pool_->folded()) refine();
     context_.progress(0.7);
     reach_on_checking_samples();
-    bounding_.wait();
     context_.progress(0.9);
     Placement placement = complete_views(scene_, chosen_);
     summary_.for_coverage = chosen_.size();
@@ -160,11 +247,6 @@ class CameraCover {
   void choose() {
     let_miss_what_the_goal_lets();
     summary_.candidates = candidates_->size();
-    bounding_.start([this, seen = candidates_->seen(), goal = cover_goal_] {
-      summary_.lower_bound = pool_->folded()
-                                 ? simplex_cover_bound(seen, goal, kMostPivots, context_)
-                                 : gradient_cover_bound(seen, goal, kMostSteps);
-    });
     const ChosenCover greedy =
         greedy_cover(candidates_->seen(), {}, cover_goal_, kMostCoverCameras);
     cover_ = annealed(greedy, kFirstTries, {});
@@ -255,10 +337,11 @@ class CameraCover {
 
   void tell() const {
     if (summary_.reached) return;
-    context_.warn("cameras see only " + percent(summary_.coverage, 2) +
-                  " of the reachable surface as often as asked for, " +
-                  std::to_string(goal_.overlap) + " times, not the " + percent(goal_.share, 2) +
-                  "; more --candidates or less --overlap may help");
+    context_.warn(
+        "cameras see only " + percent(summary_.coverage, 2) +
+        " of the reachable surface as often as asked for, " + std::to_string(goal_.overlap) +
+        " times, " + percent(goal_.share - summary_.coverage, 2) + " less than the " +
+        percent(goal_.share, 2) + " of the goal; more --candidates or less --overlap may help");
   }
 
   const TriangleMesh& surface_;
@@ -274,10 +357,7 @@ class CameraCover {
   ChosenCover cover_;
   Directions chosen_;
   CoverSummary summary_;
-  Alongside bounding_;  // the last: it ends before what it works on
 };
-
-using Directions = CoverScene::Directions;
 
 }  // namespace
 

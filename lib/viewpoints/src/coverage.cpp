@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a placement shows, measured on samples and views that had no part in making it, at rest and
 // poked.
-#include "organbake/viewpoints/coverage.h"
+#include "organbake/viewpoints/placement.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,11 +10,11 @@
 #include <limits>
 #include <utility>
 
-#include "organ_frame.h"
+#include "organ.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "spread_directions.h"
+#include "sight.h"
 
 namespace organbake {
 namespace {

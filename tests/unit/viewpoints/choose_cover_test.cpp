@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "choose_cover.h"
+#include "cover.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <functional>
 
-#include "gradient_cover_bound.h"
 #include "organbake/core/random.h"
-#include "simplex_cover_bound.h"
 
 namespace organbake {
 namespace {
 
-constexpr double kSteps = 2000;
-constexpr int kPivots = 10'000;
 constexpr Annealing kShort{.moves = 2'000};
 
 // `groups` of `size` samples, each seen by `copies` candidates of its own.
@@ -60,54 +54,6 @@ std::size_t true_fewest(const std::vector<SampleBits>& seen, const CoverGoal& go
     if (size < fewest && covered_by(seen, subset, goal.overlap) >= goal.samples) fewest = size;
   }
   return fewest;
-}
-
-constexpr double kGradientSearched = 0.02;  // how near its search for prices comes
-constexpr double kRounding = 1e-6;
-
-void expect_bounds_of_disjoint_groups(
-    const std::function<double(const std::vector<SampleBits>&, const CoverGoal&)>& bound_of,
-    double tolerance) {
-  const auto bound = [&](int copies, const CoverGoal& goal) {
-    return bound_of(disjoint_groups(5, 100, copies), goal);
-  };
-  EXPECT_NEAR(bound(1, {500, 1}), 5, tolerance * 5);
-  EXPECT_NEAR(bound(3, {500, 2}), 10, tolerance * 10);
-  EXPECT_NEAR(bound(1, {450, 1}), 4.5, tolerance * 4.5);  // the relaxation takes half a group
-  EXPECT_EQ(bound(1, {0, 1}), 0);
-}
-
-TEST(GradientCoverBound, KnowsWhatDisjointGroupsTake) {
-  expect_bounds_of_disjoint_groups(
-      [](const auto& seen, const auto& goal) { return gradient_cover_bound(seen, goal, kSteps); },
-      kGradientSearched);
-}
-
-TEST(SimplexCoverBound, KnowsWhatDisjointGroupsTake) {
-  expect_bounds_of_disjoint_groups(
-      [](const auto& seen, const auto& goal) { return simplex_cover_bound(seen, goal, kPivots); },
-      kRounding);
-}
-
-// However early they end.
-TEST(CoverBounds, AreNeverAboveTheTrueFewest) {
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const auto seen = random_sets(seed, 11, 100, 0.35);
-    for (const CoverGoal& goal : {CoverGoal{85, 1}, CoverGoal{70, 2}, CoverGoal{50, 3}}) {
-      const std::size_t fewest = true_fewest(seen, goal);
-      if (fewest > seen.size()) continue;
-      for (const double steps : {1., 50., kSteps})
-        EXPECT_LE(std::ceil(gradient_cover_bound(seen, goal, steps)), fewest) << seed;
-      for (const int pivots : {0, 3, 20, kPivots})
-        EXPECT_LE(std::ceil(simplex_cover_bound(seen, goal, pivots)), fewest) << seed;
-    }
-  }
-}
-
-// Places in folds, each seen by its own few: one candidate does not stand for two.
-TEST(SimplexCoverBound, IsTighterWhereACandidateCannotCountTwice) {
-  // 40 places seen by three candidates each; half of them may be given up.
-  EXPECT_NEAR(simplex_cover_bound(disjoint_groups(40, 1, 3), {20, 2}, kPivots), 40, kRounding);
 }
 
 TEST(GreedyCover, EndsAtTheGoalOrAtTheMostAllowed) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -63,8 +64,7 @@ struct PlacementOptions {
 
 // How the cameras of a coverage goal were found.
 struct CoverSummary {
-  double lower_bound = 0;        // of their number, over all candidates; ceil() of it is meant
-  std::size_t candidates = 0;    // directions that it was chosen and proved over
+  std::size_t candidates = 0;    // directions that the first choice had
   std::size_t for_coverage = 0;  // cameras that the goal of coverage took
   std::size_t for_views = 0;     // more of them, so that views find all in their three cameras
   double coverage = 0;           // reached, on samples that had no part in choosing
@@ -89,18 +89,61 @@ struct Placement {
 Placement place_cameras(const TriangleMesh& surface, const PlacementOptions& options,
                         const RunContext& context = {});
 
-// The cameras of given unit directions and distance, with their VPM.
-class OrganFrame;
-Placement placement_of(const OrganFrame& organ, const std::vector<Eigen::Vector3d>& directions,
-                       double distance_mm, const PlacementOptions& options);
+// What viewers miss: the surface visible in a view but to none of the three cameras that the VPM
+// gives it.
+struct ViewCertificate {
+  int views = 0;
+  // Share of what the view shows, by the area that it has in the picture: the mean of all views and
+  // the worst one.
+  double mean_gap = 0, worst_gap = 0;
+  // The same, by area on the surface: slivers at the outline, which hardly show, count fully.
+  double mean_surface_gap = 0;
+  std::vector<double> gaps;  // of each view
+};
 
-// The VPM of given directions at one common distance; bounded by a box when the cameras do not
-// surround the centre; vertices of more than three planes are fanned from their lowest camera.
-// Fills placement.manifold and placement.manifold_surface. Triangles run counter-clockwise seen
-// from outside, start at their lowest camera and are sorted; there are none for fewer than three
-// cameras or for cameras that all lie in one plane with the centre. Throws BadDataError when an
-// eye is at the centre, not finite, or in the same direction as another.
-void build_view_manifold(const Eigen::Vector3d& center, const std::vector<Eigen::Vector3d>& eyes,
-                         Placement& placement);
+// What the cameras of a placement show of the surface, measured on samples and views of its own.
+struct CoverageReport {
+  // Of the surface's area: what some of 2,048 views of the region shows well (as CoverageGoal
+  // says), and what none shows at any angle.
+  double reachable_share = 0, hidden_share = 0;
+  // Of the reachable area: seen well by at least one, two, three cameras.
+  std::array<double, 3> seen_share = {};
+  // Of the area seen: the longest side of the finest texel on it. Bin k reaches from edge k − 1 to
+  // edge k; the last one is open.
+  static constexpr std::array<double, 7> kTexelEdges_mm = {0.0625, 0.125, 0.25, 0.5, 1, 2, 4};
+  std::array<double, kTexelEdges_mm.size() + 1> texel_share = {};
+  double median_texel_mm = 0;
+  ViewCertificate at_rest;
+  // Views of the surface poked by 10, 20 and 30 % of its size, cameras as they were at rest.
+  struct Poked {
+    double depth_mm = 0;
+    ViewCertificate certificate;
+    // Of what the views reach of the poked surface: seen at rest by at least one, two, three.
+    std::array<double, 3> seen_share = {};
+  };
+  std::vector<Poked> poked;
+  // The surface, a colour a vertex: grey = no view of the region shows it well, red = no camera
+  // does though a view would, yellow = one, green = two, blue = three or more.
+  TriangleMesh painted;
+};
+
+// Brief: the shares and the texels alone, from a quarter of the samples and of the region's views;
+// `at_rest`, `poked` and `painted` stay empty. It takes a tiny part of the time of the full report.
+// The region and the texel limit (options.coverage, if any) are those of the placement. Throws
+// BadDataError for a surface without area.
+CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& placement,
+                                const PlacementOptions& options,
+                                CoverageDetail detail = CoverageDetail::full,
+                                const RunContext& context = {});
+
+// A push on the surface: everything moves along `displacement_mm`, by exp(−r²/2σ²) of it at the
+// distance r from the site. Smooth and without folds for σ > 0.61 |displacement|.
+struct Poke {
+  Eigen::Vector3d site_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d displacement_mm = Eigen::Vector3d::Zero();
+  double sigma_mm = 1;
+};
+
+TriangleMesh poked_surface(TriangleMesh surface, const Poke& poke);
 
 }  // namespace organbake
