@@ -2,18 +2,121 @@
 // Tetrahedra inside a proxy from a regular lattice of cubes, five each: well shaped whatever the
 // proxy is, which Delaunay meshing of coarse, folded proxies is not. Cells that the surface cuts
 // count by the share that is inside.
-#include "lattice_body.h"
-
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <span>
+#include <utility>
 
-#include "lattice_cell.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/core/union_find.h"
-#include "skin_patches.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "tissue_parts.h"
 
 namespace organbake {
+
+// The five tetrahedra of a cube, told by the parity of its corners; mirror images in neighbouring
+// cubes, so that their faces match.
+namespace {
+
+constexpr int kOpposite = 7;  // corner ^ 7 lies across the cube, corner ^ 1, 2, 4 along an axis
+
+double distance_along(const Eigen::Vector3d& at, int corner, int axis) {
+  return std::abs(at[axis] - (corner >> axis & 1));
+}
+
+bool is_odd(int corner) { return ((corner ^ corner >> 1 ^ corner >> 2) & 1) != 0; }
+
+}  // namespace
+
+// Of the middle tetrahedron: the corners that lie an even (odd) number of edges from corner 0.
+int LatticeCell::middle_corner(int k) const {
+  constexpr std::array<int, 4> kEven = {0, 3, 5, 6}, kOdd = {7, 4, 2, 1};
+  return odd ? kOdd[k] : kEven[k];
+}
+
+std::array<int, 4> LatticeCell::corners(int tetrahedron) const {
+  std::array<int, 4> result;
+  bool positive = odd;
+  if (tetrahedron == 0) {
+    for (int k = 0; k < 4; ++k) result[k] = middle_corner(k);
+  } else {
+    const int own = middle_corner(tetrahedron - 1) ^ kOpposite;
+    result = {own, own ^ 1, own ^ 2, own ^ 4};
+    positive = !is_odd(own);  // x, y, z from corner 0 are right-handed, each flip mirrors
+  }
+  if (!positive) std::swap(result[2], result[3]);
+  return result;
+}
+
+// The corner tetrahedron at c holds what is nearer to c than 1 by the sum of coordinates; the
+// middle one's weight of a corner grows from 0 to 1 as that sum from the opposite corner does from
+// 1 to 3.
+LatticeCell::Location LatticeCell::locate(const Eigen::Vector3d& at) const {
+  Location location;
+  std::array<double, 8> weight{};
+  for (int k = 0; k < 4; ++k) {
+    const int own = middle_corner(k) ^ kOpposite;
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) sum += distance_along(at, own, axis);
+    if (sum < 1) {
+      location.tetrahedron = k + 1;
+      weight.fill(0);
+      for (int axis = 0; axis < 3; ++axis) {
+        weight[own ^ 1 << axis] = distance_along(at, own, axis);
+      }
+      weight[own] = 1 - sum;
+      break;
+    }
+    weight[middle_corner(k)] = (sum - 1) / 2;
+  }
+  const auto own = corners(location.tetrahedron);
+  for (int k = 0; k < 4; ++k) location.weights[k] = std::clamp(weight[own[k]], 0.0, 1.0);
+  return location;
+}
+
+namespace {
+
+// Of the faces' areas; those of a closed surface sum up to nothing, of half a sphere to a half.
+constexpr double kLeastOneWay = 0.4;
+
+// Twice the faces' areas, as vectors along their normals.
+Eigen::Vector3d sum_of_areas(const TriangleMesh& mesh) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const auto& [a, b, c] : mesh.faces)
+    sum += (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+  return sum;
+}
+
+}  // namespace
+
+bool is_sheet(const TriangleMesh& surface) {
+  return sum_of_areas(surface).norm() > kLeastOneWay * 2 * surface_area(surface);
+}
+
+TriangleMesh tissue_layer(const TriangleMesh& sheet, double thickness_mm) {
+  const auto below = static_cast<std::uint32_t>(sheet.vertices.size());
+  const Eigen::Vector3d down = -thickness_mm * sum_of_areas(sheet).normalized();
+  TriangleMesh layer{sheet.vertices, sheet.faces, {}};
+  for (const Eigen::Vector3d& v : sheet.vertices) layer.vertices.push_back(v + down);
+  for (const Face& f : sheet.faces)
+    layer.faces.push_back({below + f[0], below + f[2], below + f[1]});
+  MeshEdges(sheet).for_each([&](std::span<const EdgeUse> uses) {
+    int up = 0;
+    for (const EdgeUse& use : uses) up += use.up() ? 1 : -1;
+    // As often as the sheet runs along it more one way than back.
+    const auto [a, b] =
+        up > 0 ? std::pair(uses[0].low, uses[0].high) : std::pair(uses[0].high, uses[0].low);
+    for (int i = 0; i < std::abs(up); ++i) {
+      layer.faces.push_back({b, a, below + a});
+      layer.faces.push_back({b, below + a, below + b});
+    }
+  });
+  return layer;
+}
+
 namespace {
 
 // Lines are moved aside by these shares of the spacing: meshes made by hand have edges right

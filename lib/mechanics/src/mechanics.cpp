@@ -8,16 +8,11 @@
 #include <numeric>
 #include <string>
 
-#include "elimination_order.h"
-#include "lattice_body.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/mechanics/spring_fit.h"
-#include "skin_give.h"
-#include "spring_builder.h"
-#include "tissue_layer.h"
+#include "tissue_parts.h"
 
 namespace organbake {
 namespace {
@@ -143,14 +138,6 @@ TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
   return body;
 }
 
-void fit_springs(const TriangleMesh& proxy, MechanicsModel& model, const RunContext& context) {
-  const SpringFitReport fit = fit_springs_to_fem(proxy, model, context);
-  context.info("springs fitted to finite elements: shapes under dead loads are off by " +
-               percent(fit.fitted, 1) + " (were " + percent(fit.fitted_before, 1) +
-               "), under loads that were held out by " + percent(fit.held_out, 1) + " (" +
-               percent(fit.held_out_before, 1) + "), medians");
-}
-
 }  // namespace
 
 void MechanicsOptions::check() const {
@@ -165,10 +152,6 @@ void MechanicsOptions::check() const {
   check_range("grasp_slip_n", grasp_slip_n, 0, 1e6);
   check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
   check_range("poisson_ratio", poisson_ratio, 0, 0.49);
-  if (fit_to_fem && volume_stiffness > 0 && volume_stiffness < 1)
-    throw UsageError("fit_to_fem needs volume_stiffness 0 or 1, not " + to_text(volume_stiffness) +
-                     ": what lies between changes with the springs that are fitted");
-  if (fit_to_fem && !fem) throw UsageError("fit_to_fem needs fem: there is nothing to fit to");
   const double length = anchor_direction.stableNorm();
   if (!(length > 0) || !std::isfinite(length)) {
     throw UsageError("anchor_direction must be finite and not zero");
@@ -210,7 +193,6 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
     model.body = body_of(proxy, model, options, context);
     model.body->give_mm_per_n = skin_gives(proxy, model);
   }
-  if (options.fit_to_fem) fit_springs(proxy, model, context);
   model.elimination_order = elimination_order(model);
   return model;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "lattice_body.h"
+#include "tissue_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,10 @@
 #include <cmath>
 #include <map>
 
-#include "lattice_cell.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
-#include "tissue_layer.h"
 
 namespace organbake {
 namespace {

@@ -23,7 +23,6 @@ struct MechanicsOptions {
   bool fem = false;             // tetrahedra too, for the player's other solver
   double fem_cell_mm = 0;       // of the lattice they are cut from; 0 = by the proxy's edges
   double poisson_ratio = 0.45;  // of the tetrahedra; tissue is nearly incompressible
-  bool fit_to_fem = false;      // the springs' constants then come from the tetrahedra's response
 
   // Throws UsageError.
   void check() const;
