@@ -38,7 +38,7 @@ struct Command {
   int bench_frames = 0;
   double threshold_db = 45;
   SharedFlags shared;
-  std::vector<std::string> notes;  // what options under former names are called now
+  std::vector<std::string> notes;  // what is to be said of options that are no longer there
 
   bool wants_truth() const { return layers.any() || stereo_mm; }
   PictureSize picture_size() const { return size.value_or(lens_size.value_or(PictureSize())); }

@@ -49,10 +49,11 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   const std::size_t equals = arguments[position].find('=');
   const std::string flag = long_flag(arguments[position].substr(0, equals), options);
   if (!flag.starts_with("--")) unknown_flag(flag, options);
-  const std::string retired = options.retired_note(flag.substr(flag.starts_with("--no-") ? 5 : 2));
-  if (!retired.empty()) {  // only switches have been retired so far: there is no value to pass over
+  const std::string name = flag.substr(flag.starts_with("--no-") ? 5 : 2);
+  if (const std::string retired = options.retired_note(name); !retired.empty()) {
     notes.push_back(retired);
-    return position + 1;
+    const bool alone = equals != std::string::npos || options.was_switch(name);
+    return std::min(position + (alone ? 1 : 2), arguments.size());
   }
   const Option* option = options.find(flag.substr(2));
   if (!option && flag.starts_with("--no-")) {
@@ -61,19 +62,15 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
     option->set(parse_option(*option, "false", flag));
     return position + 1;
   }
-  const bool former = !option;
-  if (former) option = options.find_former(flag.substr(2));
   if (!option) unknown_flag(flag, options);
-  const auto parse = former ? parse_former_option : parse_option;
-  if (former) notes.push_back(former_name_note(*option));
   if (equals != std::string::npos) {
-    set_option(*option, parse(*option, arguments[position].substr(equals + 1), flag));
+    set_option(*option, parse_option(*option, arguments[position].substr(equals + 1), flag));
   } else if (option->kind == OptionKind::boolean) {
     option->set(true);
   } else if (position + 1 == arguments.size()) {
     throw UsageError(flag + ": its value is missing");
   } else {
-    set_option(*option, parse(*option, arguments[++position], flag));
+    set_option(*option, parse_option(*option, arguments[++position], flag));
   }
   return position + 1;
 }

@@ -17,7 +17,7 @@ using Arguments = std::vector<std::string>;
 // "-o FILE") and returns the other words in order. After "--" everything is a word. With
 // `only_leading`, it stops before the first word and drops what it read from `arguments`. Throws
 // UsageError: an unknown flag with the nearest known one, a missing or impossible value.
-// `notes` gets what flags under former names are called now.
+// `notes` gets what is to be said of flags that are no longer settings.
 std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
                                         std::vector<std::string>& notes, bool only_leading = false);
 

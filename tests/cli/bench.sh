@@ -12,7 +12,7 @@ expect 2 organbench decimat -o run
 expect_err "did you mean 'decimate'"
 expect 73 organbench -o /dev/null/x
 
-expect 0 organbench --quick --rounds 1 isosurface skip -o run
+expect 0 organbench --quick --rounds 1 isosurface stereo -o run
 expect_equal "$(cat out)" run/organbench.html
 expect 0 organbake verify run/organbench.json
 grep -q '<svg' run/organbench.html || fail "the page has no chart"

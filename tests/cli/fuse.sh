@@ -140,7 +140,7 @@ done
 refuse 65 "another unit" relative --poses p/cameras.json --scale given
 
 # Both eyes, rectified: stereo's maps are of its own camera, the poses of the left eye as it is.
-expect 0 organbake phantom --kind laparoscopy --frames 4 --baseline-mm 4.5 --tilt 0.4 --texture 0.3 \
+expect 0 organbake phantom --kind laparoscopy --frames 4 --baseline-mm 4.5 --tilt-deg 22.9 --texture 0.3 \
   --frame-width-px 360 --frame-height-px 288 --no-instrument -o both
 python3 - <<'END'
 import json
@@ -184,5 +184,5 @@ refuse 66 "no such file" none.exr --poses p/cameras.json
 refuse 66 "no such file" p/truth --poses none.json
 refuse 2 "lacks its input 'poses'" p/truth
 refuse 2 "lacks its input 'depth'" --poses p/cameras.json
-refuse 2 "voxels; at most" p/truth --poses p/cameras.json --voxel 0.03
+refuse 2 "voxels; at most" p/truth --poses p/cameras.json --voxel-mm 0.03
 expect_equal "$(leftovers "$WORK")" ""

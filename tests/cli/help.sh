@@ -72,8 +72,11 @@ for program in organbake organplay organbench; do
 done
 expect 2 organplay b --light scop -o x.png
 expect_err "--light: 'scop' is not possible; it takes one word, one of scope, world, baked; did you mean 'scope'?"
-# Former names of options are taken, with a note.
-expect 66 organplay b --script s.json --reference frames --threshold 30
+expect 2 organplay b --script s.json --reference frames --threshold 30
+expect_err "unknown flag --threshold; did you mean '--threshold-db'?"
+# A setting that there was once is passed over with its value, and said.
+expect 66 organbake capture x.ply p.ply c.json --zip-level 9 -o y
+expect_err "zip_level is no longer a setting: it is always 6"
 
 # Spellings of flags: value behind a blank or '=', switches with --no-, words after "--".
 expect 66 organbake decimate --faces=80 --method cluster x.ply -o y.ply

@@ -4,7 +4,7 @@
 # fisheyes are straightened and that is said, and tissue is shown upright as it was filmed.
 source "$(dirname "$0")/assert.sh"
 
-expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt 0.5236 --texture 0.3 --frames 1 \
+expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt-deg 30 --texture 0.3 --frames 1 \
   --frame-width-px 360 --frame-height-px 288 -o p
 frame=p/frames/000000.png right=p/right/000000.png
 python3 - <<'END'

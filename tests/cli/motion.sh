@@ -130,7 +130,7 @@ fi
 
 mkdir mixed
 cp still/frames/00000[0-5].png mixed
-expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width 160 --frame-height 120 -o small
+expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width-px 160 --frame-height-px 120 -o small
 cp small/frames/000000.png mixed/000003.png
 refused 65 "frame 3: is 160x120" organbake motion mixed -o made
 refused 65 "160x120" organbake motion still/frames --intrinsics small/cameras.json -o made

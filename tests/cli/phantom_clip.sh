@@ -4,7 +4,7 @@
 # threads; what does not belong together is refused in words.
 source "$(dirname "$0")/assert.sh"
 
-small=(--kind laparoscopy --frames 11 --frame-width 160 --frame-height 90)
+small=(--kind laparoscopy --frames 11 --frame-width-px 160 --frame-height-px 90)
 
 expect 0 organbake phantom "${small[@]}" --path tour --breathing-mm 3 --breathing-period-s 1 --blurred 0.2 -o tour
 for file in frames/000000.png frames/000010.png truth/000000.exr truth/000010.exr truth/surface.ply; do

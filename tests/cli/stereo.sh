@@ -7,7 +7,7 @@ source "$(dirname "$0")/assert.sh"
 figure() { python3 -c 'import json, sys; print(json.load(open(sys.argv[2]))["figures"][sys.argv[1]])' "$1" "$2"; }
 
 # A phantom's clip with both eyes, and their cameras.
-expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt 0.5236 --texture 0.3 --frames 2 \
+expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt-deg 30 --texture 0.3 --frames 2 \
   --frame-width-px 360 --frame-height-px 288 -o p
 expect 0 organbake stereo p/frames p/right --calibration p/stereo.json -o s
 for file in depth/000001.exr normals/000001.exr mask/000001.png confidence/000001.png \
@@ -123,7 +123,7 @@ expect 0 organbake bake r.yaml -o bundle
 expect 0 organbake verify bundle
 
 # The lamp's beam is learned from the clip, and one eye of the same endoscope is shaded by it.
-expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt 0.5 --beam 5 --frames 2 -o beamed
+expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt-deg 28.6 --beam 5 --frames 2 -o beamed
 expect 0 organbake stereo beamed/frames beamed/right --calibration beamed/stereo.json -o with_beam
 awk "BEGIN { exit !($(figure beam_exponent with_beam/report.json) > 4) }" || fail "no beam is learned"
 expect 0 organbake shade beamed/frames/000000.png --lamp with_beam/lighting.json -o by_lamp

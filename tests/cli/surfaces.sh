@@ -49,8 +49,8 @@ bake 0 inward organ_inward.ply
 expect_err "decimate: organ_inward.ply: 1 piece that was wound inside out turned outward"
 in_place inward/surface.ply
 # A sheet is shown by the side that its faces look from; the other one has nothing to show.
-bake 0 front sheet.ply --set place.cone_axis=0,0,1 --set place.cone_angle=0.3
-bake 65 back sheet.ply --set place.cone_axis=0,0,-1 --set place.cone_angle=0.3
+bake 0 front sheet.ply --set place.cone_axis=0,0,1 --set place.cone_angle_deg=17
+bake 65 back sheet.ply --set place.cone_axis=0,0,-1 --set place.cone_angle_deg=17
 expect_err "see it from behind"
 expect_gone back
 

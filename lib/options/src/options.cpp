@@ -1,19 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
+// Options bound to variables: how their values are read, checked and told.
 #include "organbake/options/options.h"
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "organbake/core/error.h"
 #include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
-#include "organbake/options/meant_number.h"
 
 namespace organbake {
+namespace {
+
+std::optional<double> as_number(const std::string& text) {
+  double value = 0;
+  if (text.empty() || read_number(text, value) != text.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+bool NumberRange::holds(double value) const {
+  return std::isfinite(value) && (!min || value >= *min) && (!max || value <= *max);
+}
+
+std::string meant_number(const NumberRange& range, std::string text) {
+  if (std::count(text.begin(), text.end(), ',') != 1) return {};
+  std::replace(text.begin(), text.end(), ',', '.');
+  const auto value = as_number(text);
+  return value && range.holds(*value) ? "; decimals stand behind a point: " + to_text(*value)
+                                      : std::string();
+}
+
 namespace {
 
 bool same_name(std::string_view a, std::string_view b) {
@@ -36,26 +57,6 @@ std::string number_text(double value) {
   constexpr double kExactIntegers = 9007199254740992.0;
   const bool whole = value == std::floor(value) && std::abs(value) < kExactIntegers;
   return whole ? std::to_string(static_cast<std::int64_t>(value)) : to_text(value);
-}
-
-// What the names of options in a unit end in; empty for a unit that no name tells, such as one that
-// depends on the volume.
-std::string name_ending(const std::string& unit) {
-  static const std::map<std::string, std::string> kEndings = {{"mm", "_mm"},
-                                                              {"px", "_px"},
-                                                              {"deg", "_deg"},
-                                                              {"s", "_s"},
-                                                              {"HU", "_hu"},
-                                                              {"kPa", "_kpa"},
-                                                              {"kg/m³", "_kg_per_m3"},
-                                                              {"mm²", "_mm2"},
-                                                              {"dB", "_db"},
-                                                              {"N", "_n"},
-                                                              {"mm, LPS", "_mm"},
-                                                              {"voxels", "_voxels"},
-                                                              {"Mbit/s", "_mbit_per_s"}};
-  const auto found = kEndings.find(unit);
-  return found == kEndings.end() ? std::string() : found->second;
 }
 
 std::string expected(const Option& option) {
@@ -165,28 +166,6 @@ bool allowed(const OptionTraits& traits, const OptionValue& value) {
   return true;
 }
 
-double from_radians(const Option& option, double value) {
-  const double angle = degrees(value);
-  for (const auto& limit : {option.traits.min, option.traits.max}) {
-    constexpr double kRounding = 1e-3;  // 1.571 was a hemisphere, and is 90°
-    if (limit && std::abs(angle - *limit) < kRounding * std::abs(*limit)) return *limit;
-  }
-  return angle;
-}
-
-// Each of the numbers, parted by commas; words stay.
-std::string in_degrees(const Option& option, std::string_view text) {
-  std::string all;
-  while (true) {
-    const std::string_view part = text.substr(0, text.find(','));
-    const auto rad = whole_number<double>(part);
-    all += rad ? to_text(from_radians(option, *rad)) : std::string(part);
-    if (part.size() == text.size()) return all;
-    all += ',';
-    text.remove_prefix(part.size() + 1);
-  }
-}
-
 // The choice that differs in capitals alone, as RAS from ras; else the text.
 std::string_view known_choice(const Option& option, std::string_view text) {
   for (const std::string& choice : option.traits.choices) {
@@ -209,12 +188,6 @@ double degrees(double rad) {
     if (radians(nearest) != rad && radians(neighbour) == rad) return neighbour;
   }
   return nearest;
-}
-
-std::string Option::former_name() const {
-  const std::string ending = name_ending(traits.unit);
-  if (ending.empty() || !name.ends_with(ending)) return {};
-  return name.substr(0, name.size() - ending.size());
 }
 
 std::string Option::flag() const {
@@ -244,8 +217,8 @@ OptionList& OptionList::append_own(Option option) {
   return *this;
 }
 
-OptionList& OptionList::retire(std::string name, std::string instead) {
-  retired_.push_back({std::move(name), std::move(instead)});
+OptionList& OptionList::retire(std::string name, std::string instead, bool was_switch) {
+  retired_.push_back({std::move(name), std::move(instead), was_switch});
   return *this;
 }
 
@@ -262,19 +235,20 @@ const Option* OptionList::find(std::string_view name) const {
   return nullptr;
 }
 
-const Option* OptionList::find_former(std::string_view name) const {
-  for (const Option& option : options_) {
-    const std::string former = option.former_name();
-    if (!former.empty() && same_name(former, name)) return &option;
-  }
+const OptionList::Retired* OptionList::find_retired(std::string_view name) const {
+  for (const Retired& retired : retired_)
+    if (same_name(retired.name, name)) return &retired;
   return nullptr;
 }
 
 std::string OptionList::retired_note(std::string_view name) const {
-  for (const Retired& retired : retired_)
-    if (same_name(retired.name, name))
-      return retired.name + " is no longer a setting: " + retired.instead;
-  return {};
+  const Retired* retired = find_retired(name);
+  return retired ? retired->name + " is no longer a setting: " + retired->instead : std::string();
+}
+
+bool OptionList::was_switch(std::string_view name) const {
+  const Retired* retired = find_retired(name);
+  return retired && retired->was_switch;
 }
 
 OptionList& OptionList::add(std::string name, Degrees target, OptionTraits traits) {
@@ -301,19 +275,6 @@ OptionValue parse_option(const Option& option, std::string_view text, const std:
   if (!value) refuse(option, where, text);
   check_option(option, *value, where);
   return *value;
-}
-
-OptionValue parse_former_option(const Option& option, std::string_view text,
-                                const std::string& where) {
-  if (option.traits.unit != "deg") return parse_option(option, text, where);
-  return parse_option(option, in_degrees(option, text),
-                      where + " (in radians, as " + option.name + " was once)");
-}
-
-std::string former_name_note(const Option& option) {
-  const bool angle = option.traits.unit == "deg";
-  return option.former_name() + (angle ? ", in radians," : "") + " is called " + option.name +
-         " now" + (angle ? ", in degrees" : "");
 }
 
 void check_option(const Option& option, const OptionValue& value, const std::string& where) {

@@ -61,6 +61,13 @@ TEST(NearestName, SuggestsWhatIsClose) {
   EXPECT_EQ(suggestion("Left-Kidny", {"spleen", "left kidney"}), "; did you mean 'left kidney'?");
 }
 
+TEST(NearestName, SuggestsTheNameWithItsUnit) {
+  EXPECT_EQ(suggestion("field_of_view", {"faces", "field_of_view_deg"}),
+            "; did you mean 'field_of_view_deg'?");
+  EXPECT_EQ(suggestion("--stereo", {"--stereo-mm"}), "; did you mean '--stereo-mm'?");
+  EXPECT_EQ(suggestion("view", {"viewing_cone"}), "") << "another word goes on there";
+}
+
 TEST(NearestName, IsSilentAboutWhatIsFar) {
   EXPECT_EQ(suggestion("transparency", {"faces", "size"}), "");
   EXPECT_EQ(suggestion("x", {}), "");

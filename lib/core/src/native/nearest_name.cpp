@@ -30,6 +30,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
+// Whether the candidate is the name and a unit: size_px of size.
+bool lacks_unit(std::string_view name, std::string_view candidate) {
+  return !name.empty() && candidate.size() > name.size() && plain(candidate[name.size()]) == '_' &&
+         edit_distance(name, candidate.substr(0, name.size())) == 0;
+}
+
 }  // namespace
 
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates) {
@@ -42,6 +48,8 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& ca
       nearest = &candidate;
     }
   }
+  for (const std::string& candidate : candidates)
+    if (!nearest && lacks_unit(name, candidate)) nearest = &candidate;
   return nearest ? "; did you mean '" + *nearest + "'?" : std::string();
 }
 

@@ -16,6 +16,18 @@
 
 namespace organbake {
 
+// Which numbers an option takes.
+struct NumberRange {
+  std::optional<double> min = {}, max = {};
+
+  bool holds(double value) const;  // false for NaN and infinity
+};
+
+// What somebody may have meant whose number was refused, because other languages write it so: a
+// comma before the decimals ("; decimals stand behind a point: 0.5"). Empty when that would not do.
+// To be put at the end of an error message.
+std::string meant_number(const NumberRange& range, std::string text);
+
 // What one option, or one key figure of a report, can hold.
 using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>,
                                  std::vector<std::string>>;
@@ -57,7 +69,6 @@ struct Option {
   std::function<void(const OptionValue&)> set;
 
   std::string flag() const;         // "--photo-size-px"
-  std::string former_name() const;  // "photo_size": names had no units once; empty when it had none
   std::string range() const;        // "4…1000000", "one of a, b"; empty when unbounded
   bool holds(double number) const;  // whether that lies in the range
 };
@@ -84,9 +95,9 @@ class OptionList {
   // Options that are added from now on stand under this title in help; at first it is "Options".
   OptionList& begin_group(std::string title);
 
-  // A setting that there was once, and what stands in its place: who still gives it is told so, and
-  // goes on without it.
-  OptionList& retire(std::string name, std::string instead);
+  // A setting that there was once, and what stands in its place ("it is always 4"): who still gives
+  // it is told so, and goes on without it.
+  OptionList& retire(std::string name, std::string instead, bool was_switch = false);
 
   // Puts another list's options behind this one's.
   OptionList& append(const OptionList& other);
@@ -94,9 +105,10 @@ class OptionList {
   const std::vector<Option>& all() const { return options_; }
   // Nothing when unknown. '-' and '_' are the same here, so that flags and keys share one name.
   const Option* find(std::string_view name) const;
-  const Option* find_former(std::string_view name) const;  // by former_name() alone
-  // "full_relief is no longer a setting: …"; empty for any other name.
+  // "zip_level is no longer a setting: …"; empty for any other name.
   std::string retired_note(std::string_view name) const;
+  // Whether a flag of a retired setting stands alone, without a value.
+  bool was_switch(std::string_view name) const;
   std::vector<std::string> names() const;
 
  private:
@@ -104,7 +116,9 @@ class OptionList {
 
   struct Retired {
     std::string name, instead;
+    bool was_switch;
   };
+  const Retired* find_retired(std::string_view name) const;
   std::vector<Retired> retired_;
   std::string group_ = "Options";
   std::vector<Option> options_;
@@ -115,11 +129,6 @@ class OptionList {
 OptionValue parse_option(const Option& option, std::string_view text, const std::string& where);
 // Throws UsageError when the value is of another kind or out of the option's range.
 void check_option(const Option& option, const OptionValue& value, const std::string& where);
-// The same for a value that stands under the option's former name: angles were in radians then.
-OptionValue parse_former_option(const Option& option, std::string_view text,
-                                const std::string& where);
-// "field_of_view, in radians, is called field_of_view_deg now, in degrees".
-std::string former_name_note(const Option& option);
 // As parse_option reads it; numbers in their shortest exact form.
 std::string option_text(const OptionValue& value);
 
