@@ -9,7 +9,7 @@ foreach(file IN LISTS FILES)
 endforeach()
 file(WRITE ${OUTPUT}
 "// SPDX-License-Identifier: GPL-3.0-or-later
-#include \"documents/embedded_files.h\"
+#include \"embedded_files.h\"
 
 namespace organbake {
 

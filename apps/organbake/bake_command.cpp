@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// organbake bake, report and export: what makes a bundle, tells about it, and writes it for others.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -10,14 +11,11 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/bake_words.h"
-#include "organbake/pipelines/bundle_page.h"
-#include "organbake/pipelines/output_lock.h"
-#include "organbake/pipelines/output_target.h"
-#include "organbake/pipelines/outputs.h"
-#include "organbake/pipelines/quality.h"
-#include "organbake/pipelines/recipe_library.h"
-#include "web_page.h"
+#include "organbake/pipelines/bake_report.h"
+#include "organbake/pipelines/cache.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/runner.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 namespace {
@@ -274,6 +272,79 @@ int run_bake(const Arguments& arguments, Session& session) {
   tell_end(flags, steps, state, seconds_since(start), terminal);
   session.print_result(flags.output.string(), result_json(flags, steps, plan, state));
   return flags.strict && !warnings_of(steps).empty() ? static_cast<int>(ExitCode::quality_gate) : 0;
+}
+
+int run_report(const Arguments& arguments, Session& session) {
+  std::filesystem::path output;
+  OptionList options;
+  options.add("output", &output,
+              {.help = "the page; else BUNDLE_report.html beside the bundle",
+               .value = "FILE",
+               .short_flag = "-o"});
+  const auto words = session.read_command(
+      arguments, "report BUNDLE [-o PAGE.html]",
+      "Writes one page about a bundle: warnings, pictures, errors, and what was skipped and why.",
+      options, 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake report' needs a bundle");
+  const BundleReader reader(words->front());
+  const std::filesystem::path beside = page_beside(words->front());
+  if (output.empty()) output = beside;
+  check_output_file(output, ".html");
+  const bool has_player = std::filesystem::exists(player_page_beside(words->front()));
+  const std::string player = has_player ? player_link(words->front(), output) : "";
+  write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader), player));
+  session.print_result(output.string(), {{"output", output.string()}});
+  return 0;
+}
+
+namespace fs = std::filesystem;
+
+int run_export(const Arguments& arguments, Session& session) {
+  ExportOptions asked;
+  fs::path output;
+  OptionList options, own;
+  bind(own, asked);
+  options
+      .add("output", &output, {.help = "the folder to write; of web: the page", .short_flag = "-o"})
+      .append(own);
+  const auto words = session.read_command(
+      arguments, "export BUNDLE --format FORMAT -o OUTPUT",
+      "Writes a bundle's surface, cameras and pictures for other programs.", options, 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake export' needs a bundle");
+  if (output.empty()) throw UsageError("-o is missing: where shall the export go?");
+  write_export(words->front(), asked, output, session);
+  session.print_result(output.string(), {{"output", output.string()}});
+  return 0;
+}
+
+namespace fs = std::filesystem;
+
+void write_export(const fs::path& bundle, const ExportOptions& options, const fs::path& output,
+                  Session& session) {
+  const bool is_page = options.format == ExportFormat::web;
+  is_page ? check_output_file(output, ".html") : check_output_folder(output);
+  if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
+  AtomicFolder folder(output);
+  const Stage stage{.name = "export"};
+  const RunContext context = session.context(stage.name);
+  context.progress(0);
+  const StageReport report =
+      run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
+  context.progress(1);
+  if (is_page) return write_file_atomically(output, read_file(folder.path() / kWebPageFile));
+  std::vector<std::string> files;
+  for (const fs::path& file : list_files(folder.path())) files.push_back(file.generic_string());
+  write_file_atomically(folder.path() / "report.json",
+                        folder_report(stage_report_json(stage, report), files));
+  folder.commit();
+}
+
+void write_player_page(const fs::path& bundle, const fs::path& page, Session& session) {
+  ExportOptions options;
+  options.format = ExportFormat::web;
+  write_export(bundle, options, page, session);
 }
 
 }  // namespace organbake

@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <span>
+#include <string>
+#include <vector>
 
+#include "organbake/core/run_context.h"
+#include "organbake/options/options.h"
+#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/stage.h"
 #include "session.h"
 
@@ -40,5 +48,52 @@ struct Verb {
   std::vector<std::string> (*known_words)() = nullptr;
 };
 std::span<const Verb> all_verbs();
+
+inline constexpr std::size_t kMostCaseWords = 1'000'000;
+
+// What `batch` and `plan` are told about the cases alike.
+struct CaseFlags {
+  std::filesystem::path recipe, output, cache;
+  std::string input = "ct";
+  std::vector<std::string> settings;
+  bool pictures = true, web = false, strict = false;
+  double memory_mb = 0;
+};
+void add_case_flags(OptionList& list, CaseFlags& flags);
+
+// The cases that the words name. Throws UsageError for what is missing: words, --recipe or -o.
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,
+                                  const std::string& command);
+// What each is thought to need.
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,
+                                       const RunContext& context);
+
+// Creates the batch's folder with its logs. Throws IoError, also for a bundle's folder, which other
+// files would damage.
+void make_batch_folder(const std::filesystem::path& folder);
+// Throws IoError when a table of cases among the words would be overwritten by `file`.
+void check_spares_tables(const std::vector<std::string>& words, const std::filesystem::path& file);
+
+// Writes what a bundle is exported to: a folder, or of the format `web` the page itself. The
+// formats' libraries are heavy, so a module does it. Throws NoInputError for no bundle, UsageError
+// where the output cannot be, and what the export throws.
+void write_export(const std::filesystem::path& bundle, const ExportOptions& options,
+                  const std::filesystem::path& output, Session& session);
+// The page that holds the bundle and its player.
+void write_player_page(const std::filesystem::path& bundle, const std::filesystem::path& page,
+                       Session& session);
+
+// A stage's module that cannot be loaded, in the loader's words.
+struct UnloadableModule {
+  std::string file, reason;
+};
+
+// Loads the modules of all stages, which takes a good part of a second.
+std::vector<UnloadableModule> unloadable_modules();
+
+// The versions of the libraries that organbake works with: of the stages' by the files that are
+// loaded now, so of all after unloadable_modules(); of the others, and of those that are headers
+// alone, as they were when organbake was built.
+std::map<std::string, std::string> library_versions();
 
 }  // namespace organbake

@@ -8,10 +8,11 @@
 #include "commands.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/pipelines/case_table.h"
-#include "organbake/pipelines/output_target.h"
-#include "organbake/pipelines/patient_folder.h"
-#include "organbake/pipelines/recipe_library.h"
+#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/export_options.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/runner.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 namespace {
@@ -205,6 +206,93 @@ int run_new(const Arguments& arguments, Session& session) {
   session.terminal().log(LogLevel::info, "next: " + next);
   session.print_result(output.string(),
                        {{"output", output.string()}, {"cases", cases.size()}, {"next", next}});
+  return 0;
+}
+
+namespace {
+
+void list_recipes(Session& session) {
+  std::string text;
+  nlohmann::json json = nlohmann::json::array();
+  for (const KnownRecipe& recipe : known_recipes()) {
+    constexpr std::size_t kColumn = 16;
+    text += recipe.name + std::string(kColumn - std::min(kColumn - 1, recipe.name.size()), ' ') +
+            recipe.summary + "\n";
+    json.push_back(
+        {{"name", recipe.name}, {"summary", recipe.summary}, {"file", recipe.file.string()}});
+  }
+  session.print_result(text + "\nOne as it is written: organbake recipes liver > mine.yaml\n" +
+                           "Baked: organbake bake liver --set ct=CT -o BUNDLE",
+                       json);
+}
+
+}  // namespace
+
+int run_recipes(const Arguments& arguments, Session& session) {
+  const auto words = session.read_command(arguments, "recipes [RECIPE]",
+                                          "Lists the recipes that come with organbake, which bake, "
+                                          "batch and plan take by name from any "
+                                          "folder, or prints one of them, to be changed.",
+                                          {}, 1);
+  if (!words) return 0;
+  if (words->empty()) {
+    list_recipes(session);
+  } else {
+    write_to_stdout(read_text_file(recipe_file(words->front())));
+  }
+  return 0;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Rows of the sheet, read as a page: names in the order of its swatches.
+std::string listed(const std::vector<std::string>& names, int columns) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += names[i] + (i + 1 == names.size() ? "" : (int(i) + 1) % columns == 0 ? "\n" : ", ");
+  return text;
+}
+
+void draw_sheet(const SwatchOptions& options, const fs::path& output, Session& session) {
+  check_output_file(output, ".png");
+  const AtomicFolder folder(output);
+  const RunContext context = session.context("materials");
+  context.progress(0);
+  run_in_module(Stage{.name = "swatches"}, {&options, {}, {}, folder.path(), context});
+  write_file_atomically(output, read_file(folder.path() / kSwatchFile));
+}
+
+}  // namespace
+
+std::vector<std::string> material_names() {
+  return find_stage("capture")->make_options().list.find("material")->traits.choices;
+}
+
+int run_materials(const Arguments& arguments, Session& session) {
+  fs::path output;
+  SwatchOptions sheet;
+  OptionList options;
+  options
+      .add("output", &output,
+           {.help = "a picture of all, a ball of 120 mm each, in the order of the list",
+            .value = "FILE",
+            .short_flag = "-o"})
+      .add("columns", &sheet.columns, {.help = "of the picture", .min = 1, .max = 32})
+      .add("side_px", &sheet.side_px,
+           {.help = "of one ball's picture", .unit = "px", .min = 32, .max = 2048});
+  const auto words = session.read_command(
+      arguments, "materials [-o SHEET.png]",
+      "Lists the materials that a surface without colours can get: --set capture.material=NAME. "
+      "The picture shows their colours in the light that they are baked in, a row of the list each "
+      "row.",
+      options, 0);
+  if (!words) return 0;
+  const std::vector<std::string> names = material_names();
+  if (!output.empty()) draw_sheet(sheet, output, session);
+  session.print_result(listed(names, sheet.columns),
+                       {{"materials", names}, {"output", output.string()}});
   return 0;
 }
 

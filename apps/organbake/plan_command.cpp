@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// organbake plan: a batch for a cluster.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "batch_flags.h"
 #include "commands.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/case_table.h"
-#include "organbake/pipelines/job_script.h"
-#include "organbake/pipelines/machine_memory.h"
+#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/batch_run.h"
+#include "organbake/pipelines/processes.h"
 #include "organbake/pipelines/recipe.h"
 
 namespace organbake {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What all commands share: messages, progress, signals, the cache's folder.
 #include "session.h"
 
 #include <malloc.h>
@@ -9,7 +10,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "stop_signal.h"
 
 namespace organbake {

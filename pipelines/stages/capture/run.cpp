@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/capture/capture.h"
-
 #include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/map_files.h"
 #include "organbake/bundle/skin_image.h"
+#include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -16,14 +18,51 @@
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/image/srgb.h"
-#include "organbake/pipelines/machine_memory.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/processes.h"
+#include "organbake/pipelines/stage.h"
 #include "stages/capture/options.h"
-#include "stages/capture/surface_coloring.h"
 
 namespace organbake {
 namespace {
+
+// Photographs when there are any, else the surface's own vertex colours, else the exemplar's
+// tissue, else the material, with the light that they show when it is known: `lighting`, but a
+// material's is its own. What was passed over is told in the report, and so is the choice.
+struct SurfaceColoring {
+  std::unique_ptr<SurfaceColor> color;
+  std::optional<Lighting> lighting;
+};
+
+SurfaceColoring choose_coloring(const TracedSurface& surface, std::vector<Photo> photos,
+                                const std::optional<ExemplarPhoto>& exemplar,
+                                const Material& material, const std::optional<Lighting>& lighting,
+                                StageReport& report) {
+  report.add("photos", photos.size());
+  if (!photos.empty()) {
+    report.add("color", "photos");
+    report.skipped.push_back({"the material", "there are photographs"});
+    if (exemplar) report.skipped.push_back({"the exemplar", "there are photographs"});
+    return {make_photo_color(surface, std::move(photos)), lighting};
+  }
+  report.skipped.push_back({"colour from photographs", "none are given"});
+  if (!surface.mesh.colors.empty()) {
+    report.add("color", "vertices");
+    report.skipped.push_back({"the material", "the surface has colours of its own"});
+    if (exemplar) report.skipped.push_back({"the exemplar", "the surface has colours of its own"});
+    return {make_vertex_color(surface.mesh), lighting};
+  }
+  report.skipped.push_back({"colour from vertices", "the surface has none"});
+  if (lighting) report.skipped.push_back({"the lighting", "a material brings its own"});
+  if (exemplar) {
+    ExemplarLook look = make_exemplar_color(*exemplar, material);
+    report.add("color", "exemplar");
+    report.add("exemplar_tissue_px", look.tissue_px);
+    report.add("exemplar_highlight_share", look.highlight_share);
+    return {std::move(look.color), look.lighting};
+  }
+  report.add("color", "material");
+  return {make_material_color(material), material.lighting()};
+}
 
 namespace fs = std::filesystem;
 

@@ -3,7 +3,9 @@
 
 #include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
-#include "stages/shared/reading_options.h"
+#include "organbake/pipelines/stage.h"
+#include "stages/shared/options.h"
+#include "stages/shared/volume_options.h"
 
 namespace organbake {
 
@@ -12,6 +14,9 @@ struct InspectStageOptions {
   MeshFrame frame;
 };
 
-void bind(OptionList& list, InspectStageOptions& options);
+inline void bind(OptionList& list, InspectStageOptions& o) {
+  bind(list, o.reading);
+  bind(list, o.frame);
+}
 
 }  // namespace organbake

@@ -5,7 +5,9 @@
 
 #include "organbake/isosurface/isosurface.h"
 #include "organbake/options/options.h"
-#include "stages/shared/reading_options.h"
+#include "organbake/pipelines/stage.h"
+#include "stages/shared/options.h"
+#include "stages/shared/volume_options.h"
 
 namespace organbake {
 
@@ -16,6 +18,81 @@ struct IsosurfaceStageOptions {
   ReadStageOptions reading;
 };
 
-void bind(OptionList& list, IsosurfaceStageOptions& options);
+inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
+  IsosurfaceOptions& o = options.surface;
+  list.add("iso", &o.iso_hu,
+           {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
+                    "half-way between the histogram's two peaks",
+            .unit = "HU, or the volume's own unit"})
+      .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
+           {{"flying-edges", IsosurfaceMethod::flying_edges},
+            {"marching-cubes", IsosurfaceMethod::marching_cubes}})
+      .add("label", &options.label,
+           {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
+                    "become one organ",
+            .min = 1,
+            .max = kMostLabel,
+            .number_too = true})
+      .add("each_label", &options.each_label,
+           {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
+      .add("largest", &o.largest,
+           {.help =
+                "pieces kept, by area; 0 = all. A label's cavities stay in their piece, a CT's are "
+                "filled unless all is kept",
+            .min = 0,
+            .max = 1000000})
+      .add("min_size_mm", &o.min_size_mm,
+           {.help = "components whose box is nowhere longer are dropped",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000})
+      .add("refine", &o.refine,
+           {.help = "place a CT's surface by all voxels across the edge, not by two of them: right "
+                    "inside thick slices"})
+      .add("smooth_mm", &o.smooth_mm,
+           {.help = "Gaussian on a mask before its surface is taken; 0 leaves voxel stairs",
+            .unit = "mm",
+            .min = 0,
+            .max = 50})
+      .add("keep_volume", &o.keep_volume,
+           {.help =
+                "a mask's surface encloses the volume of its voxels; off: the level is one half, "
+                "as textbooks have it, and corners are lost"})
+      .add("taubin", &o.taubin_steps,
+           {.help = "steps of Taubin smoothing on the surface; its volume is kept",
+            .min = 0,
+            .max = 1000})
+      .add("cap", &o.cap,
+           {.help =
+                "where the organ reaches the volume's end its surface is closed flat, or round by "
+                "a dome that no scan has shown, or left open; true is flat, false is open"},
+           {{"flat", SurfaceCap::flat},
+            {"round", SurfaceCap::round},
+            {"open", SurfaceCap::open},
+            {"true", SurfaceCap::flat},
+            {"false", SurfaceCap::open}});
+  bind(list, options.reading);
+}
+
+inline Stage isosurface_stage() {
+  return {
+      .name = "isosurface",
+      .version = 5,
+      .summary = "turn a CT, or one label of a mask, into a closed surface",
+      .inputs =
+          {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,
+            "mask"},
+           {"mask", InputKind::volume,
+            "label mask, or a folder of masks named for their labels; the surface of one label "
+            "is taken",
+            false},
+           {"label_names", InputKind::file,
+            "names of the mask's labels: a text as ITK-SNAP or 3D Slicer writes it, or nnU-Net's "
+            "dataset.json",
+            false}},
+      .outputs = {{"surface", "surface.ply"}},
+      .make_options = make_options<IsosurfaceStageOptions>,
+      .single_file = true};
+}
 
 }  // namespace organbake

@@ -8,8 +8,7 @@
 #include "organbake/core/files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "stages/mechanics/options.h"
 
 namespace organbake {
@@ -19,8 +18,7 @@ namespace {
 // than the default.
 MechanicsModel model_of(const TriangleMesh& proxy, MechanicsOptions options,
                         const RunContext& context) {
-  if (!options.fem || options.fit_to_fem || options.fem_cell_mm > 0)
-    return make_mechanics(proxy, options, context);
+  if (!options.fem || options.fem_cell_mm > 0) return make_mechanics(proxy, options, context);
   try {
     return make_mechanics(proxy, options, context);
   } catch (const Error& why) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Follows the tissue through a clip, and keeps the pictures that will be views.
 #include "stages/motion/motion_clip.h"
-
-#include <tbb/parallel_pipeline.h>
 
 #include <set>
 
@@ -25,7 +24,6 @@ struct Work {
   Grid<std::uint8_t> tracked;
   double sharpness = 0, brightness = 0;
 };
-using Item = std::shared_ptr<Work>;
 
 // Keeps the frames that will be views, and those of which the next one will be chosen.
 class LikelyViews {
@@ -66,10 +64,9 @@ class LikelyViews {
 
 class Following {
  public:
-  Following(ShadeSource source, const MotionStageOptions& options, const RunContext& context,
-            ClipPictures& pictures, const Mask& insets)
+  Following(ShadeSource source, const RunContext& context, ClipPictures& pictures,
+            const Mask& insets)
       : source_(std::move(source)),
-        tracker_(options.tracking),
         views_(pictures),
         usable_(kLookEvery, insets),
         context_(context) {
@@ -78,18 +75,15 @@ class Following {
   }
 
   FollowedClip run() {
-    using tbb::filter_mode;
-    tbb::parallel_pipeline(
-        kAtOnce,
-        tbb::make_filter<void, Item>(filter_mode::serial_in_order, [this](tbb::flow_control& flow) {
-          return take(flow);
-        }) & tbb::make_filter<Item, Item>(filter_mode::parallel, [](Item item) {
-          return prepare(std::move(item));
-        }) & tbb::make_filter<Item, Item>(filter_mode::serial_in_order, [this](Item item) {
-          return mask(std::move(item));
-        }) & tbb::make_filter<Item, void>(filter_mode::serial_in_order, [this](Item item) {
-          follow(*item);
-        }));
+    ClipDriver<Work>()
+        .at_once([](Work& item) {
+          item.tracked = tracked_picture(item.frame.picture.color);
+          item.sharpness = sharpness(item.frame.picture.color);
+          item.brightness = brightness(item.frame.picture.color);
+        })
+        .in_turn([this](Work& item) { item.frame.usable = usable_.next(item.frame.picture.color); })
+        .in_turn([this](Work& item) { follow(item); })
+        .run(kAtOnce, [this] { return take(); });
     views_.end(tracker_.clip(), clip_.sharpness);
     clip_.tracks = tracker_.take();
     clip_.instrument_share = usable_.instrument_share();
@@ -99,7 +93,7 @@ class Following {
   Mask found_insets() const { return insets_.find(); }
 
  private:
-  Item take(tbb::flow_control& flow) {
+  std::shared_ptr<Work> take() {
     context_.throw_if_cancelled();
     auto item = std::make_shared<Work>();
     try {
@@ -111,7 +105,6 @@ class Following {
       if (clip_.names.empty()) throw;
       clip_.damage = error.what();
     }
-    flow.stop();
     return nullptr;
   }
 
@@ -121,18 +114,6 @@ class Following {
         "the clip's first frame holds two like pictures, as of a stereo endoscope: no one lens has "
         "seen it. Give it with its calibration to stereo (a recipe's inputs left and calibration), "
         "or cut one eye out");
-  }
-
-  static Item prepare(Item item) {
-    item->tracked = tracked_picture(item->frame.picture.color);
-    item->sharpness = sharpness(item->frame.picture.color);
-    item->brightness = brightness(item->frame.picture.color);
-    return item;
-  }
-
-  Item mask(Item item) {
-    item->frame.usable = usable_.next(item->frame.picture.color);
-    return item;
   }
 
   void follow(Work& item) {
@@ -158,10 +139,9 @@ class Following {
 
 }  // namespace
 
-FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
-                         ClipPictures& pictures) {
+FollowedClip follow_clip(const StageCall& call, ClipPictures& pictures) {
   const auto following = [&](const RunContext& told, const Mask& insets) {
-    return Following(open_frames(*call.input("frames"), call.input("intrinsics"), told), options,
+    return Following(open_frames(*call.input("frames"), call.input("intrinsics"), told),
                      call.context, pictures, insets);
   };
   Following all = following(call.context, {});

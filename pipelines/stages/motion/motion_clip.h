@@ -47,7 +47,6 @@ struct FollowedClip {
 // Reads the frames one after another, and keeps those in `pictures` that choose_views() will take:
 // as many as it takes of one shot; a clip of more is read again. So is one with insets, which are
 // known at its end, to be followed without them. Throws NoInputError, BadDataError.
-FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
-                         ClipPictures& pictures);
+FollowedClip follow_clip(const StageCall& call, ClipPictures& pictures);
 
 }  // namespace organbake

@@ -1,31 +1,179 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
+#include "organbake/fusion/depth_view.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
+#include "organbake/image/png.h"
 #include "organbake/motion/key_depths.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/insets.h"
 #include "organbake/shading/pictures.h"
-#include "stages/motion/motion_outputs.h"
+#include "stages/motion/motion_clip.h"
 #include "stages/shared/clip_outputs.h"
-#include "stages/shared/matched_poses.h"
+#include "stages/shared/posed_depth.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
+
+// The frames that are views, in the order of SparsePoint's images.
+CameraSet view_cameras(const FollowedClip& clip, const ClipMotion& motion,
+                       std::vector<std::size_t>& image_of_view) {
+  CameraSet set;
+  image_of_view.assign(motion.view_frames.size(), 0);
+  for (std::size_t view = 0; view < motion.view_frames.size(); ++view) {
+    if (!motion.scene.is_posed(view)) continue;
+    image_of_view[view] = set.cameras.size();
+    const std::string& name = clip.names[motion.view_frames[view]];
+    set.cameras.push_back({name, motion.scene.lens, *motion.scene.camera_from_world[view]});
+    set.images.push_back(name + ".png");
+  }
+  return set;
+}
+
+std::array<std::uint8_t, 3> color_at(const Rgb8Image& picture, const Eigen::Vector2d& pixel) {
+  const int x = std::clamp(static_cast<int>(pixel.x()), 0, picture.width - 1);
+  const int y = std::clamp(static_cast<int>(pixel.y()), 0, picture.height - 1);
+  const std::uint8_t* p = picture.at(x, y);
+  return {p[0], p[1], p[2]};
+}
+
+std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ClipPictures& pictures,
+                                       const std::vector<std::size_t>& image_of_view) {
+  std::vector<SparsePoint> points;
+  for (const Landmark& landmark : motion.scene.landmarks) {
+    if (!landmark.place) continue;
+    SparsePoint point;
+    point.place_mm = *landmark.place;
+    for (const Sighting& sighting : landmark.seen)
+      if (sighting.agrees && motion.scene.is_posed(sighting.view))
+        point.seen.push_back(
+            {static_cast<std::uint32_t>(image_of_view[sighting.view]), sighting.pixel});
+    if (point.seen.size() < 2) continue;
+    const Sighting& first =
+        *std::find_if(landmark.seen.begin(), landmark.seen.end(), [&](const Sighting& sighting) {
+          return sighting.agrees && motion.scene.is_posed(sighting.view);
+        });
+    point.srgb = color_at(pictures.color(motion.view_frames[first.view]), first.pixel);
+    points.push_back(std::move(point));
+  }
+  return points;
+}
+
+void draw_dot(Rgb8Image& picture, const Eigen::Vector2d& at, int radius,
+              const std::array<std::uint8_t, 3>& color) {
+  for (int dy = -radius; dy <= radius; ++dy)
+    for (int dx = -radius; dx <= radius; ++dx) {
+      const int x = static_cast<int>(at.x()) + dx, y = static_cast<int>(at.y()) + dy;
+      if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) continue;
+      std::copy(color.begin(), color.end(), picture.at(x, y));
+    }
+}
+
+// Brings all lengths to `factor` times what they are, and makes the camera of one frame the world:
+// whoever looks from there sees the tissue as that frame shows it.
+void scale_and_place(double factor, const RigidTransform& camera_from_world, ClipMotion& motion,
+                     std::vector<KeyDepth>& keys) {
+  // new world = that camera, its lengths scaled
+  const RigidTransform old_from_camera = camera_from_world.inverse();
+  const auto moved = [&](const RigidTransform& pose) {
+    RigidTransform now = pose * old_from_camera;
+    now.translation *= factor;
+    return now;
+  };
+  for (auto* poses : {&motion.scene.camera_from_world, &motion.camera_from_world})
+    for (auto& pose : *poses)
+      if (pose) pose = moved(*pose);
+  for (Landmark& landmark : motion.scene.landmarks)
+    if (landmark.place) landmark.place = factor * (camera_from_world * *landmark.place);
+  for (KeyDepth& key : keys) {
+    key.camera_from_world = moved(key.camera_from_world);
+    for (float& z : key.depth.depth.values) z *= static_cast<float>(factor);
+  }
+}
+
+// cameras.json of all posed frames, colmap/ with the points and where they are seen, points.ply.
+void write_scene(const fs::path& folder, const FollowedClip& clip, const ClipMotion& motion,
+                 const ClipPictures& pictures) {
+  CameraSet all;
+  for (std::size_t frame = 0; frame < motion.camera_from_world.size(); ++frame)
+    if (motion.camera_from_world[frame])
+      all.cameras.push_back(
+          {clip.names[frame], motion.scene.lens, *motion.camera_from_world[frame]});
+  write_file_atomically(folder / "cameras.json", cameras_to_json(all));
+  std::vector<std::size_t> image_of_view;
+  const CameraSet views = view_cameras(clip, motion, image_of_view);
+  const std::vector<SparsePoint> points = sparse_points(motion, pictures, image_of_view);
+  make_folder(folder / "colmap");
+  write_file_atomically(folder / "colmap" / "cameras.txt", colmap_cameras_text(views));
+  write_file_atomically(folder / "colmap" / "images.txt", colmap_images_text(views, points));
+  write_file_atomically(folder / "colmap" / "points3D.txt", colmap_points_text(points));
+  write_file_atomically(folder / "points.ply", point_cloud_ply(points));
+}
+
+// motion.png: the points over the middle key frame, near ones warm, and the scope's way.
+void write_overlay(const fs::path& folder, const ClipMotion& motion, const ClipPictures& pictures,
+                   std::size_t frame) {
+  Rgb8Image picture = pictures.color(frame);
+  const RigidTransform& pose = *motion.camera_from_world[frame];
+  std::vector<std::pair<double, Eigen::Vector2d>> seen;
+  for (const Landmark& landmark : motion.scene.landmarks) {
+    if (!landmark.place) continue;
+    const Eigen::Vector3d point = pose * *landmark.place;
+    if (point.z() > 0) seen.emplace_back(point.z(), project(motion.scene.lens, point));
+  }
+  std::sort(seen.begin(), seen.end(),
+            [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const double near = static_cast<double>(i) / static_cast<double>(seen.size());
+    draw_dot(picture, seen[i].second, 1,
+             {static_cast<std::uint8_t>(60 + 195 * near), static_cast<std::uint8_t>(200 * near),
+              static_cast<std::uint8_t>(255 - 225 * near)});
+  }
+  // The way of the scope, seen from above: to the right is right, up is away.
+  std::vector<Eigen::Vector3d> way;
+  for (const auto& camera : motion.camera_from_world)
+    if (camera) way.push_back(pose * camera->inverse().translation);
+  double extent = 1e-9;
+  for (const Eigen::Vector3d& place : way) extent = std::max(extent, place.norm());
+  const double radius = 0.12 * picture.width;
+  const Eigen::Vector2d middle(radius + 10, picture.height - radius - 10);
+  for (const Eigen::Vector3d& place : way)
+    draw_dot(picture, middle + Eigen::Vector2d(place.x(), -place.z()) * (radius / extent), 1,
+             {255, 255, 255});
+  write_png(folder / "motion.png", picture);
+}
+
+// The key frames as they are fused.
+std::vector<DepthView> depth_views(const FollowedClip& clip, const std::vector<KeyDepth>& keys) {
+  std::vector<DepthView> views;
+  for (const KeyDepth& key : keys) {
+    DepthView view;
+    view.name = clip.names[key.frame];
+    view.camera = {view.name, key.prepared.camera, key.camera_from_world};
+    view.depth_mm = key.depth.depth;
+    view.confidence = key.depth.confidence;
+    view.color = key.prepared.color;
+    view.color_lens = key.prepared.camera;
+    views.push_back(std::move(view));
+  }
+  return views;
+}
 
 constexpr double kAssumedRange_mm = 60;
 // Of the median distance: parallax of a hand-held scope errs by about a hundredth of it, and finer
@@ -140,7 +288,7 @@ void write_surface(const StageCall& call, const FollowedClip& clip,
                    StageReport& report) {
   FusionOptions fusion;
   const double usual_mm = median_depth(keys);
-  fusion.voxel_mm = options.voxel > 0 ? options.voxel : kVoxelShare * usual_mm;
+  fusion.voxel_mm = kVoxelShare * usual_mm;
   fusion.color_mm = kColorShare * usual_mm;
   constexpr double kLeastSupport = 0.25;
   fusion.least_support = kLeastSupport;
@@ -200,10 +348,9 @@ void tell_scale(const SceneScale& scale, const RunContext& context, StageReport&
 
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<MotionStageOptions>();
-  options.tracking.check();
   if (!options.known_distance.empty()) parse_known_distance(options.known_distance);
   ClipPictures pictures(call);
-  const FollowedClip clip = follow_clip(call, options, pictures);
+  const FollowedClip clip = follow_clip(call, pictures);
   StageReport report;
   report.bad_data = clip.damage;
   ClipMotion motion = motion_of(call, clip, options, pictures);

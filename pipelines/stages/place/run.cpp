@@ -7,9 +7,8 @@
 #include "organbake/core/files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
-#include "organbake/viewpoints/coverage.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/viewpoints/placement.h"
 #include "stages/place/options.h"
 
 namespace organbake {
@@ -24,8 +23,6 @@ void tell_choice(const PlacementOptions& options, const Placement& placement, St
     return;
   }
   const CoverSummary& cover = *placement.cover;
-  report.add("camera_count_lower_bound", std::ceil(cover.lower_bound));
-  report.add("relaxation_lower_bound", cover.lower_bound);
   report.add("cameras_for_coverage", cover.for_coverage);
   report.add("cameras_added_for_views", cover.for_views);
   report.add("candidates", cover.candidates);

@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The poses of a video's frames: each tracked from the last, or all carried by a motion that
+// another stage found, in which one pose serves all.
 #include "stages/register/register_clip.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/registration/overlay.h"
 #include "organbake/registration/track.h"
 #include "organbake/shading/insets.h"
 #include "organbake/shading/video_reader.h"
-#include "stages/register/straight_photo.h"
+#include "stages/register/photos.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {
-
 namespace fs = std::filesystem;
 
 std::string frame_name(const fs::path& video, std::size_t index) {
@@ -83,6 +88,289 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
     damage = error.what();
   }
   return poses;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+// Frames are named by their number in the clip.
+std::optional<std::size_t> frame_number(const std::string& name) {
+  if (name.empty() || name.size() > 9 ||
+      !std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    return std::nullopt;
+  return std::stoul(name);
+}
+
+// Where the scope was, in the scene's own unit of length, by frame.
+using Motions = std::map<std::size_t, RigidTransform>;
+
+Motions read_motion(const fs::path& folder) {
+  Motions motions;
+  for (const PosedCamera& camera : read_cameras(folder / "cameras.json").cameras)
+    if (const auto frame = frame_number(camera.name)) motions[*frame] = camera.camera_from_world;
+  if (motions.empty())
+    throw BadDataError(folder / "cameras.json",
+                       "names no camera by its frame's number, as motion does of a video");
+  return motions;
+}
+
+struct KeyMap {
+  std::size_t frame = 0;
+  DepthFile file;
+};
+
+// The first, the middle and the last one.
+std::vector<KeyMap> keys_of(const fs::path& folder, const Motions& motions) {
+  std::vector<KeyMap> keys;
+  for (const DepthFile& file : depth_files_in(folder))
+    if (const auto frame = frame_number(file.depth.stem().string());
+        frame && motions.contains(*frame))
+      keys.push_back({*frame, file});
+  if (keys.empty())
+    throw BadDataError(folder, "holds no depth map of a frame that its cameras.json has");
+  std::vector<KeyMap> chosen;
+  for (const std::size_t at : {std::size_t{0}, keys.size() / 2, keys.size() - 1})
+    if (chosen.empty() || chosen.back().frame != keys[at].frame) chosen.push_back(keys[at]);
+  return chosen;
+}
+
+// A frame's pose of the surface, and how many mm the scene's unit of length has.
+struct ScenePose {
+  std::size_t frame = 0;
+  RegisteredPhoto registered;
+  double scale = 1;
+
+  RigidTransform at(const Motions& motions, std::size_t other) const {
+    RigidTransform moved = motions.at(other) * motions.at(frame).inverse();
+    moved.translation *= scale;
+    return moved * registered.camera.camera_from_world;
+  }
+};
+
+class FollowedVideo {
+ public:
+  FollowedVideo(const RegisteredSurface& surface, const ClipToTrack& clip,
+                const RegistrationOptions& options, const RunContext& context)
+      : surface_(surface), clip_(clip), options_(options), context_(context) {}
+
+  // Calls take(frame, picture) for each frame in turn, up to where the video is damaged.
+  template <class Take>
+  void each_frame(const Take& take) {
+    VideoReader video(clip_.video);
+    StoredPicture stored;
+    for (std::size_t frame = 0; next_of(video, frame, stored); ++frame) {
+      context_.throw_if_cancelled();
+      if (frame == 0)
+        lens_ = lens_of_photo(clip_.intrinsics, frame_name(clip_.video, 0), stored.color, context_);
+      take(frame, stored.color);
+    }
+  }
+
+  const std::string& damage() const { return damage_; }
+
+  ScenePose register_key(const KeyMap& key, const Rgb8Image& picture,
+                         const std::optional<RigidTransform>& start) const {
+    PhotoToRegister photo = straight_photo({picture, clip_.mask, lens_, start, {}, {}});
+    const DepthPoints points = read_depth_points(key.file, lens_, context_);
+    photo.depth = thin_depth(points.places, points.trust, points.relative);
+    ScenePose pose{key.frame, register_photo(surface_, photo, options_, context_)};
+    if (pose.registered.quality.depth) pose.scale = pose.registered.quality.depth->scale;
+    return pose;
+  }
+
+  void draw(const Rgb8Image& picture, const RegisteredPhoto& registered,
+            const fs::path& file) const {
+    const PhotoToRegister photo = straight_photo({picture, {}, lens_, {}, {}, {}});
+    RegisteredPhoto straight = registered;
+    straight.camera.intrinsics = photo.intrinsics;
+    write_png(file, draw_overlay(surface_, photo.image, straight, options_), 1);
+  }
+
+  RegisteredPhoto at_frame(const ScenePose& pose, const Motions& motions, std::size_t frame) const {
+    RegisteredPhoto registered = pose.registered;
+    registered.camera.camera_from_world = pose.at(motions, frame);
+    registered.camera = camera_as_taken(registered, lens_);
+    return registered;
+  }
+
+ private:
+  bool next_of(VideoReader& video, std::size_t frame, StoredPicture& stored) {
+    try {
+      return video.next(stored);
+    } catch (const BadDataError& error) {
+      if (frame == 0) throw;
+      damage_ = error.what();
+      return false;
+    }
+  }
+
+  const RegisteredSurface& surface_;
+  const ClipToTrack& clip_;
+  const RegistrationOptions& options_;
+  const RunContext& context_;
+  Intrinsics lens_;
+  std::string damage_;
+};
+
+bool surer(const ScenePose& a, const ScenePose& b) {
+  const PoseQuality &p = a.registered.quality, &q = b.registered.quality;
+  return p.verdict != q.verdict ? p.verdict < q.verdict : p.surface_sd_mm < q.surface_sd_mm;
+}
+
+double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
+                const RigidTransform& b) {
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples())
+    sum += (a * sample.point - b * sample.point).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
+}
+
+// What the key frames' own poses are off the surest one's.
+struct KeySpread {
+  double drift_mm = 0;  // the most
+  double sd_mm = 0;     // of one of them
+};
+
+// What the motion bends or scales wrongly all key frames share, and no difference shows it: a
+// difference's variance stands for one's, of which it would be twice if they erred independently.
+KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePose>& keys,
+                    const ScenePose& surest, const Motions& motions) {
+  KeySpread spread;
+  double squares = 0, count = 0;
+  for (const ScenePose& key : keys) {
+    if (key.registered.quality.verdict == Verdict::failed || key.frame == surest.frame) continue;
+    const double apart =
+        apart_mm(surface, key.registered.camera.camera_from_world, surest.at(motions, key.frame));
+    spread.drift_mm = std::max(spread.drift_mm, apart);
+    squares += apart * apart;
+    ++count;
+  }
+  if (count > 0) spread.sd_mm = std::sqrt(squares / count);
+  return spread;
+}
+
+// A key frame's own scatter does not show what bends all of its depth; that it bends another key
+// frame's otherwise does.
+void widen(double sd_mm, PoseQuality& quality) {
+  constexpr double kSure_mm = 1;
+  if (!(sd_mm > quality.surface_sd_mm) || !(quality.surface_sd_mm > 0)) return;
+  const double factor = sd_mm / quality.surface_sd_mm;
+  quality.position_sd_mm *= factor;
+  quality.rotation_sd_deg *= factor;
+  quality.surface_sd_mm = sd_mm;
+  if (quality.verdict != Verdict::ok || sd_mm <= kSure_mm) return;
+  quality.verdict = Verdict::doubtful;
+  quality.reason = "the pose is uncertain by " + to_text(sd_mm, 2) +
+                   " mm on the surface, by which key frames disagree";
+}
+
+// RMS of what the middle one of three neighbouring frames is off the mean of the others: of errors
+// that are independent from frame to frame, their standard deviation.
+double jitter_mm(const RegisteredSurface& surface, const ScenePose& pose, const Motions& motions) {
+  constexpr double kOfThree = 1.5;  // variance of a middle less half of either neighbour
+  double squares = 0, count = 0;
+  for (const auto& [frame, camera] : motions) {
+    if (!motions.contains(frame + 1) || !motions.contains(frame + 2)) continue;
+    const Vector3d& center = surface.center();
+    const Vector3d off =
+        pose.at(motions, frame + 1) * center -
+        (pose.at(motions, frame) * center + pose.at(motions, frame + 2) * center) / 2;
+    squares += off.squaredNorm() / kOfThree;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+// First the key frame that a start is nearest to, as long as nobody knows how many mm the scene's
+// unit has; without one the middle, from which the others are near.
+std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<KeyMap>& keys,
+                                     const Motions& motions, const ClipToTrack& clip) {
+  std::map<std::size_t, Rgb8Image> pictures;
+  video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
+    if (std::any_of(keys.begin(), keys.end(),
+                    [&](const KeyMap& key) { return key.frame == frame; }))
+      pictures[frame] = picture;
+  });
+  std::vector<ScenePose> poses;
+  const auto add = [&](const KeyMap& key, const std::optional<RigidTransform>& from) {
+    const auto picture = pictures.find(key.frame);
+    if (picture == pictures.end())
+      throw BadDataError(clip.video, "has no frame " + std::to_string(key.frame) +
+                                         ", of which the motion's folder has a depth map");
+    poses.push_back(video.register_key(key, picture->second, from));
+  };
+  const KeyMap& nearest = clip.start ? keys.front() : keys[keys.size() / 2];
+  std::optional<RigidTransform> start = clip.start;
+  const RigidTransform& first = motions.begin()->second;
+  if (start) start = motions.at(nearest.frame) * first.inverse() * *start;
+  add(nearest, start);
+  for (const KeyMap& key : keys)
+    if (key.frame != nearest.frame) add(key, poses.front().at(motions, key.frame));
+  return poses;
+}
+
+}  // namespace
+
+std::size_t first_frame_of_motion(const fs::path& motion) {
+  return read_motion(motion).begin()->first;
+}
+
+std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const ClipToTrack& clip,
+                                     const fs::path& motion, const RegistrationOptions& options,
+                                     const fs::path& overlay_folder, const RunContext& context,
+                                     StageReport& report) {
+  const Motions motions = read_motion(motion);
+  if (const std::size_t first = motions.begin()->first; clip.start && first > 0)
+    context.warn("the start is taken for that of frame " + std::to_string(first) +
+                 ", the first one that the motion has a pose of");
+  FollowedVideo video(surface, clip, options, context);
+  const std::vector<ScenePose> keys = register_keys(video, keys_of(motion, motions), motions, clip);
+  ScenePose surest = *std::min_element(keys.begin(), keys.end(), surer);
+  const KeySpread spread = spread_of(surface, keys, surest, motions);
+  widen(spread.sd_mm, surest.registered.quality);
+  std::vector<NamedPose> poses;
+  std::size_t unposed = 0;
+  video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
+    if (!motions.contains(frame)) {
+      ++unposed;
+      return;
+    }
+    const std::string name = frame_name(clip.video, frame);
+    if (poses.size() % kOverlayEach == 0) {
+      RegisteredPhoto drawn = surest.registered;
+      drawn.camera.camera_from_world = surest.at(motions, frame);
+      video.draw(picture, drawn,
+                 overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"));
+    }
+    poses.push_back({name, video.at_frame(surest, motions, frame)});
+  });
+  report.bad_data = video.damage();
+  report.add("scene_frame", surest.frame);
+  report.add("drift_mm", spread.drift_mm);
+  report.add("jitter_mm", jitter_mm(surface, surest, motions));
+  if (unposed > 0)
+    report.skipped.push_back(
+        {std::to_string(unposed) + " frames of the video", "the motion has no pose of them"});
+  return poses;
+}
+
+std::string find_motion_of_clip(const ClipToTrack& clip, const std::filesystem::path& folder,
+                                const RunContext& context) {
+  const Stage* motion = find_stage("motion");
+  const StageOptions options = motion->make_options();
+  make_folder(folder);
+  const StageCall call{options.storage.get(),
+                       {},
+                       {{"frames", clip.video}, {"intrinsics", clip.intrinsics}},
+                       folder,
+                       context};
+  try {
+    return run_in_module(*motion, call).declined;
+  } catch (const BadDataError& error) {
+    return error.what();  // a video that nobody can read is told when its frames are read
+  }
 }
 
 }  // namespace organbake

@@ -4,8 +4,9 @@
 #include <filesystem>
 #include <vector>
 
+#include "organbake/pipelines/stage.h"
 #include "organbake/registration/registered_surface.h"
-#include "stages/register/pose_document.h"
+#include "stages/register/photos.h"
 
 namespace organbake {
 
@@ -31,5 +32,25 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
                                   const RegistrationOptions& options,
                                   const std::filesystem::path& overlay_folder,
                                   const RunContext& context, std::string& damage);
+
+// The poses of a video's frames whose motion the stage `motion` found: `motion` is its folder. The
+// scene is rigid, so that one pose of the surface in it serves all: it is told by photograph and
+// depth of the surest of three key frames. How far the poses that the others tell by themselves lie
+// from it (drift) and how unsteady the motion is from frame to frame (jitter) come into the report.
+// Throws BadDataError for a folder that is not of this video.
+std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const ClipToTrack& clip,
+                                     const std::filesystem::path& motion,
+                                     const RegistrationOptions& options,
+                                     const std::filesystem::path& overlay_folder,
+                                     const RunContext& context, StageReport& report);
+
+// The first frame of which a motion's folder has a pose. Throws as above.
+std::size_t first_frame_of_motion(const std::filesystem::path& motion);
+
+// Runs the stage `motion` with its defaults on a clip that came without depth, and leaves what it
+// makes in `folder`. Returns why the clip tells no motion (the scope stands still, turns or zooms;
+// frames that no lens has taken); nothing where it does.
+std::string find_motion_of_clip(const ClipToTrack& clip, const std::filesystem::path& folder,
+                                const RunContext& context);
 
 }  // namespace organbake

@@ -12,16 +12,11 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/png.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "organbake/registration/overlay.h"
-#include "stages/register/follow_motion.h"
-#include "stages/register/motion_of_clip.h"
 #include "stages/register/options.h"
-#include "stages/register/photo_depth.h"
-#include "stages/register/pose_document.h"
+#include "stages/register/photos.h"
 #include "stages/register/register_clip.h"
-#include "stages/register/straight_photo.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,7 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "stages/repair/options.h"
 
 namespace organbake {

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
+#include <cstdio>
 #include <string>
 
+#include "organbake/core/error.h"
 #include "organbake/options/options.h"
+#include "organbake/pipelines/stage.h"
 #include "organbake/shading/depth_mesh.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
+#include "organbake/shading/prepared_frame.h"
+#include "stages/shared/options.h"
 
 namespace organbake {
 
@@ -20,7 +26,6 @@ struct ShadeStageOptions {
   double field_of_view_rad = 1.2217304763960306;  // 70°
   int mesh_frame = -1;                            // −1 = the one with the most confidence
   int sharpest = 1;
-  bool from_previous = true;
   bool strict = false;
   bool keep_light = false;  // in surface.ply's colours
 
@@ -28,6 +33,105 @@ struct ShadeStageOptions {
   void resolve();
 };
 
-void bind(OptionList& list, ShadeStageOptions& options);
+// A light along the picture; a little more, for angles that came rounded, in radians.
+inline constexpr double kSteepest_deg = 90.0005;
+
+inline void ShadeStageOptions::resolve() {
+  if (light_offset_mm.z() != 0)
+    throw UsageError(
+        "light_offset_mm: its third component must be 0; the light lies beside the lens");
+  shading.laparoscope.light_offset_x_mm = light_offset_mm.x();
+  shading.laparoscope.light_offset_y_mm = light_offset_mm.y();
+  const SelectionOptions chosen = selection_of(selection.every, sharpest);
+  selection.every = chosen.every;
+  selection.sharpest = chosen.sharpest;
+  if (light == "auto") return;
+  double tilt_deg = 0, slant_deg = 0;
+  char rest = 0;
+  if (std::sscanf(light.c_str(), "%lf,%lf%c", &tilt_deg, &slant_deg, &rest) != 2 ||
+      !(slant_deg >= 0 && slant_deg <= kSteepest_deg) || !(std::abs(tilt_deg) < 1e6))
+    throw UsageError("light_deg is '" + light +
+                     "'; it must be auto, or tilt,slant in degrees (slant 0…90), such as 30,40");
+  shading.light = DistantLight{radians(tilt_deg), radians(slant_deg)};
+}
+
+inline void bind(OptionList& list, ShadeStageOptions& o) {
+  list.add("model", &o.shading.model,
+           {.help = "perspective camera with its light beside the lens; or a distant light: the "
+                    "paper's method, or whole-image least squares"},
+           {{"laparoscope", ShadingModel::laparoscope},
+            {"tsai-shah", ShadingModel::tsai_shah},
+            {"distant", ShadingModel::distant}})
+      .add("light_deg", &o.light,
+           {.help = "direction of a distant model's light: auto, or tilt,slant (0 = right, turning "
+                    "down)",
+            .unit = "deg"})
+      .add(
+          "light_offset_mm", &o.light_offset_mm,
+          {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
+           .unit = "mm",
+           .min = -50,
+           .max = 50})
+      .add("beam", &o.shading.laparoscope.beam_exponent,
+           {.help = "the light falls off as cosⁿ of the angle to the axis; 0 = even",
+            .min = 0,
+            .max = 20})
+      .add("range_mm", &o.shading.range_mm,
+           {.help = "median distance of the tissue, makes depth metric; 0 = unknown; a recipe's is "
+                    "motion.range_mm unless it says another",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000,
+            .as = "motion.range_mm"})
+      .add("albedo_mm2", &o.shading.albedo,
+           {.help = "brightness (0…1, linear) = albedo · cos / r²; makes depth metric; 0 = unknown",
+            .unit = "mm²",
+            .min = 0,
+            .max = 1e9})
+      .add("field_of_view_deg", Degrees{&o.field_of_view_rad},
+           {.help = "across the frame's width when no intrinsics are given",
+            .unit = "deg",
+            .min = 2.9,
+            .max = 160.4})
+      .add("texture", &o.shading.laparoscope.texture,
+           {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
+      .add("iterations", &o.shading.iterations,
+           {.help = "iterations of Tsai–Shah", .min = 1, .max = 1000000});
+  bind_frames(list, o.selection.every, o.sharpest);
+  list.add(
+          "halvings", &o.frame.halvings,
+          {.help = "how often the frames' size is halved before anything else", .min = 0, .max = 4})
+      .add("masks", &o.frame.masks,
+           {.help = "look for the round field of view, highlights and instruments"})
+      .retire("piecewise_albedo", "tissues of different colour are always told apart", true)
+      .retire("from_previous", "a frame like the one before always starts from its depth", true);
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
+}
+
+inline Stage shade_stage() {
+  return {
+      .name = "shade",
+      .version = 12,
+      .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
+      .inputs =
+          {{"frames", InputKind::frames,
+            "a frame (PNG, JPEG, EXR), a folder of frames, or a video"},
+           {"intrinsics", InputKind::lenses,
+            "the laparoscope: calibration of OpenCV (YAML, JSON, XML), Kalibr or MATLAB (JSON), "
+            "cameras.json, COLMAP folder or transforms.json; else --field-of-view-deg",
+            false},
+           {"instruments", InputKind::file,
+            "mask of the frames' size (PNG), not black = instrument; else found by colour", false},
+           {"lamp", InputKind::file,
+            "lighting.json of the same endoscope, as stereo writes it: the place and beam of "
+            "its lamp, instead of --light-offset-mm and --beam",
+            false}},
+      .outputs = {{"surface", "surface.ply"},
+                  {"lighting", "lighting.json", true},
+                  {"scope_photo", "photo/camera.json"},
+                  {"shading", "."}},
+      .make_options = make_options<ShadeStageOptions>,
+      .on_request = true};
+}
 
 }  // namespace organbake

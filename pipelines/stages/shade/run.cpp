@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -8,20 +11,124 @@
 #include "organbake/core/text.h"
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/frame_source.h"
 #include "organbake/shading/insets.h"
 #include "organbake/shading/own_pixels.h"
+#include "organbake/shading/pictures.h"
 #include "stages/shade/options.h"
-#include "stages/shade/shade_clip.h"
-#include "stages/shared/albedo_output.h"
+#include "stages/shared/clip_outputs.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {
 namespace {
 
+// A clip and how it was taken.
+struct Clip {
+  FrameSelection frames;
+  std::optional<Intrinsics> camera;  // nothing = the assumed field of view
+  std::optional<Mask> instruments;
+  Mask insets = {};  // of the frames' size, where there are any
+};
+
+struct ClipResult {
+  std::vector<FrameRecord> records;
+  std::optional<KeyFrame> key;
+  StoredPicture key_picture;  // before it was halved and undistorted; its lens is the clip's
+};
+
 namespace fs = std::filesystem;
+
+constexpr std::size_t kAtOnce = 4;  // frames in memory
+constexpr double kAlike = 12;       // mean difference, of 255, up to which a start is taken over
+
+// One frame on its way through.
+struct Work {
+  SelectedFrame selected;
+  PreparedFrame frame;
+  std::shared_ptr<const FrameDepth> depth;
+};
+
+// The lens of a frame of the clip: as given, or the assumed field of view.
+Intrinsics lens_of(const Clip& clip, const ShadeStageOptions& options, const Rgb8Image& frame) {
+  return clip.camera ? *clip.camera
+                     : assumed_camera(frame.width, frame.height, options.field_of_view_rad);
+}
+
+class Pipeline {
+ public:
+  Pipeline(Clip& clip, const ShadeStageOptions& options, const fs::path& folder,
+           const RunContext& context)
+      : clip_(clip), options_(options), folder_(folder), context_(context) {}
+
+  ClipResult run() {
+    ClipDriver<Work>()
+        .at_once([this](Work& item) { prepare(item); })
+        .in_turn([this](Work& item) { shade(item); })
+        .at_once([this](Work& item) { write(item); })
+        .in_turn([this](Work& item) { finish(item); })
+        .run(kAtOnce, [this] { return take(); });
+    strips_.write(folder_);
+    return std::move(result_);
+  }
+
+ private:
+  std::shared_ptr<Work> take() {
+    context_.throw_if_cancelled();
+    std::optional<SelectedFrame> next = clip_.frames.next();
+    if (!next) return nullptr;
+    auto item = std::make_shared<Work>();
+    item->selected = std::move(*next);
+    return item;
+  }
+
+  void prepare(Work& item) const {
+    const StoredPicture& image = item.selected.image;
+    item.frame = prepare_frame(image, lens_of(clip_, options_, image.color), options_.frame,
+                               {.instruments = clip_.instruments ? &*clip_.instruments : nullptr,
+                                .insets = clip_.insets.size() > 0 ? &clip_.insets : nullptr});
+  }
+
+  void shade(Work& item) {
+    const bool alike = previous_ && item.selected.difference < kAlike;
+    item.depth = std::make_shared<FrameDepth>(
+        shade_frame(item.frame, options_.shading, alike ? previous_.get() : nullptr));
+    previous_ = item.depth;
+  }
+
+  void write(const Work& item) const {
+    write_frame(folder_, {item.selected.name, !clip_.camera, {}}, item.frame, *item.depth);
+  }
+
+  void finish(Work& item) {
+    const std::size_t index = item.selected.index;
+    FrameRecord record = record_of(index, item.selected.sharpness, item.frame, *item.depth);
+    if (strips_.wants_next()) strips_.add(frame_strip(item.frame, *item.depth, 240));
+    if (becomes_key(record, options_.mesh_frame, result_.key)) {
+      result_.key = KeyFrame{record, std::move(item.frame), item.depth};
+      result_.key_picture = std::move(item.selected.image);
+    }
+    result_.records.push_back(std::move(record));
+    context_.debug("frame " + std::to_string(index));
+  }
+
+  Clip& clip_;
+  const ShadeStageOptions& options_;
+  const fs::path& folder_;
+  const RunContext& context_;
+  std::shared_ptr<const FrameDepth> previous_;
+  StripSheet strips_;
+  ClipResult result_;
+};
+
+// Decodes, prepares, shades and writes frames at the same time, a few in memory at once. Depths do
+// not depend on how many threads there are: each frame starts from the one before it, in order.
+ClipResult shade_clip(Clip& clip, const ShadeStageOptions& options, const fs::path& folder,
+                      const RunContext& context) {
+  make_frame_folders(folder);
+  return Pipeline(clip, options, folder, context).run();
+}
 
 std::optional<Mask> mask_at(const fs::path* path) {
   if (!path) return std::nullopt;
@@ -53,8 +160,6 @@ void warn_of_what_is_assumed(const ShadeStageOptions& options, const Clip& clip,
     report.skipped.push_back({"undistortion", "no intrinsics are given"});
   }
   if (!options.frame.masks) report.skipped.push_back({"masks", "masks is off"});
-  if (!options.frame.piecewise_albedo)
-    report.skipped.push_back({"piecewise albedo", "piecewise_albedo is off"});
 }
 
 // What the frames themselves tell against being read as one scene under one lamp.

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What stages that read clips write of each frame, and what they report of all.
 #include "stages/shared/clip_outputs.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/core/files.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/image/depth_notes.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
+#include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/pictures.h"
 
 namespace organbake {
@@ -242,6 +246,28 @@ std::string plot_of(const std::vector<FrameRecord>& records) {
     for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
   }
   return plot_svg("shading over the frames of the clip", curves);
+}
+
+Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame& frame,
+                       const FrameDepth& depth, const LaparoscopeOptions& lamp, double mm_per_unit,
+                       StageReport& report) {
+  FrameAlbedo albedo = divide_light_out(frame, depth, lamp, mm_per_unit);
+  write_png(folder / "albedo.png", albedo.color);
+  write_file_atomically(folder / kLightingFile, lighting_to_json(laparoscope_lighting(lamp)));
+  report.add("albedo_reference_mm", albedo.reference_mm);
+  report.add("falloff_in_frame", albedo.falloff_before);
+  report.add("falloff_in_albedo", albedo.falloff_left);
+  report.add("cosine_in_frame", albedo.cosine_before);
+  report.add("cosine_in_albedo", albedo.cosine_left);
+  return std::move(albedo.color);
+}
+
+void write_scope_photo(const std::filesystem::path& folder, const Rgb8Image& picture,
+                       const Intrinsics& camera) {
+  const CameraSet set{{{"scope", camera, {}}}, {"picture.png"}, {}};
+  make_folder(folder / "photo");
+  write_png(folder / "photo/picture.png", picture);
+  write_file_atomically(folder / kScopePhotoFile, cameras_to_json(set));
 }
 
 }  // namespace organbake

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Opens a clip, whatever it comes as, and drives its frames through a stage's steps.
 #include "stages/shared/clip_source.h"
+
+#include <tbb/parallel_pipeline.h>
 
 #include <cmath>
 #include <memory>
@@ -159,6 +162,27 @@ ShadeSource open_frames(const fs::path& frames, const fs::path* lens, const RunC
     return true;
   };
   return {std::move(upright), found.camera};
+}
+
+void drive_clip(std::size_t in_memory, const std::function<std::shared_ptr<void>()>& take,
+                const std::vector<ClipStep>& steps) {
+  using Item = std::shared_ptr<void>;
+  using tbb::filter_mode;
+  tbb::filter<void, Item> chain =
+      tbb::make_filter<void, Item>(filter_mode::serial_in_order, [&](tbb::flow_control& flow) {
+        Item item = take();
+        if (!item) flow.stop();
+        return item;
+      });
+  for (const ClipStep& step : steps)
+    chain = chain & tbb::make_filter<Item, Item>(
+                        step.in_turn ? filter_mode::serial_in_order : filter_mode::parallel,
+                        [&step](Item item) {
+                          step.work(item.get());
+                          return item;
+                        });
+  tbb::parallel_pipeline(
+      in_memory, chain & tbb::make_filter<Item, void>(filter_mode::parallel, [](const Item&) {}));
 }
 
 Mask insets_of(const Next& next, const RunContext& context) {

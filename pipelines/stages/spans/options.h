@@ -3,6 +3,7 @@
 
 #include "organbake/motion/clip_spans.h"
 #include "organbake/options/options.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 
@@ -12,6 +13,32 @@ struct SpansStageOptions {
   int best = 3;
 };
 
-void bind(OptionList& list, SpansStageOptions& options);
+inline void bind(OptionList& list, SpansStageOptions& o) {
+  list.add("best", &o.best,
+           {.help = "spans that are chosen, those first by which most can be told; a batch bakes "
+                    "each of them",
+            .min = 1,
+            .max = 1000})
+      .add("samples_per_s", &o.samples_per_s,
+           {.help = "pictures that are looked at in a second of the video", .min = 1, .max = 25})
+      .add("shortest_s", &o.search.shortest_s,
+           {.help = "shorter spans are not worth baking", .unit = "s", .min = 0.5, .max = 60})
+      .add("longest_s", &o.search.longest_s,
+           {.help = "longer spans are cut into several", .unit = "s", .min = 1, .max = 600});
+}
+
+inline Stage spans_stage() {
+  return {.name = "spans",
+          .version = 3,
+          .summary =
+              "find the spans of a long video in which a scope moves over steady tissue, "
+              "which are worth baking by motion",
+          .inputs = {{"frames", InputKind::frames, "a video, or a folder of frames"}},
+          .outputs = {{"spans", "spans.csv"}},
+          .make_options = make_options<SpansStageOptions>,
+          .single_file = true,
+          .on_request = true,
+          .by_section_only = true};
+}
 
 }  // namespace organbake

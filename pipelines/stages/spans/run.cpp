@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/parallel_pipeline.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -8,8 +6,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
 #include "stages/shared/clip_source.h"
 #include "stages/spans/options.h"
 
@@ -23,17 +20,10 @@ class Scan {
       : source_(std::move(source)), options_(options), context_(context), finder_(options.search) {}
 
   std::vector<ClipSpan> run() {
-    using tbb::filter_mode;
     constexpr std::size_t kAtOnce = 4;  // pictures in memory
-    tbb::parallel_pipeline(
-        kAtOnce,
-        tbb::make_filter<void, Item>(filter_mode::serial_in_order, [this](tbb::flow_control& flow) {
-          Item item = next();
-          if (!item) flow.stop();
-          return item;
-        }) & tbb::make_filter<Item, void>(filter_mode::serial_in_order, [this](const Item& item) {
-          finder_.add(item->frame, item->time_s, item->color);
-        }));
+    ClipDriver<Looked>()
+        .in_turn([this](Looked& item) { finder_.add(item.frame, item.time_s, item.color); })
+        .run(kAtOnce, [this] { return next(); });
     return finder_.take();
   }
 
@@ -47,9 +37,8 @@ class Scan {
     double time_s;
     Rgb8Image color;
   };
-  using Item = std::shared_ptr<Looked>;
 
-  Item next() {
+  std::shared_ptr<Looked> next() {
     StoredPicture picture;
     while (read(picture)) {
       const std::size_t frame = frames_++;

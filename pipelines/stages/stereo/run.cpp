@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
@@ -9,23 +12,144 @@
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/pipelines/stage_binding.h"
-#include "organbake/pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/shading/beam_estimate.h"
 #include "organbake/shading/depth_maps.h"
+#include "organbake/shading/frame_source.h"
 #include "organbake/shading/insets.h"
 #include "organbake/shading/pictures.h"
 #include "organbake/shading/ray_grid.h"
 #include "organbake/shading/undistort.h"
-#include "stages/shared/albedo_output.h"
-#include "stages/shared/clip_options.h"
+#include "organbake/stereo/stereo_depth.h"
+#include "stages/shared/clip_outputs.h"
 #include "stages/shared/clip_source.h"
-#include "stages/stereo/stereo_clip.h"
+#include "stages/shared/options.h"
+#include "stages/stereo/options.h"
 #include "stages/stereo/stereo_source.h"
 
 namespace organbake {
 namespace {
 
+// What the report keeps of a pair of pictures besides.
+struct PairRecord {
+  FrameRecord frame;
+  double matched_share = 0, filled_share = 0, covered_share = 0, relative_sd = 0;
+  double rows_apart_px = 0;
+  RowAlignment corrected;
+};
+
+struct StereoClipResult {
+  std::vector<PairRecord> records;
+  BeamEstimate beam;  // of the lamp, taken to lie at the left lens; unless its light is kept
+  std::optional<KeyFrame> key;  // the left eye's
+};
+
 namespace fs = std::filesystem;
+constexpr std::size_t kPairsAtOnce = 3;  // in memory
+
+// One pair on its way through.
+struct PairWork {
+  SelectedFrame selected;
+  PreparedFrame left;
+  std::shared_ptr<const FrameDepth> depth;
+  PairRecord record;
+  BeamRings rings;  // unless the light is kept
+};
+
+class PairPipeline {
+ public:
+  PairPipeline(FrameSelection& frames, const Rectifier& rectifier, const EyeInsets& insets,
+               const StereoStageOptions& options, const fs::path& folder, const RunContext& context)
+      : frames_(frames),
+        rectifier_(rectifier),
+        insets_(insets),
+        options_(options),
+        folder_(folder),
+        context_(context) {}
+
+  StereoClipResult run() {
+    ClipDriver<PairWork>()
+        .at_once([this](PairWork& item) { match(item); })
+        .in_turn([this](PairWork& item) { finish(item); })
+        .run(kPairsAtOnce, [this] { return take(); });
+    strips_.write(folder_);
+    result_.beam = estimate_beam(rings_);
+    return std::move(result_);
+  }
+
+ private:
+  std::shared_ptr<PairWork> take() {
+    context_.throw_if_cancelled();
+    std::optional<SelectedFrame> next = frames_.next();
+    if (!next) return nullptr;
+    auto item = std::make_shared<PairWork>();
+    item->selected = std::move(*next);
+    return item;
+  }
+
+  void match(PairWork& item) const {
+    const RectifiedEyes& eyes = rectifier_.eyes();
+    const StoredPicture& both = item.selected.image;
+    PreparedEyes ready = prepare_eyes(left_of(both), right_of(both), rectifier_, options_.stereo,
+                                      options_.masks, insets_);
+    item.left = std::move(ready.left);
+    item.selected.image = StoredPicture();
+    try {
+      StereoDepth found = stereo_depth(item.left, ready.right, eyes, options_.stereo);
+      item.record = {{},
+                     found.matched_share,
+                     found.filled_share,
+                     found.covered_share,
+                     found.relative_sd,
+                     found.rows_apart_px,
+                     ready.corrected};
+      item.depth = std::make_shared<FrameDepth>(std::move(found.depth));
+    } catch (const BadDataError& error) {
+      throw BadDataError("frame " + std::to_string(item.selected.index) + ": " + error.what());
+    }
+    if (!options_.keep_light)
+      item.rings = beam_rings(item.left, item.depth->depth, item.depth->confidence);
+    write(item);
+  }
+
+  void write(PairWork& item) const {
+    const std::size_t index = item.selected.index;
+    // Each eye shows one scene, however much its halves look alike.
+    item.left.stereo = StereoLayout::none;
+    item.record.frame = record_of(index, item.selected.sharpness, item.left, *item.depth);
+    write_frame(folder_, {item.selected.name, false, rectifier_.eyes().rectified_from_left},
+                item.left, *item.depth);
+  }
+
+  void finish(PairWork& item) {
+    const FrameRecord& record = item.record.frame;
+    if (strips_.wants_next()) strips_.add(frame_strip(item.left, *item.depth, 240));
+    result_.records.push_back(item.record);
+    if (!options_.keep_light) rings_.push_back(item.rings);
+    context_.debug("frame " + std::to_string(record.index));
+    if (becomes_key(record, options_.mesh_frame, result_.key))
+      result_.key = KeyFrame{record, std::move(item.left), item.depth};
+  }
+
+  FrameSelection& frames_;
+  const Rectifier& rectifier_;
+  const EyeInsets& insets_;
+  const StereoStageOptions& options_;
+  const fs::path& folder_;
+  const RunContext& context_;
+  StripSheet strips_;
+  std::vector<BeamRings> rings_;
+  StereoClipResult result_;
+};
+
+// Decodes, rectifies, matches and writes pairs at the same time, a few in memory at once. A pair's
+// depth depends on no other pair.
+StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
+                            const EyeInsets& insets, const StereoStageOptions& options,
+                            const fs::path& folder, const RunContext& context) {
+  make_frame_folders(folder);
+  return PairPipeline(frames, rectifier, insets, options, folder, context).run();
+}
 
 // World is the left camera as it was calibrated.
 CameraSet rectified_cameras(const RectifiedEyes& eyes) {

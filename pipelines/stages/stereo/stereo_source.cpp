@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Opens the two eyes of a clip, in one file or two, with their calibration.
 #include "stages/stereo/stereo_source.h"
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 #include "organbake/capture/surface_color.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
-#include "organbake/pipelines/stage_module.h"
-#include "organbake/pipelines/swatch_options.h"
+#include "organbake/pipelines/export_options.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 namespace {

@@ -4,10 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "organbake/core/error.h"
+#include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/options_json.h"
+#include "organbake/pipelines/stage.h"
+#include "stages/place/options.h"
 
 namespace organbake {
 namespace {
@@ -163,6 +169,112 @@ TEST(OptionsJson, TheSchemaSaysRangeUnitAndDefault) {
   EXPECT_EQ(count["default"], 3);
   EXPECT_EQ(schema["properties"]["length"]["description"], "of one [mm]");
   EXPECT_EQ(schema["properties"]["fruit"]["enum"], nlohmann::json({"apple", "pear"}));
+}
+
+TEST(StageOptions, TheDefaultsOfEveryStageAreValid) {
+  for (const Stage& stage : all_stages()) {
+    const StageOptions options = stage.make_options();
+    for (const Option& option : options.list.all()) {
+      EXPECT_NO_THROW(check_option(option, option.default_value, option.name))
+          << stage.name << "." << option.name;
+      EXPECT_FALSE(option.traits.help.empty()) << stage.name << "." << option.name;
+    }
+  }
+}
+
+TEST(StageOptions, NoOptionHidesAnInputOrASharedFlag) {
+  for (const Stage& stage : all_stages()) {
+    const StageOptions options = stage.make_options();
+    for (const char* taken : {"output", "force", "cache", "threads", "json", "quiet", "verbose"}) {
+      EXPECT_EQ(options.list.find(taken), nullptr) << stage.name;
+    }
+    for (const StageInput& input : stage.inputs) {
+      EXPECT_EQ(options.list.find(input.name), nullptr) << stage.name << " " << input.name;
+    }
+  }
+}
+
+TEST(StageOptions, ACopyHasTheValuesAndItsOwnStruct) {
+  PlaceStageOptions options;
+  options.cone_axis = {0.1, 0.2, -0.3};
+  options.cone_angle_rad = 0.7;
+  const StageOptions first = options_from(options);
+  const StageOptions copy = first.copy();
+  first.list.find("count")->set(std::int64_t{5});
+  const RunContext context;
+  const auto& in =
+      StageCall{first.storage.get(), {}, {}, {}, context}.options_as<PlaceStageOptions>();
+  const auto& out =
+      StageCall{copy.storage.get(), {}, {}, {}, context}.options_as<PlaceStageOptions>();
+  EXPECT_EQ(in.placement.count, 5);
+  EXPECT_EQ(out.placement.count, PlaceStageOptions().placement.count);
+  EXPECT_EQ(out.cone_axis, options.cone_axis);
+  ASSERT_TRUE(out.resolved().cone);
+  EXPECT_EQ(out.resolved().cone->half_angle_rad, 0.7);
+  EXPECT_FALSE(PlaceStageOptions().resolved().cone) << "no cone unless it is asked for";
+}
+
+// Of a unit that does not depend on the volume.
+std::string ending_of(const std::string& unit) {
+  static const std::map<std::string, std::string> kEndings = {
+      {"kg/m³", "_kg_per_m3"}, {"mm²", "_mm2"}, {"mm, LPS", "_mm"}, {"Mbit/s", "_mbit_per_s"}};
+  const auto found = kEndings.find(unit);
+  if (found != kEndings.end()) return found->second;
+  std::string ending = "_" + unit;
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending;
+}
+
+TEST(StageOptions, NamesEndInTheirUnit) {
+  for (const Stage& stage : all_stages()) {
+    const StageOptions options = stage.make_options();
+    for (const Option& option : options.list.all()) {
+      const std::string& unit = option.traits.unit;
+      const std::string name = stage.name + "." + option.name;
+      EXPECT_NE(unit, "rad") << name << ": users write degrees";
+      if (unit.empty() || option.name == "iso" || option.name.ends_with("_mm_per_pixel")) continue;
+      EXPECT_TRUE(option.name.ends_with(ending_of(unit))) << name << " of " << unit;
+    }
+  }
+}
+
+TEST(StageOptions, ARetiredSettingIsKnownByBothItsSpellingsAndIsNoOption) {
+  const StageOptions options = find_stage("shade")->make_options();
+  EXPECT_EQ(options.list.find("from_previous"), nullptr);
+  EXPECT_FALSE(options.list.retired_note("from_previous").empty());
+  EXPECT_EQ(options.list.retired_note("from-previous"), options.list.retired_note("from_previous"));
+  EXPECT_TRUE(options.list.was_switch("from_previous"));
+  EXPECT_TRUE(options.list.retired_note("texture").empty());
+}
+
+TEST(BakeWords, OptionsAreNamedAsABakeTakesThem) {
+  EXPECT_EQ(in_bake_words("isosurface", "42 % was left out; --largest 2 keeps one more, 0 all"),
+            "42 % was left out; --set isosurface.largest=2 keeps one more, 0 all");
+  EXPECT_EQ(in_bake_words("isosurface", "cut flat; --cap round closes it as organs end"),
+            "cut flat; --set isosurface.cap=round closes it as organs end");
+  EXPECT_EQ(in_bake_words("isosurface", "choose --iso inside it"),
+            "choose --set isosurface.iso=… inside it");
+  EXPECT_EQ(in_bake_words("place", "more cameras, or --coverage, show it"),
+            "more cameras, or --set place.coverage=…, show it");
+  EXPECT_EQ(in_bake_words("isosurface", "larger than --min-size-mm 5 mm (--label 2)."),
+            "larger than --set isosurface.min_size_mm=5 mm (--set isosurface.label=2).");
+}
+
+TEST(BakeWords, TogglesAndInputs) {
+  EXPECT_EQ(in_bake_words("isosurface", "--no-keep-volume"), "--set isosurface.keep_volume=false");
+  EXPECT_EQ(in_bake_words("isosurface", "without --strict they are mended"),
+            "without --set isosurface.strict=true they are mended");
+  EXPECT_EQ(in_bake_words("isosurface", "give the mask (--mask FILE), too"),
+            "give the mask (--set mask=FILE), too");
+  EXPECT_EQ(in_bake_words("capture", "--exemplar a/b.png needs --exemplar-mm-per-pixel: the size"),
+            "--set exemplar=a/b.png needs --set capture.exemplar_mm_per_pixel=…: the size");
+}
+
+TEST(BakeWords, WhatIsNoOptionOfTheStageStays) {
+  for (const char* text : {"in centimetres (--unit cm; unit=cm)", "--set isosurface.largest=2",
+                           "--repair auto mends it", "a -- b", "--", "x--largest 2", ""})
+    EXPECT_EQ(in_bake_words("isosurface", text), text);
+  EXPECT_EQ(in_bake_words("bundle", "--largest 2"), "--largest 2");
 }
 
 }  // namespace

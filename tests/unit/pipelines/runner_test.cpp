@@ -12,7 +12,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/pipelines/outputs.h"
 
 namespace organbake {
 namespace {

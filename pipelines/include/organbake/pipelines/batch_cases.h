@@ -14,11 +14,45 @@ struct BatchCase {
   std::vector<std::string> settings;  // "key=value", as bake's --set takes them
 };
 
+// A table with a header, one case a line (text_table.h): column `case` names it, every other
+// column is a key of the recipe ("ct", "label", "decimate.faces"); an empty field sets nothing.
+// Paths of inputs are relative to the table's folder. Throws NoInputError, or BadDataError that
+// names the line: no column `case`, a name that is no folder's name or comes twice, a row of
+// another length.
+std::vector<BatchCase> read_case_table(const std::filesystem::path& table);
+
+// The same table with its inputs' paths made absolute, for programs that start elsewhere. Throws
+// UsageError for a line break in a value: a table has one case a line.
+std::string case_table_text(const std::vector<BatchCase>& cases);
+
+// True for "scans/*.mha" unless a file is really called so. Shells expand patterns themselves, but
+// not "**", and not more names than a command line holds.
+bool is_file_pattern(const std::string& word);
+
+// The folder that a pattern begins with: "a/b" of "a/b/*/c*.mp4", "." when there is none.
+std::filesystem::path folder_of_pattern(const std::string& pattern);
+
+// What a pattern names, in byte order: "*", "?" and "[…]" stay within one name and don't match a
+// leading '.', "**" stands for any number of folders. Throws NoInputError when nothing matches,
+// IoError when a folder can't be read.
+std::vector<std::filesystem::path> files_matching(const std::string& pattern);
+
+// A scan, a clip or a surface that lies in a folder.
+struct FoundInput {
+  std::string input;  // the recipe's: "ct" (a mask among them), "frames", "surface"
+  std::filesystem::path path;
+};
+
+// Those in a folder and up to three folders below it, by path. A folder of DICOM slices or of
+// frames is one of them; hidden files, bundles and what nobody bakes are passed over. Throws
+// NoInputError where the folder is missing or holds none.
+std::vector<FoundInput> inputs_in(const std::filesystem::path& folder);
+
 // Empty when the text can name a case's folder, else what is wrong with it.
 std::string flaw_of_case_name(const std::string& name);
 
 // The cases of a command's words: one table (text_table.h), or files, folders and patterns of them
-// (file_pattern.h), each set as the recipe's input `input`. Such a case is called after its file
+// (files_matching), each set as the recipe's input `input`. Such a case is called after its file
 // without the ending, or of a pattern after the path below the pattern's fixed folder
 // ("2021_july_clip3"), so that its name doesn't depend on what else is there. Throws UsageError
 // for two of one name; NoInputError; BadDataError for a bad table.
@@ -31,5 +65,31 @@ struct Shard {
 };
 Shard parse_shard(const std::string& text);  // "2/8"
 std::vector<BatchCase> cases_of_shard(const std::vector<BatchCase>& cases, const Shard& shard);
+
+// What a bake is thought to need, before it starts. Meant to be rather too much than too little.
+struct CaseEstimate {
+  double cpu_seconds = 0;  // of one core
+  double memory_mb = 0;
+  std::string flaw;  // why nothing can be told: the bake will fail for the same reason
+};
+
+// By the sizes of the inputs and the options that cost time, with constants that were measured
+// (case_estimate.cpp). Reads headers, not contents; never throws for what is wrong with a case.
+CaseEstimate estimate_case(const std::filesystem::path& recipe,
+                           const std::vector<std::string>& settings);
+
+// How much an input holds, told by file sizes and headers alone: a thousand cases are looked at in
+// seconds. All throw NoInputError.
+
+// Voxels of a volume: of MetaImage and NRRD by their header, of gzip files by the size that they
+// end with, of a DICOM folder or any other file by its bytes (two to a voxel; of compressed ones
+// too few, by what the compression saves).
+double voxels_in(const std::filesystem::path& volume);
+// Frames of a picture (1), a folder (the pictures in it), or a video (by its bytes).
+double frames_in(const std::filesystem::path& clip);
+// Pixels of the pictures that lie beside a cameras.json, by their bytes.
+double pixels_beside(const std::filesystem::path& cameras);
+// Bytes of a file, or of all files in a folder.
+double bytes_of(const std::filesystem::path& path);
 
 }  // namespace organbake

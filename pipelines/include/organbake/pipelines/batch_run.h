@@ -2,10 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,10 +15,23 @@
 #include "organbake/core/error.h"
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/batch_cases.h"
-#include "organbake/pipelines/batch_report.h"
-#include "organbake/pipelines/worker_process.h"
+#include "organbake/pipelines/processes.h"
 
 namespace organbake {
+
+// What became of one case.
+struct BatchRow {
+  std::string name;
+  std::string status;  // "written", "unchanged", "failed", "not started", "left out"
+  int exit_code = 0;
+  double seconds = 0;
+  double peak_mb = 0;
+  std::map<std::string, double> figures;  // "decimate.rms_mm" …: what tells a good bake from a bad
+  std::vector<std::string> warnings;      // of its stages, as the bake told them
+  std::string error;    // the worker's last words, when it failed; why it is left out
+  std::string picture;  // of the organ, relative to the batch's folder; may be empty
+  std::string page;     // with its player, likewise
+};
 
 struct BatchOptions {
   std::filesystem::path recipe, output, cache;  // cache empty: the user's own
@@ -98,5 +113,56 @@ class Batch {
 
 // What a batch ends with: 0; 75 when trying again may help a case that failed; else 4.
 ExitCode exit_code_of(const std::vector<BatchRow>& rows);
+
+// The figures of a bundle's report.json that the batch shows.
+std::map<std::string, double> key_figures(const nlohmann::json& bake_report);
+
+nlohmann::json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows);
+// The rows of a batch.json that has been checked.
+std::vector<BatchRow> rows_of(const nlohmann::json& batch);
+// The rows of all shards of a batch in the order of its cases: every shard holds every n-th.
+std::vector<BatchRow> interleaved(const std::vector<std::vector<BatchRow>>& shards);
+std::string batch_csv(const std::vector<BatchRow>& rows);
+// One page, pictures beside it, the worst first: failures, then what was warned of, then the
+// farthest proxies.
+std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows);
+
+// A batch cut into tasks for an engine that is not ours: each is `organbake batch` over one shard
+// of the table cases.csv in the output folder.
+struct JobPlan {
+  std::filesystem::path program;       // organbake; absolute, as the other paths
+  std::filesystem::path output;        // holds cases.csv
+  std::vector<std::string> arguments;  // of batch, besides the table, -o, --threads and --shard
+  std::size_t tasks = 1;
+  int threads = 0;       // of a task; 0 = all there are (lines only)
+  double memory_mb = 0;  // a task's, with a margin
+  double minutes = 0;    // a task's, with a margin
+};
+
+// As one word of a POSIX shell: quoted unless it needs none.
+std::string shell_word(const std::string& text);
+
+// One command a line, for a shell, xargs or GNU parallel.
+std::string job_lines(const JobPlan& plan);
+// pipelines/cluster/Snakefile with its configuration. Throws UsageError for a path that is not
+// UTF-8.
+std::string job_snakefile(const JobPlan& plan);
+// pipelines/cluster/array.sbatch with its values.
+std::string job_array(const JobPlan& plan);
+
+// The cases of a batch with long videos cut up, and what of those is not baked.
+struct SpanCases {
+  std::vector<BatchCase> cases;
+  std::vector<BatchRow> left_out;  // status "left out", the reason as the error
+};
+
+// By a recipe with the section `spans` a long video becomes a case for each of its best spans
+// (stage spans), named after the second at which it begins: "gallbladder_0312s". The spans are cut
+// out without coding anew, by ffmpeg, into the folder's spans/. Cases that are no long videos, and
+// those whose video cannot be read, stay as they are: their own bake tells what is wrong.
+// `settings` are of all cases, `cache` as Batch has it. Throws IoError when ffmpeg is missing.
+SpanCases cases_of_spans(const std::vector<BatchCase>& cases, const std::filesystem::path& recipe,
+                         const std::vector<std::string>& settings,
+                         const std::filesystem::path& output, const RunContext& context);
 
 }  // namespace organbake

@@ -1,17 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "organbake/core/run_context.h"
 #include "organbake/pipelines/stage.h"
 
 namespace organbake {
+
+// XXH3-128 as 32 hexadecimal digits: names content in the cache. It is quick, not proof against an
+// attacker; what leaves the cache in a bundle carries SHA-256.
+std::string quick_hash(std::string_view text);
+// Throws NoInputError or IoError.
+std::string quick_hash_of_file(const std::filesystem::path& path);
+
+// A file that belongs to an input, under the name that counts for the content hash.
+struct InputFile {
+  std::string name;
+  std::filesystem::path path;
+};
+
+// All files that an input consists of, in byte order of their names: the file itself, all below a
+// folder, a header's data file, the photographs of a cameras.json. Throws NoInputError for a path
+// that is missing or an empty folder.
+std::vector<InputFile> files_of_input(InputKind kind, const std::filesystem::path& path);
+
+// Whether a file begins as DICOM files do. Throws NoInputError or IoError.
+bool has_dicom_mark(const std::filesystem::path& path);
+
+// One hash for an input: its only file's, or that of the list of names and hashes.
+using FileHasher = std::string (*)(const std::filesystem::path&);
+std::string content_hash(const std::vector<InputFile>& files, FileHasher hash_file);
+std::string sha256_of_file(const std::filesystem::path& path);
 
 // All that a step's result depends on. Two steps with equal ingredients give equal bytes.
 struct StepIngredients {
@@ -79,5 +107,38 @@ class Cache {
 
 // "faces was 80, is 100", "surface has changed" …; empty when they are equal.
 std::vector<std::string> differences(const StepIngredients& before, const StepIngredients& now);
+
+struct LockOptions {
+  std::filesystem::path file;
+  // The file stays, and the processes that this one starts hold the lock as well; else it is taken
+  // away again.
+  bool inherited = false;
+  std::chrono::milliseconds patience{0};  // for others
+  std::string busy;                       // what is said when that was not enough
+};
+
+// The system's lock of a file, held while results are put in their place: of two programs that
+// write to one place the second waits until the first is done, so that nothing of either is lost,
+// mixed or read half-way. When one is killed, the next takes over at once.
+class FileLock {
+ public:
+  // Throws Error (try again, 75) with the options' `busy`, CancelledError, or IoError when a file
+  // that stays can't be made. Where the file system knows no locks, or lets nobody make the file,
+  // all go on without: what is written next tells.
+  explicit FileLock(LockOptions options, const RunContext& context = {});
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+
+ private:
+  bool try_once();
+
+  LockOptions options_;
+  int fd_ = -1;
+};
+
+// For what is written at `target`, a file or a folder: a hidden file beside it, ".organ.lock".
+// Makes the folders above. Throws IoError (writing).
+LockOptions output_lock(const std::filesystem::path& target);
 
 }  // namespace organbake

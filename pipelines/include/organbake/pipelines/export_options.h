@@ -22,6 +22,52 @@ struct ExportOptions {
   std::filesystem::path interaction;  // of usd: a script, whose motion becomes time samples
 };
 
-void bind(OptionList& list, ExportOptions& options);
+inline void bind(OptionList& list, ExportOptions& o) {
+  list.add(
+      "format", &o.format,
+      {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
+               "colmap, transforms: cameras with pictures, masks, depth and points, in "
+               "millimetres, LPS; usd, sofa: for physics engines, with masses, springs and "
+               "tetrahedra, in metres, y up; mjcf: the tetrahedra as a flex of MuJoCo, in metres, "
+               "LPS; gmsh: the tetrahedra alone, in millimetres, LPS; web: one page in which "
+               "anyone can poke the organ"},
+      {{"gltf", ExportFormat::gltf},
+       {"colmap", ExportFormat::colmap},
+       {"transforms", ExportFormat::transforms},
+       {"obj", ExportFormat::obj},
+       {"usd", ExportFormat::usd},
+       {"sofa", ExportFormat::sofa},
+       {"mjcf", ExportFormat::mjcf},
+       {"gmsh", ExportFormat::gmsh},
+       {"web", ExportFormat::web}});
+  list.add("faces", &o.faces,
+           {.help = "for formats with a surface, its most faces; 0 = all of the base layer's",
+            .min = 0,
+            .max = 10'000'000});
+  list.add("texture_px", &o.texture,
+           {.help = "for formats with a surface, the side of its texture; auto: 2048 for gltf and "
+                    "usd, as fine as the maps for obj and sofa",
+            .unit = "px",
+            .min = 64,
+            .max = 8192});
+  list.add(
+      "albedo", &o.albedo,
+      {.help = "for formats with a surface, colours without the light that they were baked in, for "
+               "viewers that light anew; else as organplay shows them with --light baked"});
+  list.add("vendor_names", &o.vendor_names,
+           {.help = "for usd, also the schemas of Omniverse (OmniPhysics…) beside those of the "
+                    "proposal for UsdPhysics"});
+  list.add("interaction", &o.interaction,
+           {.help = "for usd, a script (organplay --script) without blades, played by the "
+                    "tetrahedra where there are any; its motion becomes time samples"});
+}
+
+// Of the sheet of materials that the module `swatches` draws.
+struct SwatchOptions {
+  int columns = 3;
+  int side_px = 320;  // of one swatch
+};
+
+inline constexpr const char* kSwatchFile = "swatches.png";
 
 }  // namespace organbake

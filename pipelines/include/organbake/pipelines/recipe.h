@@ -42,7 +42,7 @@ struct Recipe {
   std::vector<std::string> said_of_inputs;              // "unit", "space"
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
-  std::vector<std::string> notes;                       // what former names are called now
+  std::vector<std::string> notes;                       // what is said of settings that are gone
   std::map<std::string, std::string> declined;          // stages that made nothing of it, and why
   BundleOptions bundle;
 };
@@ -57,5 +57,32 @@ Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::str
 
 // Generated from the stages' option lists.
 nlohmann::json recipe_schema();
+
+// A recipe that comes with the program.
+struct KnownRecipe {
+  std::string name;     // "liver"
+  std::string summary;  // the first sentence of its first comment
+  std::filesystem::path file;
+};
+
+// Those in the folder beside this program, installed or built, by name.
+std::vector<KnownRecipe> known_recipes();
+std::vector<std::string> known_recipe_names();
+
+// The file that a user means by a recipe's path or by the name of a known one ("liver", also
+// "liver.yaml"). A file goes before a name, a name before a folder. Throws NoInputError with the
+// nearest name for a word that is neither.
+std::filesystem::path recipe_file(const std::string& word);
+
+// A whole bake's options by one word. `standard` is what the stages do by themselves; `draft` and
+// `fine` stand where a sweep of their options found nothing that is both faster and more accurate.
+// What a recipe or --set says outranks them.
+const std::vector<std::string>& quality_names();  // draft, standard, fine
+
+struct QualityOption {
+  std::string section, key, value;  // value as a command line gives it
+};
+// Throws std::out_of_range for another name.
+std::vector<QualityOption> quality_options(const std::string& name);
 
 }  // namespace organbake

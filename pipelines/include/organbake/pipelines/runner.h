@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,9 +13,47 @@
 #include "organbake/core/background_tasks.h"
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/cache.h"
-#include "organbake/pipelines/plan.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
+
+// Where a step's input comes from: the user, or an earlier step of the plan.
+struct InputSource {
+  std::string name;
+  InputKind kind = InputKind::mesh;
+  std::filesystem::path given;  // empty: it is `file` of step `step`
+  std::size_t step = 0;
+  std::string file;
+};
+
+struct Step {
+  const Stage* stage = nullptr;
+  StageOptions options;
+  std::string options_json;  // their canonical form
+  std::vector<InputSource> inputs;
+};
+
+// Something that a recipe mentions or offers and that this bake does not use.
+struct LeftOut {
+  std::string what, why;
+};
+
+// Steps in running order. Only what the scene needs: a stage is there when something that it makes
+// is asked for and not given.
+struct Plan {
+  std::vector<Step> steps;
+  std::vector<LeftOut> left_out;
+  bool of_recipe = false;  // not of a single stage
+};
+
+// All that a bundle needs, or (with `last_stage`) only what that stage needs, itself the last step.
+// Throws RecipeError when an input is missing, UsageError for a last stage that doesn't run.
+Plan plan_bake(const Recipe& recipe, const std::string& last_stage = "");
+
+// One stage on its own. Throws UsageError when an input is missing.
+Plan plan_stage(const Stage& stage, const StageOptions& options,
+                const std::map<std::string, std::filesystem::path>& inputs);
 
 struct RunOptions {
   bool force = false;     // run every step, whatever the cache holds
@@ -109,5 +148,46 @@ std::vector<std::string> explanation(const Forecast& forecast);
 std::vector<std::string> warnings_of(const std::vector<StepResult>& results);
 // A stage's report as a document (schema stage-report).
 std::string stage_report_json(const Stage& stage, const StageReport& report);
+
+// Refuses early what write_stage_outputs() could not write (output_target.h).
+void check_stage_target(const Stage& stage, const std::filesystem::path& target);
+// Puts what a single stage made where the user wants it: one file, or a folder with the outputs and
+// report.json. It appears whole or not at all. Throws IoError.
+void write_stage_outputs(const StepResult& result, const std::filesystem::path& target);
+
+// The same report for a folder that a stage wrote otherwise: by its list of files a later run knows
+// the folder for its own.
+std::string folder_report(const std::string& report_json, const std::vector<std::string>& files);
+
+// A finished bake on its way into a bundle.
+struct BakeResult {
+  const Recipe& recipe;
+  const Plan& plan;
+  std::vector<StepResult>& steps;
+};
+
+enum class BundleWritten { anew, unchanged };
+
+// Assembles the bundle folder (bundle/bundle.h) from the steps' outputs. A target that already is
+// this very bundle, checked file by file, is left alone. Throws IoError.
+BundleWritten write_bundle(const BakeResult& bake, Runner& runner,
+                           const std::filesystem::path& target);
+
+// [{"what": …, "why": …}, …]
+nlohmann::json left_out_json(const Plan& plan);
+
+// Both refuse early, before hours of work, what could not be written in the end. Throw IoError
+// (writing), and UsageError for a name with another ending than ".ply", say: the format is fixed.
+void check_output_file(const std::filesystem::path& file, const std::filesystem::path& ending);
+// A folder that exists is replaced only when it is empty or holds nothing but what a manifest.json
+// or report.json of ours lists: nobody loses a file to a mistyped -o.
+void check_output_folder(const std::filesystem::path& folder);
+
+// Makes the folders above a file. Throws IoError (writing).
+void make_folder_of(const std::filesystem::path& file);
+
+// Copies one file, making the folders above it. Never a hard link: a user may change a bundle's
+// file, and the cache must not change with it. Throws IoError (writing).
+void copy_into(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace organbake

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
+#include "organbake/core/version.h"
 #include "organbake/options/options.h"
 
 namespace organbake {
@@ -151,4 +152,37 @@ StageOptions inspect_options();
 // Nothing when there is none of this name.
 const Stage* find_stage(const std::string& name);
 
+template <class Options>
+StageOptions options_from(const Options& values) {
+  auto storage = std::make_shared<Options>(values);
+  OptionList list;
+  bind(list, *storage);
+  return {storage, list, [storage] { return options_from(*storage); }};
+}
+
+// A stage's options with their defaults, as its description makes them.
+template <class Options>
+StageOptions make_options() {
+  return options_from(Options());
+}
+
+// Loads the module that holds a stage's run and calls it. Modules carry the heavy libraries, so
+// that a program pays for VTK or CGAL only when a stage that needs them runs. Throws what the stage
+// throws; a missing module or one of another build is an internal error.
+StageReport run_in_module(const Stage& stage, const StageCall& call);
+
+// Where modules lie: ../lib/organbake beside the folder of the running program.
+std::filesystem::path module_folder();
+std::filesystem::path module_file(const std::string& stage);
+
 }  // namespace organbake
+
+// Put once at the end of a stage's source: the door through which the front program comes in.
+#define ORGANBAKE_STAGE_MODULE(run)                                                         \
+  extern "C" __attribute__((visibility("default"))) const char* organbake_stage_version() { \
+    return organbake::kVersion;                                                             \
+  }                                                                                         \
+  extern "C" __attribute__((visibility("default"))) void organbake_stage_run(               \
+      const organbake::StageCall& call, organbake::StageReport& report) {                   \
+    report = run(call);                                                                     \
+  }

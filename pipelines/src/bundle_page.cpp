@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One page about a bundle, with its pictures inside, and the times of its bake, which no bundle
+// holds and a page therefore keeps.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "organbake/bundle/bundle_reader.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/sha256.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/bake_report.h"
+#include "organbake/pipelines/documents.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kBundlePageStyle =
+    ".warnings{background:#fff3d6;border-left:4px solid #d08700;padding:.6rem 1.2rem;margin:1rem "
+    "0}.fine{color:#00702f}.sheet{display:flex;flex-wrap:wrap;gap:.9rem}figure{margin:0;"
+    "font-size:12px;color:#444}figure>div{display:flex;gap:2px;margin-bottom:.2rem}"
+    "figure img{image-rendering:pixelated;width:112px;height:auto;background:#15161a}"
+    ".proxies{display:flex;flex-wrap:wrap;gap:1rem}details{margin:.3rem 0}"
+    "td.bar{padding:0 .7rem;text-align:left}.text{text-align:left!important}";
+
+// The figures that tell a good stage from a bad one; the others stand in the full list.
+struct ShownFigure {
+  const char *stage, *figure;
+};
+constexpr ShownFigure kShownFigures[] = {{"shade", "frames_shaded"},
+                                         {"shade", "depth_unit"},
+                                         {"motion", "frames_posed"},
+                                         {"motion", "points"},
+                                         {"motion", "mean_error_px"},
+                                         {"motion", "focal_px"},
+                                         {"motion", "focal_sd_px"},
+                                         {"motion", "surface_area_mm2"},
+                                         {"isosurface", "faces"},
+                                         {"isosurface", "volume_ml"},
+                                         {"decimate", "faces"},
+                                         {"decimate", "rms_mm"},
+                                         {"decimate", "max_mm"},
+                                         {"decimate", "volume_change"},
+                                         {"mechanics", "springs"},
+                                         {"mechanics", "mass_kg"},
+                                         {"place", "cameras"},
+                                         {"place", "seen_by_2_share"},
+                                         {"place", "view_gap_mean"},
+                                         {"register", "registered"},
+                                         {"register", "uncertainties_mm"},
+                                         {"capture", "bound_in_prism"},
+                                         {"capture", "bound_by_fallback"},
+                                         {"capture", "largest_height_mm"}};
+
+std::string value_text(const Json& value) {
+  if (value.is_number_integer()) return value.dump();
+  if (value.is_number()) return page_number(value.get<double>());
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const Json& item : value) text += (text.empty() ? "" : ", ") + value_text(item);
+  return text;
+}
+
+std::string errors_of(const Json& stage) {
+  std::string text;
+  for (const auto& [name, figure] : kShownFigures) {
+    const auto found = stage.at("figures").find(figure);
+    if (stage.at("stage") != name || found == stage.at("figures").end()) continue;
+    text += (text.empty() ? "" : ", ") + (figure + (" " + value_text(*found)));
+  }
+  return text;
+}
+
+std::string bar(double share, const char* color) {
+  constexpr double kWidth = 220;
+  return "<td class=\"bar\"><svg width=\"220\" height=\"12\"><rect width=\"" +
+         to_text(kWidth * std::clamp(share, 0.0, 1.0), 1) + "\" height=\"12\" fill=\"" + color +
+         "\"/></svg></td>";
+}
+
+const BakeRun::Stage* run_of_stage(const std::optional<BakeRun>& run, const std::string& name) {
+  if (!run) return nullptr;
+  const auto found = std::find_if(run->stages.begin(), run->stages.end(),
+                                  [&](const BakeRun::Stage& stage) { return stage.name == name; });
+  return found == run->stages.end() ? nullptr : &*found;
+}
+
+std::string warnings_section(const Json& report, const std::optional<BakeRun>& run) {
+  std::vector<std::string> warnings;
+  for (const Json& stage : report.at("stages")) {
+    const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"));
+    for (const std::string& text :
+         stage_warnings(stage, ran ? ran->warnings : std::vector<std::string>()))
+      warnings.push_back(stage.at("stage").get<std::string>() + ": " + text);
+  }
+  if (warnings.empty()) return "<p class=\"fine\">No warnings.</p>\n";
+  std::string html = "<div class=\"warnings\"><b>" + std::to_string(warnings.size()) +
+                     (warnings.size() == 1 ? " warning" : " warnings") + "</b><ul>";
+  for (const std::string& warning : warnings) html += "<li>" + escape_html(warning) + "</li>";
+  return html + "</ul></div>\n";
+}
+
+std::string proxies_section(const Bundle& frame, const BundlePictures& pictures) {
+  std::string html = "<h2>The proxy over the surface</h2><p class=\"quiet\">" +
+                     std::to_string(frame.proxy.faces.size()) +
+                     " faces; the surface as baked</p><div class=\"proxies\">";
+  for (std::size_t i = 0; i < pictures.proxies_svg.size(); ++i) {
+    html += "<figure>" + pictures.proxies_svg[i] + "camera " +
+            std::to_string(pictures.proxy_cameras[i]) + "</figure>";
+  }
+  return html + "</div>\n";
+}
+
+double longest_stage(const std::optional<BakeRun>& run) {
+  double longest = 1e-9;
+  if (run)
+    for (const BakeRun::Stage& stage : run->stages) longest = std::max(longest, stage.seconds);
+  return longest;
+}
+
+std::string figures_of(const Json& stage) {
+  std::string html = "<details><summary>" + escape_html(stage.at("stage")) + ", version " +
+                     stage.at("version").dump() + ": all figures</summary><table>";
+  for (const auto& [name, value] : stage.at("figures").items())
+    html += "<tr>" + html_cell(name) + html_cell(value_text(value)) + "</tr>";
+  return html + "</table></details>";
+}
+
+std::string stages_section(const Json& report, const std::optional<BakeRun>& run) {
+  std::string html = "<h2>Stages</h2><table><tr><th>stage</th>";
+  if (run) html += "<th>seconds</th><th></th><th></th>";
+  const double longest_s = longest_stage(run);
+  html += "<th class=\"text\">figures</th></tr>";
+  for (const Json& stage : report.at("stages")) {
+    html += "<tr>" + html_cell(stage.at("stage"));
+    if (const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"))) {
+      html += html_cell(ran->seconds > 0 ? to_text(ran->seconds, 2) : "unknown") +
+              bar(ran->seconds / longest_s, ran->cached ? "#c4c9d4" : "#4a78b5") +
+              html_cell(ran->cached ? "cached" : "");
+    } else if (run) {
+      html += "<td></td><td></td><td></td>";
+    }
+    html += "<td class=\"text\">" + escape_html(errors_of(stage)) + "</td></tr>";
+  }
+  html += "</table><p class=\"quiet\">";
+  html += run ? "The whole bake took " + to_text(run->seconds, 2) +
+                    " s. A cached stage shows the time it took when it ran."
+              : "Times are known to the bake alone; this page was made without it.";
+  html += "</p>\n";
+  for (const Json& stage : report.at("stages")) html += figures_of(stage);
+  return html;
+}
+
+std::string coverage_section(const Json& report) {
+  std::string rows;
+  for (const Json& stage : report.at("stages")) {
+    if (stage.at("stage") != "place") continue;
+    const Json& figures = stage.at("figures");
+    for (const auto& [figure, text] :
+         {std::pair{"seen_by_1_share", "of the reachable area seen by a camera"},
+          std::pair{"seen_by_2_share", "… by two"}, std::pair{"seen_by_3_share", "… by three"},
+          std::pair{"reachable_share", "of the surface that a view can reach"}}) {
+      if (!figures.contains(figure) || !figures.at(figure).is_number()) continue;
+      const double share = figures.at(figure);
+      rows += "<tr>" + html_cell(text) + html_cell(page_number(100 * share) + " %") +
+              bar(share, "#3d9a6c") + "</tr>";
+    }
+  }
+  return rows.empty() ? "" : "<h2>Coverage</h2><table>" + rows + "</table>\n";
+}
+
+std::string range_text(const TexelRange& range) {
+  return page_number(range.least) + " … " + page_number(range.most) + " mm";
+}
+
+std::string sheet_section(const Bundle& frame, const BundlePictures& pictures) {
+  const Intrinsics& map = frame.cameras.cameras.front().intrinsics;
+  std::string html =
+      "<h2>Maps</h2><p class=\"quiet\">Colour, depth (near is light) and microstructure (red above "
+      "the proxy, blue below, full at " +
+      page_number(pictures.height_limit_mm) + " mm); " + std::to_string(map.width) + " × " +
+      std::to_string(map.height) + " texels</p><div class=\"sheet\">";
+  for (std::size_t c = 0; c < pictures.thumbnails.size(); ++c) {
+    const MapThumbnails& small = pictures.thumbnails[c];
+    const std::string name = "camera " + std::to_string(c);
+    html += "<figure><div>" + html_picture(small.color, name + ", colour") +
+            html_picture(small.depth, name + ", depth") +
+            html_picture(small.micro, name + ", microstructure") + "</div>" + name + ", " +
+            page_number(100 * small.filled_share) + " % filled<br>depth " +
+            range_text(small.depth_mm) + "<br>height " + range_text(small.height_mm) + "</figure>";
+  }
+  return html + "</div>\n";
+}
+
+std::string skipped_section(const Json& report) {
+  std::string rows;
+  const auto row = [&](const std::string& stage, const Json& item) {
+    rows += "<tr>" + html_cell(stage) + "<td class=\"text\">" +
+            escape_html(item.at("what").get<std::string>()) + "</td><td class=\"text\">" +
+            escape_html(item.at("why").get<std::string>()) + "</td></tr>";
+  };
+  for (const Json& item : report.at("left_out")) row("bake", item);
+  for (const Json& stage : report.at("stages"))
+    for (const Json& item : stage.at("skipped")) row(stage.at("stage"), item);
+  if (rows.empty()) return "";
+  return "<h2>Skipped</h2><table><tr><th>stage</th><th class=\"text\">what</th><th "
+         "class=\"text\">why</th></tr>" +
+         rows + "</table>\n";
+}
+
+std::string origin_section(const Manifest& manifest) {
+  std::string html = "<h2>Origin</h2><table>";
+  for (const auto& [role, hash] : manifest.input_hashes)
+    html += "<tr>" + html_cell(role) + html_cell("SHA-256 " + hash) + "</tr>";
+  for (const auto& [stage, seed] : manifest.seeds)
+    html += "<tr>" + html_cell(stage) + html_cell("seed " + std::to_string(seed)) + "</tr>";
+  return html + "</table><details><summary>the recipe, every option resolved</summary><pre>" +
+         escape_html(Json::parse(manifest.recipe_json).dump(2)) + "</pre></details>\n";
+}
+
+std::string title_line(const Bundle& frame) {
+  std::uint64_t bytes = 0;
+  for (const BundleFile& file : frame.manifest.files) bytes += file.bytes;
+  return "<h1>" + escape_html(frame.manifest.name) + "</h1><p class=\"quiet\">" +
+         escape_html(frame.manifest.generator) + " · " +
+         std::to_string(frame.cameras.cameras.size()) + " cameras · " +
+         page_number(static_cast<double>(bytes) / 1e6) + " MB</p>\n";
+}
+
+std::string player_line(const std::string& player) {
+  return player.empty() ? "" : "<p>" + html_link(player, "Poke it in a page") + "</p>\n";
+}
+
+}  // namespace
+
+std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
+                        const std::string& player) {
+  const Bundle frame = reader.read_frame();
+  const Json report = read_bake_report(reader);
+  const BundlePictures pictures = bundle_pictures(reader, frame);
+  return html_page(frame.manifest.name + ": bake report", kBundlePageStyle,
+                   title_line(frame) + player_line(player) + warnings_section(report, run) +
+                       proxies_section(frame, pictures) + stages_section(report, run) +
+                       coverage_section(report) + sheet_section(frame, pictures) +
+                       skipped_section(report) + origin_section(frame.manifest) +
+                       (run ? run_script(reader, *run) : ""));
+}
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kStart = "<script type=\"application/json\" id=\"bake\">";
+constexpr const char* kEnd = "</script>";
+
+std::string manifest_hash(const BundleReader& reader) {
+  return sha256_hex(read_file(reader.folder() / "manifest.json"));
+}
+
+BakeRun run_from(const Json& json) {
+  BakeRun run;
+  run.seconds = json.at("seconds");
+  for (const Json& stage : json.at("stages")) {
+    run.stages.push_back(
+        {stage.at("name"), stage.at("seconds"), stage.at("cached"), stage.at("warnings")});
+  }
+  return run;
+}
+
+}  // namespace
+
+std::string run_script(const BundleReader& reader, const BakeRun& run) {
+  Json stages = Json::array();
+  for (const BakeRun::Stage& stage : run.stages) {
+    stages.push_back({{"name", stage.name},
+                      {"seconds", stage.seconds},
+                      {"cached", stage.cached},
+                      {"warnings", stage.warnings}});
+  }
+  const Json json = {
+      {"manifest_sha256", manifest_hash(reader)}, {"seconds", run.seconds}, {"stages", stages}};
+  // No warning may end the script.
+  std::string text;
+  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))
+    c == '<' ? text += "\\u003c" : text += c;
+  return kStart + text + kEnd + "\n";
+}
+
+namespace {
+
+std::filesystem::path beside(const std::filesystem::path& bundle, const char* ending) {
+  std::filesystem::path folder = bundle.lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();  // "organ/"
+  // "." has no name of its own to add to.
+  if (folder.filename() == "." || folder.filename() == ".." || folder.filename().empty())
+    folder = std::filesystem::absolute(bundle).lexically_normal().parent_path();
+  return folder.parent_path() / (folder.filename().string() + ending);
+}
+
+}  // namespace
+
+std::filesystem::path page_beside(const std::filesystem::path& bundle) {
+  return beside(bundle, "_report.html");
+}
+
+std::filesystem::path player_page_beside(const std::filesystem::path& bundle) {
+  return beside(bundle, "_player.html");
+}
+
+std::string player_link(const std::filesystem::path& bundle, const std::filesystem::path& report) {
+  const auto player = std::filesystem::absolute(player_page_beside(bundle));
+  return player.lexically_proximate(std::filesystem::absolute(report).parent_path())
+      .generic_string();
+}
+
+std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const BundleReader& reader) {
+  if (!std::filesystem::is_regular_file(page)) return std::nullopt;
+  const std::string text = read_text_file(page);
+  const std::size_t start = text.find(kStart);
+  const std::size_t end = start == std::string::npos ? start : text.find(kEnd, start);
+  if (end == std::string::npos) return std::nullopt;
+  const std::size_t first = start + std::string_view(kStart).size();
+  try {
+    const Json json = Json::parse(text.substr(first, end - first));
+    if (json.at("manifest_sha256") != manifest_hash(reader)) return std::nullopt;
+    return run_from(json);
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace organbake
