@@ -10,7 +10,7 @@
 #include "measuring/measurement.h"
 #include "organbake/core/run_context.h"
 #include "organbake/image/channel_image.h"
-#include "report/run_report.h"
+#include "report/report.h"
 
 namespace organbake {
 
@@ -95,5 +95,10 @@ struct RegisteredPart {
 };
 // In the order of their names.
 std::vector<Suite> all_suites();
+
+// Runs a suite in a process of its own, so that its memory is its own and its crash ends nothing
+// else: `failure` then says what happened, and what was found until then is kept. Call it before
+// this process starts threads. The same holds after Ctrl-C.
+SuiteResult run_suite(const Suite& suite, const BenchOptions& options, const RunContext& context);
 
 }  // namespace organbake

@@ -2,17 +2,14 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench.h"
 #include "command_line.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/schemas.h"
-#include "report/compare_runs.h"
-#include "report/machine.h"
-#include "report/report_page.h"
-#include "report/run_json.h"
-#include "run_suite.h"
+#include "organbake/pipelines/documents.h"
+#include "report/report.h"
 #include "stop_signal.h"
 
 namespace organbake {
@@ -52,10 +49,6 @@ std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const Suite& s) { return s.name == name; });
     if (found == all.end()) {
-      if (name == "stability")
-        throw UsageError(
-            "the suite 'stability' is among the acceptance tests now: run scripts/test "
-            "--acceptance");
       std::vector<std::string> known;
       for (const Suite& s : all) known.emplace_back(s.name);
       throw UsageError("unknown suite '" + name + "'" + suggestion(name, known) +
@@ -138,11 +131,10 @@ OptionList option_list(Command& c) {
       .add("data", &c.options.data,
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
       .add("only", &c.options.only,
-           {.help = "only this part of a suite; crawl, fat, gallbladder and liver: of appearance; "
-                    "colmap: motion with COLMAP beside it; refit: fits the model of relief anew; "
-                    "the others are of registration",
-            .choices = {"colmap", "crawl", "fat", "gallbladder", "liver", "open patches", "refit",
-                        "time", "tracking"}});
+           {.help =
+                "only this part of a suite; colmap: motion with COLMAP beside it; the others are "
+                "of registration",
+            .choices = {"colmap", "open patches", "time", "tracking"}});
   list.append(c.manuals.options());
   list.append(c.shared.options());
   return list;

@@ -18,8 +18,8 @@
 #include <memory>
 #include <vector>
 
-#include "measuring/capture_scenario.h"
-#include "measuring/error_measures.h"
+#include "measuring/agreement.h"
+#include "measuring/scenes.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/capture/traced_surface.h"

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "measuring/eye_pair.h"
-#include "measuring/known_poses.h"
+#include "measuring/scenes.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"

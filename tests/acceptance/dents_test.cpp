@@ -16,7 +16,7 @@
 #include "organbake/geometry/shell_surface.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/viewpoints/coverage.h"
+#include "organbake/viewpoints/placement.h"
 #include "promises.h"
 
 namespace organbake {

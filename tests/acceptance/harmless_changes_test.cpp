@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a re-encoding, a gain, a shift by a pixel or noise does to depth: nothing, ideally.
+#include <turbojpeg.h>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-#include "measuring/jpeg_loss.h"
 #include "organbake/core/random.h"
+#include "organbake/image/channel_image.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/laparoscopy.h"
@@ -16,6 +17,26 @@
 
 namespace organbake {
 namespace {
+
+enum class ChromaSampling { full, halved };  // 4:4:4, 4:2:0
+
+// The picture as a JPEG of this quality (1…100) gives it back.
+Rgb8Image through_jpeg(const Rgb8Image& image, int quality, ChromaSampling chroma) {
+  const int sampling = chroma == ChromaSampling::full ? TJSAMP_444 : TJSAMP_420;
+  Rgb8Image back(image.width, image.height);
+  unsigned char* bytes = nullptr;
+  unsigned long count = 0;
+  tjhandle handle = tjInitCompress();
+  tjCompress2(handle, image.pixels.data(), image.width, 0, image.height, TJPF_RGB, &bytes, &count,
+              sampling, quality, TJFLAG_ACCURATEDCT);
+  tjDestroy(handle);
+  handle = tjInitDecompress();
+  tjDecompress2(handle, bytes, count, back.pixels.data(), image.width, 0, image.height, TJPF_RGB,
+                TJFLAG_ACCURATEDCT);
+  tjDestroy(handle);
+  tjFree(bytes);
+  return back;
+}
 
 Rgb8Image of_gain(Rgb8Image image, float gain) {
   for (std::uint8_t& level : image.pixels)
@@ -136,4 +157,5 @@ TEST(HarmlessChanges, OfRealTissueChangeItsDepthLittle) {
 }
 
 }  // namespace
+
 }  // namespace organbake

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "measuring/baker.h"
-#include "measuring/error_measures.h"
-#include "measuring/memory_bundle.h"
-#include "measuring/scope_views.h"
-#include "measuring/tissue_appearance.h"
+#include "measuring/agreement.h"
+#include "measuring/programs.h"
+#include "measuring/scenes.h"
+#include "organbake/core/random.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
+#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/difference.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/laparoscopy.h"
@@ -27,11 +28,57 @@
 #include "organbake/shading/light_estimate.h"
 #include "organbake/shading/light_ratio.h"
 #include "organbake/shading/video_reader.h"
+#include "organbake/warp/view.h"
 #include "promises.h"
 #include "support/ramp_volume.h"
+#include "tissue_appearance.h"
 
 namespace organbake {
 namespace {
+
+// A scope of 70° across, of pictures of 16 : 9.
+inline constexpr double kScopeFocal_widths = 914.0 / 1280;
+
+// The skin that a scope is held toward: the proxy's point that lies farthest toward a direction,
+// and the mean normal of 15 mm about it.
+struct ScopeAim {
+  Eigen::Vector3d point_mm, normal;
+};
+
+using Eigen::Vector3d;
+
+ScopeAim scope_aim(const TriangleMesh& proxy, const Vector3d& toward) {
+  constexpr double kAround_mm = 15;
+  const Vector3d& seen = *std::max_element(
+      proxy.vertices.begin(), proxy.vertices.end(),
+      [&](const Vector3d& a, const Vector3d& b) { return a.dot(toward) < b.dot(toward); });
+  Vector3d normal = Vector3d::Zero();
+  for (const Face& face : proxy.faces) {
+    const Vector3d &a = proxy.vertices[face[0]], &b = proxy.vertices[face[1]],
+                   &c = proxy.vertices[face[2]];
+    if (((a + b + c) / 3 - seen).norm() < kAround_mm) normal += (b - a).cross(c - a);
+  }
+  return {seen, (normal.norm() > 0 ? normal : toward).normalized()};
+}
+
+// From range_mm over that point, leaning by some 25°.
+View scope_view(const ScopeAim& aim, double range_mm, int width_px) {
+  constexpr double kLean = 0.45;
+  const Vector3d across = aim.normal.unitOrthogonal();
+  const Vector3d away = (aim.normal + kLean * across).normalized();
+  Eigen::Matrix3d rotation;
+  rotation.row(2) = -away;
+  rotation.row(0) = aim.normal.cross(across);
+  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
+  const int height_px = width_px * 9 / 16;
+  const double focal_px = kScopeFocal_widths * width_px;
+  View view;
+  view.camera.intrinsics = {width_px, height_px,      focal_px,
+                            focal_px, 0.5 * width_px, 0.5 * height_px};
+  view.camera.camera_from_world.rotation = rotation;
+  view.camera.camera_from_world.translation = -rotation * (aim.point_mm + range_mm * away);
+  return view;
+}
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -328,5 +375,32 @@ TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {
   measure_look("plain", "capture: {albedo: [0.42, 0.13, 0.1]}\n", real, 5);
 }
 
+// A square of mottled tissue whose outermost pixels glow by so many levels, as in a frame beside
+// brighter tissue.
+TissuePicture square_of_tissue(int glow) {
+  constexpr int kSize_px = 240, kSide_px = 180, kFirst = (kSize_px - kSide_px) / 2;
+  TissuePicture picture{Rgb8Image(kSize_px, kSize_px), {}, TissueAppearance::kGrain_mm};
+  RandomStream random(3);
+  for (int y = 0; y < kSize_px; ++y)
+    for (int x = 0; x < kSize_px; ++x) {
+      const int inside =
+          std::min({x - kFirst, y - kFirst, kFirst + kSide_px - 1 - x, kFirst + kSide_px - 1 - y});
+      picture.mask.push_back(inside >= 0);
+      const int level = 80 + static_cast<int>(random.below(30)) + (inside == 0 ? glow : 0);
+      for (int c = 0; c < 3; ++c) picture.image.at(x, y)[c] = std::uint8_t(level);
+    }
+  return picture;
+}
+
+TEST(TissueAppearance, ABandIsThatOfTheTissueNotOfItsRim) {
+  const TissueAppearance plain = appearance_of(square_of_tissue(0)),
+                         beside = appearance_of(square_of_tissue(50));
+  for (int k = 0; k < TissueAppearance::kOctaves; ++k) {
+    EXPECT_NEAR(beside.energy[k], plain.energy[k], 0.35);
+    EXPECT_NEAR(beside.kurtosis[k], plain.kurtosis[k], 0.2 * plain.kurtosis[k]);
+  }
+}
+
 }  // namespace
+
 }  // namespace organbake

@@ -5,7 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "measuring/motion_run.h"
+#include "measuring/programs.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/image/png.h"

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "measuring/error_measures.h"
-#include "measuring/memory_bundle.h"
+#include "measuring/agreement.h"
+#include "measuring/scenes.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"

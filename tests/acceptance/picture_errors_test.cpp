@@ -11,13 +11,13 @@
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/viewpoints/coverage.h"
+#include "organbake/viewpoints/placement.h"
 #include "organbake/warp/warper.h"
 #ifdef ORGANBAKE_HAS_EGL
 #include "organbake/bundle/bundle_reader.h"
-#include "peers/software_gl.h"
+#include "peers/peers.h"
 #endif
-#include "measuring/player_bundles.h"
+#include "measuring/programs.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "promises.h"

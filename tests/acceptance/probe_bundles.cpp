@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "measuring/error_measures.h"
-#include "measuring/memory_bundle.h"
+#include "measuring/agreement.h"
+#include "measuring/scenes.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/decimate/decimate.h"

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "organbake/image/png.h"
-#include "organbake/pipelines/html_page.h"
+#include "organbake/pipelines/documents.h"
 
 namespace organbake {
 namespace {

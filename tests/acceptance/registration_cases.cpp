@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "measuring/known_poses.h"
+#include "measuring/scenes.h"
 #include "organbake/core/random.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"

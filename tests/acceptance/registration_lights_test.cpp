@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measuring/known_poses.h"
+#include "measuring/scenes.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/registration/overlay.h"
 #include "promises.h"

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "measuring/known_poses.h"
+#include "measuring/scenes.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/registration/overlay.h"

@@ -1,24 +1,57 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 
-#include "measuring/baker.h"
-#include "measuring/error_measures.h"
-#include "measuring/noise_ct.h"
+#include "measuring/agreement.h"
+#include "measuring/programs.h"
 #include "organbake/bundle/bundle.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/files.h"
+#include "organbake/core/random.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/volume/read_volume.h"
+#include "organbake/volume/region.h"
 #include "promises.h"
 
 // What a scene does not need is left out, and what comes of it is the same to the byte.
+
 namespace organbake {
 namespace {
+
+// A CT of noise, 512 × 512 × 300, in a MetaImage that is not packed: of packed voxels all up to the
+// last one needed must be unpacked. Throws IoError.
+Volume write_noise_ct(const std::filesystem::path& file) {
+  Volume ct;
+  ct.size = {512, 512, 300};  // of a small one the voxel round a region would be a large share
+  ct.spacing_mm = {0.7, 0.7, 1};
+  ct.voxels.resize(std::size_t(ct.size[0]) * ct.size[1] * ct.size[2]);
+  RandomStream random(1);
+  for (std::int16_t& voxel : ct.voxels) voxel = std::int16_t(random.below(1024));
+  std::string text =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 512 512 300\n"
+      "ElementSpacing = 0.7 0.7 1\nOffset = 0 0 0\nElementType = MET_SHORT\n"
+      "ElementDataFile = LOCAL\n";
+  text.append(reinterpret_cast<const char*>(ct.voxels.data()),
+              ct.voxels.size() * sizeof(std::int16_t));
+  write_file_atomically(file, text);
+  return ct;
+}
+
+// The world's box round the middle that holds this share of each axis.
+Region middle_of(const Volume& ct, const Eigen::Vector3d& share) {
+  const Eigen::Vector3d last(ct.size[0] - 1., ct.size[1] - 1., ct.size[2] - 1.);
+  const auto corner = [&](double side) -> Eigen::Vector3d {
+    return ct.world_from_index((0.5 * (Eigen::Vector3d::Ones() + side * share)).cwiseProduct(last));
+  };
+  return {corner(-1), corner(1)};
+}
+
 namespace fs = std::filesystem;
 
 double files_that_differ(const fs::path& a, const fs::path& b) {
@@ -152,4 +185,5 @@ TEST_F(Skip, OfPixelsGivesTheSameFrame) {
 }
 
 }  // namespace
+
 }  // namespace organbake

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "measuring/error_measures.h"
-#include "measuring/known_poses.h"
+#include "measuring/agreement.h"
+#include "measuring/scenes.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/mesh_distance.h"

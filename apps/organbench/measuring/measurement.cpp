@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Times what competes in turn, so that whatever else the machine does falls on each alike.
 #include "measuring/measurement.h"
 
 #include <malloc.h>

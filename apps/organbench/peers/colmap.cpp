@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "peers/colmap.h"
+// COLMAP on the same frames, and its models read back.
+#include "organbake/pipelines/processes.h"
+#include "peers/peers.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -13,7 +15,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/pipelines/worker_process.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "peers/software_gl.h"
+#include "peers/peers.h"
 
 #define GL_GLEXT_PROTOTYPES
 #include <EGL/egl.h>

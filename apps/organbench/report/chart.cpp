@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "report/chart.h"
+// Time against error as inline SVG, and errors as pictures.
+#include "organbake/pipelines/documents.h"
+#include "report/report.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "organbake/core/text.h"
-#include "organbake/pipelines/html_page.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {
@@ -214,6 +216,24 @@ std::string time_work_chart(const std::vector<Point>& points) {
   }
   return begin_svg() + axes(x, y, named(points.front().knobs.front()), kTimeTitle) + "<path d='" +
          line + "' fill='none' stroke='" + kColors[0] + "'/>" + dots + "</svg>";
+}
+
+Eigen::Vector3f heat_color(double share_of_scale) {
+  if (!std::isfinite(share_of_scale)) return {0.1f, 0.2f, 0.8f};
+  // A third of the scale each for red, green and blue.
+  const auto ramp = [&](int third) {
+    return float(std::clamp(3 * share_of_scale - third, 0.0, 1.0));
+  };
+  return {ramp(0), ramp(1), ramp(2)};
+}
+
+Rgb8Image heat_map(const std::vector<double>& values, int width, double scale) {
+  Rgb8Image image(width, static_cast<int>(values.size()) / width);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Eigen::Vector3f color = heat_color(values[i] / scale);
+    for (int c = 0; c < 3; ++c) image.pixels[3 * i + c] = srgb8_from_linear(color[c]);
+  }
+  return image;
 }
 
 }  // namespace organbake

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "report/compare_runs.h"
+// What became better or worse from one run to the next.
+#include "report/report.h"
 
 #include <algorithm>
 #include <cmath>

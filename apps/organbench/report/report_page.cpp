@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "report/report_page.h"
+// The page of a run, and the machine that it ran on.
+#include "organbake/pipelines/documents.h"
+#include "report/report.h"
 
+#include <CGAL/version.h>
+#include <OpenMesh/Core/System/config.h>
+#include <meshoptimizer.h>
+#include <unistd.h>
+#include <vtkVersionMacros.h>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <fstream>
+#include <thread>
 
 #include "organbake/core/text.h"
-#include "organbake/pipelines/html_page.h"
-#include "report/chart.h"
+#include "organbake/core/version.h"
+#include "peers/peers.h"
 
 namespace organbake {
 namespace {
@@ -177,6 +187,45 @@ std::string report_page(const RunReport& report) {
                      between_dots(machine) + "</p>" + contents(report);
   for (const RunReport::SuiteReport& suite : report.suites) html += suite_section(suite);
   return html_page("organbench", kStyle, html);
+}
+
+namespace {
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string memory() {
+  constexpr double kBytesPerGb = double(1 << 30);
+  const double bytes = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGE_SIZE));
+  return std::to_string(int(bytes / kBytesPerGb + 0.5)) + " GB";
+}
+
+std::string version(int major, int minor) {
+  return std::to_string(major) + "." + std::to_string(minor);
+}
+
+}  // namespace
+
+std::map<std::string, std::string> describe_machine() {
+  return {
+      {"processor", processor()},
+      {"cores", std::to_string(std::thread::hardware_concurrency())},
+      {"memory", memory()},
+      {"compiler", "g++ " __VERSION__},
+      {"organbake", kVersion},
+      {"VTK", VTK_VERSION},
+      {"CGAL", CGAL_VERSION_STR},
+      {"OpenMesh", version((OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0xFF00) >> 8)},
+      // 1000 × major + 10 × minor + patch
+      {"meshoptimizer", version(MESHOPTIMIZER_VERSION / 1000, MESHOPTIMIZER_VERSION % 1000 / 10)},
+      {"Embree", embree_version()},
+      {"Eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) +
+                    "." + std::to_string(EIGEN_MINOR_VERSION)}};
 }
 
 }  // namespace organbake

@@ -15,8 +15,8 @@
 #include "organbake/player/orbit.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/viewpoints/placement.h"
-#include "peers/decimators.h"
-#include "report/error_pictures.h"
+#include "peers/peers.h"
+#include "report/report.h"
 
 namespace organbake {
 namespace {

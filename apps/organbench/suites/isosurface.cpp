@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "bench.h"
-#include "measuring/error_measures.h"
+#include "measuring/agreement.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
-#include "peers/contours.h"
+#include "peers/peers.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,7 @@
 #include <numeric>
 
 #include "bench.h"
-#include "measuring/frame_timing.h"
-#include "measuring/player_bundles.h"
+#include "measuring/programs.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/parallel.h"

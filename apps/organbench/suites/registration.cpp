@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "bench.h"
-#include "measuring/frame_timing.h"
-#include "measuring/known_poses.h"
+#include "measuring/programs.h"
+#include "measuring/scenes.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/register_photo.h"

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "bench.h"
-#include "measuring/memory_bundle.h"
+#include "measuring/scenes.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/parallel.h"

@@ -2,22 +2,54 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "bench.h"
-#include "measuring/error_measures.h"
-#include "measuring/eye_pair.h"
+#include "measuring/agreement.h"
+#include "measuring/scenes.h"
 #include "organbake/core/text.h"
+#include "organbake/image/srgb.h"
 #include "organbake/phantom/known_answers.h"
+#include "organbake/player/contact_sheet.h"
 #include "organbake/shading/distant.h"
 #include "organbake/shading/fast_sweeping.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/tsai_shah.h"
 #include "organbake/shading/video_reader.h"
-#include "suites/shading_pictures.h"
+#include "report/report.h"
 
 namespace organbake {
 namespace {
+
+// What ours makes of the scene on which it was most wrong.
+struct WorstScene {
+  double error = -1;
+  std::string task;
+  NearScene scene;
+  Plane log_range;
+};
+
+void show_worst_scene(Bench& bench, const WorstScene& worst) {
+  constexpr double kWhite_percent = 5;
+  const std::size_t count = worst.log_range.size();
+  double shift = 0;  // one scale is fitted
+  for (std::size_t k = 0; k < count; ++k)
+    shift += (worst.scene.log_range.values[k] - worst.log_range.values[k]) / double(count);
+  std::vector<double> percent;
+  Rgb8Image photo(worst.scene.intensity.width, worst.scene.intensity.height);
+  for (std::size_t k = 0; k < count; ++k) {
+    percent.push_back(100 * std::abs(std::exp(worst.log_range.values[k] + shift -
+                                              worst.scene.log_range.values[k]) -
+                                     1));
+    std::fill_n(&photo.pixels[3 * k], 3, srgb8_from_linear(worst.scene.intensity.values[k]));
+  }
+  bench.show(tile_pictures({photo, heat_map(percent, photo.width, kWhite_percent)}, 2, 2),
+             "The worst: " + worst.task +
+                 ", as the camera sees it, and the error of its depth. "
+                 "Black is none, white " +
+                 to_text(kWhite_percent) + " % or more.");
+}
 
 constexpr const char* kRangeError = "relative depth error, mean, one scale fitted";
 constexpr double kDegree = std::numbers::pi / 180;

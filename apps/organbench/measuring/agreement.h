@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/shading/grid.h"
+
+// What suites and trials hold results against.
+
+namespace organbake {
+
+// RMS over the vertices of their distance to a sphere round the origin.
+double radial_rms_mm(const TriangleMesh& mesh, double radius_mm);
+
+// Mean relative error of a range, one scale fitted; both are logarithms of ranges.
+double range_error_percent(const Plane& log_range, const Plane& truth);
+// Mean difference of a depth, one offset fitted; both in pixels.
+double depth_error_px(const Plane& depth, const Plane& truth);
+
+// A picture with the noise of a level or so in every value.
+Rgb8Image with_noise(Rgb8Image image, std::uint64_t seed);
+
+// Through the middle of a texel, counted row by row; z = 1 in camera space.
+Ray texel_ray(const PosedCamera& camera, std::size_t texel);
+Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm);
+
+// Depths that were found, beside the true ones of the same pixels, of as many frames as one scale
+// is to hold for. Depths are planar; +inf and 0 = none.
+struct DepthPairs {
+  std::vector<float> found, truth;
+  std::size_t asked = 0;  // pixels that have a true depth
+
+  void add(float found_depth, float true_depth);
+  // Two maps of one view, of sizes in proportion: the pixels of the one that was found.
+  void add_maps(const Plane& found_depth, const Plane& true_depth);
+};
+
+struct DepthAgreement {
+  double scale = 1;         // true by found, median
+  double mean_percent = 0;  // relative difference after this one scale
+  double median_percent = 0;
+  double spearman = 0;         // rank correlation
+  double covered_percent = 0;  // of what was asked
+};
+
+// Of at least one pair; throws std::invalid_argument else.
+DepthAgreement agreement_of(const DepthPairs& pairs);
+
+// The rank correlation of two sequences of one length; equal values share their mean rank.
+double spearman(const std::vector<float>& a, const std::vector<float>& b);
+
+// Between the four pixels round a place; +inf where one of them has no depth or it is outside.
+float depth_between(const Plane& depth, const Eigen::Vector2d& pixel);
+
+// Points of a cloud as a camera sees them.
+struct SeenPoint {
+  Eigen::Vector2d pixel;
+  float depth;
+};
+// Those in the picture, without the ones behind a nearer one in the same square of `cell_px`.
+std::vector<SeenPoint> nearest_points(const PosedCamera& camera,
+                                      const std::vector<Eigen::Vector3d>& cloud, int cell_px);
+
+// x ↦ scale · rotation · x + translation.
+struct SimilarityTransform {
+  double scale = 1;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return scale * (rotation * point) + translation;
+  }
+};
+
+// The one that brings the points nearest to their partners in the least-squares sense (Umeyama
+// 1991). At least three points, not all on a line.
+SimilarityTransform aligning_similarity(const std::vector<Eigen::Vector3d>& points,
+                                        const std::vector<Eigen::Vector3d>& partners);
+
+// The number that a frame's name ends with, its ending aside: 12 of frame_000012.png.
+std::optional<int> frame_of_name(const std::string& name);
+
+// A reconstruction's cameras against the true ones, both called by their frames.
+struct PathError {
+  std::size_t frames = 0;      // that both have
+  double extent_mm = 0;        // largest distance between two true centres of these
+  double rms_percent = 0;      // distance of the centres after alignment, root mean square
+  double largest_percent = 0;  // both by the extent
+  double turn_deg = 0;         // between the views' directions and rolls, mean
+  SimilarityTransform truth_from_found;
+};
+
+// Nothing when fewer than three frames are in both.
+std::optional<PathError> path_error(const CameraSet& found, const CameraSet& truth);
+
+// Where the camera was at a frame between two that the set has, by straight lines and even turns.
+// Nothing outside them.
+std::optional<PosedCamera> camera_at_frame(const CameraSet& set, int frame);
+
+}  // namespace organbake
