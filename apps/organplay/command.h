@@ -11,7 +11,7 @@
 #include "organbake/deform/deformer.h"
 #include "organbake/player/orbit.h"
 #include "organbake/truth/pixel_truth.h"
-#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/draw_options.h"
 #include "window/drawn_by.h"
 
 namespace organbake {

@@ -9,7 +9,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/truth/lens_picture.h"
-#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/draw_options.h"
 
 namespace organbake {
 

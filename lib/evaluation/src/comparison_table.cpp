@@ -20,8 +20,8 @@
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/warp/camera_shares.h"
 #include "organbake/warp/paper_warp.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

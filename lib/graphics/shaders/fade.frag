@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Skin fades into the background beside where it ends: finishing/border_fade.h.
+// Skin fades into the background beside where it ends: finishing/post_process.h.
 uniform highp usampler2D across;
 uniform int fade;
 uniform vec3 background;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An open pixel with five covered neighbours or more gets their mean (finishing/hole_fill.h).
+// An open pixel with five covered neighbours or more gets their mean (finishing/post_process.h).
 
 void finish(ivec2 at) {
   if (!is_open(shown)) return;

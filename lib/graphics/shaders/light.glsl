@@ -62,7 +62,7 @@ vec3 grained(vec3 color, vec3 p, float depth) {
   return color * max(1.0 + grain * (tone + vec3(-0.5, 0.3, 0.6) * hue), 0.15);
 }
 
-// A point strewn near a place: strewn_cells.h.
+// A point strewn near a place: wet_film.cpp.
 float chance(uint h, int which) {
   return float(h * 0x9e3779b1u >> (8 * which) & 255u) * (1.0 / 127.5) - 1.0;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Both sides of a border are blended by the share of the pixel that the skin in front covers, by
-// the stretches into which the border falls: finishing/outline.h (Reshetov 2009, "Morphological
+// the stretches into which the border falls: finishing/post_process.h (Reshetov 2009, "Morphological
 // antialiasing"). What a stretch longer than kLongest does beyond it, nobody sees.
 uniform highp usampler2D edges;
 const int kLongest = 96;

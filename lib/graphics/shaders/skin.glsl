@@ -61,7 +61,7 @@ mat3 turn_of(uint knot) {
               texelFetch(turns, table_at(at + 2), 0).xyz);
 }
 
-// A normal turned as lib/warp's light/normal_transport.h says; of any length.
+// A normal turned as lib/warp's light/relit_skin.h says; of any length.
 vec3 turned(SkinAt skin) {
   vec3 normal = skin.rest_normal, b = vec3(1.0 - skin.nearest.x - skin.nearest.y, skin.nearest);
   int face = skin.face;

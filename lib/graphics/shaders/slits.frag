@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slits of at most kWidestSlit open pixels between skin (finishing/slit_fill.h), one way.
+// Slits of at most kWidestSlit open pixels between skin (finishing/post_process.h), one way.
 uniform ivec2 back;
 
 void finish(ivec2 at) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pixel for which a sample may stand: the nearest of its camera's wins, as by drawing/tile_keys.h.
+// A pixel for which a sample may stand: the nearest of its camera's wins, as by drawing/splat.h.
 flat in vec4 by_pixel, depth_by_offset;
 flat in vec4 first;
 flat in float rows;

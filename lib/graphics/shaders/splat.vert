@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One sample: where its splat begins, how far that pixel's centre lies from it, its depth. As
-// lib/warp's drawing/landing.cpp places it.
+// lib/warp's drawing/splat.cpp places it.
 layout(location = 0) in vec4 matrix0;
 layout(location = 1) in vec4 matrix1;
 layout(location = 2) in vec4 matrix2;

@@ -1,17 +1,140 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
 #include <vector>
 
-#include "finishing.h"
-#include "organ_tables.h"
+#include "gl.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
-#include "skin_light.h"
-#include "targets.h"
+#include "organbake/warp/view.h"
+#include "organbake/warp/warper.h"
 
 namespace organbake {
+
+// The light that an organ is drawn in, for the shaders (light.glsl).
+class SkinLightUniforms {
+ public:
+  // options.light, or as baked where the organ knows no other; reference_mm: of full exposure.
+  void set(const Program& program, const Warper& warper, const Lighting* lighting, const View& view,
+           DrawnLight light, double reference_mm);
+
+ private:
+  void set_scope(const Program& program, const ScopeShading& shading, const SkinFinish& finish);
+  void fill_noise();
+
+  TextureName noise_;
+  bool has_noise_ = false;
+};
+
+// One camera's samples in one table, texel by texel: the slots (place, confidence, colour), what
+// smooth colours need of each, and the patches, four texels each.
+struct SampleTable {
+  Table table{Table::Texel::words};
+  int first_smooth = 0, first_patch = 0, patches = 0;
+  double texel_mm = 0;
+
+  // Uploads what it has not: of an organ that is cut further, the patches on parted faces.
+  void take(const SampleSource& source, std::span<const std::uint8_t> parted);
+
+ private:
+  void put(const SampleSource& source, std::size_t first, std::size_t last);
+
+  std::size_t room_ = 0;              // patches
+  std::vector<std::uint8_t> parted_;  // by patch
+};
+
+// What graphics hardware holds of an organ, whole or as blades have cut it.
+class OrganTables {
+ public:
+  // Of samples: those of a view are there in any case, and others that fit stay for the next views.
+  static constexpr std::size_t kKept_bytes = 48'000'000;
+  explicit OrganTables(const OrganSource& source, std::size_t kept_bytes = kKept_bytes);
+
+  std::uint64_t id() const { return id_; }
+  std::uint64_t whole_id() const { return whole_id_; }
+  const Eigen::Vector3d& origin() const { return origin_; }
+  int faces() const { return faces_; }
+  int steps() const { return steps_; }
+  bool is_posed(const std::vector<Eigen::Vector3d>& positions) const { return posed_ == positions; }
+  // Begins a picture, whose samples() are asked for next. Uploads what is cut since the last one,
+  // and the pose unless it is the last one; how normals turn only where they are lit.
+  void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
+  // Until the next picture.
+  const SampleTable& samples(Warper& warper, std::size_t camera);
+  // For the programs that read the shell, the base layer's nodes, and the turns.
+  void bind_shell(const Program& program) const;
+  void bind_nodes(const Program& program) const;
+  std::size_t bytes() const;
+
+ private:
+  void make_room();
+  void take_nodes(const OrganSource& source);
+  void put_nodes(const OrganSource& source, std::size_t first, std::size_t last);
+  void fill_shells(const OrganSource& source);
+
+  std::uint64_t id_ = 0, whole_id_;
+  Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
+  int faces_ = 0, steps_, knots_ = 3, first_knot_ = 0;
+  std::size_t node_room_ = 0;              // faces
+  std::vector<std::uint8_t> node_parted_;  // by face
+  std::span<const std::uint8_t> parted_;   // of the picture
+  Table nodes_{Table::Texel::words}, shells_{Table::Texel::floats}, turns_{Table::Texel::floats};
+  struct Camera {
+    SampleTable samples;
+    std::uint64_t of = 0, used_in = 0;  // which id(); the last picture that asked for it
+  };
+  std::map<std::size_t, Camera> cameras_;
+  std::size_t kept_bytes_;
+  std::uint64_t picture_ = 0;
+  std::vector<Eigen::Vector3d> posed_;
+  bool turned_ = false;  // turns_ is of the pose
+  std::vector<float> numbers_;
+};
+
+// What scales depths, of the farthest skin (mm), and of a texel on the nearest; and what fades.
+struct PictureScale {
+  float reach_mm = 1, texel_mm = 1;
+  int fade_px = 0;  // of skin beside the background: SkinFinish::border_fade_px()
+  // Where the light at the scope is from the eye, mm, the view's frame; nothing by another light.
+  std::optional<Eigen::Vector3f> scope_light_mm;
+};
+
+// The passes over the whole picture, after the organs are in it.
+class Finishing {
+ public:
+  explicit Finishing(ShaderDialect dialect);
+
+  // Of targets.resolved; returns the picture that is finished.
+  const Targets::Picture& apply(const View& view, const DrawOptions& options, PictureScale scale,
+                                Targets& targets);
+
+ private:
+  // Draws the next picture from the last one with a program that is in use and set.
+  void pass(const Program& program, Targets& targets);
+  void fill_holes(PictureScale scale, Targets& targets);
+  void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
+  void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
+                   Targets& targets);
+  void set_solids(const View& view, const std::vector<Solid>& solids);
+  // With a program of tools; `wide`: the solids that tell what box of the picture it may touch.
+  void pass_solids(const Program& program, const View& view, const std::vector<Solid>& wide,
+                   PictureScale scale, Targets& targets);
+  void smooth_outlines(PictureScale scale, Targets& targets);
+  static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
+
+  Program open_, slits_, holes_, across_, fade_, shadows_, solids_, edges_, outline_;
+  Table solid_table_{Table::Texel::floats};
+  std::vector<float> solid_numbers_;
+  const Targets::Picture* last_ = nullptr;
+  int next_ = 0;  // of targets.finished
+};
 
 // A camera of a view, and its share there.
 struct Layer {

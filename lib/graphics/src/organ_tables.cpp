@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organ_tables.h"
+#include "organ_passes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
 
-#include "opengl.h"
+#include "gl.h"
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {

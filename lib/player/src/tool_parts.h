@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "organbake/instruments/instrument.h"
-#include "organbake/warp/solid.h"
+#include "organbake/warp/solids.h"
 
 namespace organbake {
 

@@ -1,21 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of several organs by their depths (z-buffer compositing, Duff 1985, "Compositing 3-D
-// rendered images"): each warper keeps its own samples and its own last picture, so an organ that
-// did not move is not drawn again.
+// Several organs in one frame, each pixel the nearest one's; and what was drawn last, so that a
+// frame that stays is not drawn again.
 #include "organbake/warp/joint_drawing.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
-#include "finishing/front_edges.h"
-#include "finishing/outline.h"
-#include "light/light_meter.h"
+#include "finishing/edges.h"
+#include "finishing/post_process.h"
+#include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
 #include "organbake/warp/organ_source.h"
-#include "picture/skin_depth.h"
+#include "picture/spans.h"
 
 namespace organbake {
+std::optional<DrawReport> LastDrawing::unchanged(const View& view, const DrawOptions& options,
+                                                 const Frame& frame) const {
+  for (const Drawing& drawing : drawings_) {
+    if (!drawing.is_in(frame) || !(view == drawing.view) || !(options == drawing.options)) continue;
+    DrawReport report = drawing.report;
+    report.unchanged = true;
+    report.times = report.critical_path = {};
+    return report;
+  }
+  return {};
+}
+
+bool LastDrawing::continues(const View& view, const DrawOptions& options,
+                            const Frame& frame) const {
+  const Drawing& last = drawings_.front();
+  if (!last.is_in(frame) || !(view == last.view)) return false;
+  DrawOptions same_tools = options;
+  same_tools.solids = last.options.solids;
+  return same_tools == last.options && frame.depth_mm.empty() == !options.needs_depth() &&
+         frame.shown.empty() == !options.keep_shown && frame.bound.empty() == !options.keep_bound;
+}
+
+void LastDrawing::remember(const View& view, const DrawOptions& options, const DrawReport& report,
+                           bool still, Frame& frame) {
+  // Serials differ between warpers, too: a frame may pass from one to another.
+  static std::atomic<std::uint64_t> next_serial{0};
+  frame.serial = first_serial_ + ++next_serial;
+  drawings_.back() = still ? drawings_.front() : Drawing();
+  drawings_.front() = {view, options, report, frame.serial};
+}
+
+// The pictures of several organs by their depths (z-buffer compositing, Duff 1985, "Compositing 3-D
+// rendered images"): each warper keeps its own samples and its own last picture, so an organ that
+// did not move is not drawn again.
 namespace {
 
 // The pixels of one organ's picture from `begin` to `end` that lie before those of the frame.

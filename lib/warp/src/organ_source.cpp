@@ -4,15 +4,12 @@
 #include <algorithm>
 
 #include "drawing/base_drawing.h"
-#include "drawing/tile_keys.h"
-#include "finishing/front_edges.h"
-#include "finishing/slit_fill.h"
-#include "finishing/tool_shadows.h"
-#include "light/grain_table.h"
+#include "drawing/splat.h"
+#include "finishing/edges.h"
+#include "finishing/post_process.h"
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
-#include "placing/chunk_frame.h"
-#include "sample_source.h"
+#include "placing/placing.h"
 
 namespace organbake {
 

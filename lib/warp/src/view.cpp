@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a view has to be, and how much each camera counts in it.
 #include "organbake/warp/view.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/warp/draw_options.h"
 
 namespace organbake {
-
 void View::check() const {
   const Intrinsics& k = camera.intrinsics;
   if (k.width < 1 || k.height < 1 || k.width > kLargestSide_px || k.height > kLargestSide_px) {
@@ -32,6 +34,48 @@ bool operator==(const View& a, const View& b) {
          i.cx == j.cx && i.cy == j.cy && a.near_mm == b.near_mm &&
          a.camera.camera_from_world.rotation == b.camera.camera_from_world.rotation &&
          a.camera.camera_from_world.translation == b.camera.camera_from_world.translation;
+}
+
+ViewWeights trimmed(ViewWeights w) {
+  double sum = 0;
+  for (double& weight : w.weights) {
+    weight = std::max(0.0, (weight - kLeastShare) / (1 - kLeastShare));
+    sum += weight;
+  }
+  for (double& weight : w.weights) weight /= sum;  // the largest is at least a third: sum > 0
+  return w;
+}
+
+ViewWeights drawn_shares(const ViewManifold& manifold, const View& view) {
+  Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
+  if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
+  return trimmed(view_weights(manifold, towards_eye));
+}
+
+std::vector<std::size_t> used_cameras(const ViewWeights& weights) {
+  std::vector<std::size_t> used;
+  for (int i = 0; i < 3; ++i) {
+    if (weights.weights[i] > 0) used.push_back(weights.cameras[i]);
+  }
+  return used;
+}
+
+const char* to_string(DrawnLight light) {
+  switch (light) {
+    case DrawnLight::baked:
+      return "baked";
+    case DrawnLight::world:
+      return "world";
+    case DrawnLight::scope:
+      return "scope";
+  }
+  return "?";
+}
+
+std::optional<DrawnLight> drawn_light(std::string_view name) {
+  for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope})
+    if (name == to_string(light)) return light;
+  return std::nullopt;
 }
 
 }  // namespace organbake

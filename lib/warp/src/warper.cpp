@@ -5,28 +5,17 @@
 #include <atomic>
 
 #include "drawing/base_drawing.h"
-#include "drawing/resolve.h"
 #include "drawing/tile_drawing.h"
-#include "finishing/cover_mask.h"
+#include "finishing/edges.h"
 #include "finishing/post_process.h"
-#include "light/lattice_normals.h"
-#include "light/light_meter.h"
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/warp/last_drawing.h"
+#include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
-#include "picture/phase_clock.h"
-#include "picture/tile_grid.h"
-#include "placing/active_cameras.h"
-#include "placing/dirty_cells.h"
-#include "placing/placed_faces.h"
-#include "placing/posed_shell.h"
-#include "sample_source.h"
-#include "samples/bundle_fit.h"
-#include "samples/face_split.h"
-#include "samples/lip_film.h"
-#include "samples/sample_store.h"
+#include "picture/tiles.h"
+#include "placing/placing.h"
+#include "samples/samples.h"
 
 namespace organbake {
 namespace {

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "organbake/graphics/offscreen_context.h"
+#include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/png.h"
 #include "organbake/warp/organ_source.h"

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // What graphics hardware keeps of an organ from picture to picture.
-#include "organ_tables.h"
+#include "organ_passes.h"
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "gl.h"
 #include "organbake/graphics/graphics_drawing.h"
-#include "organbake/graphics/offscreen_context.h"
+#include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/warper.h"
 #include "small_organ.h"
@@ -69,6 +75,27 @@ TEST_F(OrganTablesTest, ACutThatGrowsIsDrawnAsOneThatWasThereBefore) {
     EXPECT_EQ(frame.color.pixels, anew.color.pixels);
     EXPECT_NE(frame.color.pixels, last.pixels);
     last = frame.color;
+  }
+}
+
+bool validated(const std::string& text, const std::string& stage, const std::string& name) {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / (name + "." + stage);
+  std::ofstream(file) << text;
+  return std::system(("glslangValidator -S " + stage + " " + file.string()).c_str()) == 0;
+}
+
+TEST(ShaderTexts, AreValidInBothDialects) {
+  if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "glslangValidator is missing (Debian: glslang-tools): no shader was checked";
+  for (const ShaderDialect dialect : {ShaderDialect::desktop, ShaderDialect::embedded}) {
+    const std::string which = dialect == ShaderDialect::desktop ? "_desktop" : "_embedded";
+    for (const ProgramFiles& program : program_files()) {
+      EXPECT_TRUE(validated(shader_text(dialect, program.vertex), "vert",
+                            std::string(program.name) + which));
+      EXPECT_TRUE(validated(shader_text(dialect, program.fragment), "frag",
+                            std::string(program.name) + which));
+    }
   }
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/graphics/offscreen_context.h"
+#include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/warp/view.h"
 #include "support/synthetic_bundle.h"
 

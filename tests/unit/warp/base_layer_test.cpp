@@ -4,12 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
+#include <vector>
 
+#include "drawing/base_drawing.h"
+#include "drawing/splat.h"
+#include "organbake/core/random.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
+#include "organbake/warp/rasteriser.h"
 #include "organbake/warp/warper.h"
+#include "placing/placing.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
 
@@ -135,6 +142,232 @@ TEST(BaseLayer, TakesOverWhereNoCameraSawTheSkin) {
     open += truth.inside[i] && frame.cover[i] == Cover::background;
   }
   EXPECT_GT(open, 1000u);
+}
+
+constexpr PixelBox kPicture{0, 0, 64, 64};
+
+TEST(Rasterise, CoversItsAreaInPixels) {
+  int pixels = 0;
+  rasterise(SnappedTriangle({RasterCorner{8, 8, 1}, {40, 8, 1}, {8, 40, 1}}), kPicture,
+            [&](int, int, double, const auto&) { ++pixels; });
+  EXPECT_NEAR(pixels, 32 * 32 / 2, 32);  // centres on the diagonal go to one side
+}
+
+TEST(Rasterise, SharedEdgesAreDrawnOnce) {
+  // A fan of triangles round a point, whatever way each winds: every pixel exactly once.
+  RandomStream random(4);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<int> count(64 * 64, 0);
+    const RasterCorner middle{random.uniform(20, 44), random.uniform(20, 44), 1};
+    const RasterCorner rim[] = {{2, 2, 1},   {random.uniform(10, 50), 1, 1},  {62, 3, 1},
+                                {61, 60, 1}, {random.uniform(10, 50), 62, 1}, {3, 61, 1}};
+    for (int i = 0; i < 6; ++i) {
+      std::array<RasterCorner, 3> t = {middle, rim[i], rim[(i + 1) % 6]};
+      if (i % 2) std::swap(t[1], t[2]);
+      rasterise(SnappedTriangle(t), kPicture,
+                [&](int x, int y, double, const auto&) { ++count[y * 64 + x]; });
+    }
+    for (const int n : count) ASSERT_LE(n, 1);
+    for (int y = 5; y < 58; ++y) {
+      for (int x = 5; x < 58; ++x) ASSERT_EQ(count[y * 64 + x], 1) << x << "," << y;
+    }
+  }
+}
+
+TEST(Rasterise, WeightsAreCorrectInPerspective) {
+  // Depths 100, 200, 400 at the corners: at a pixel, 1/z is linear.
+  const std::array<RasterCorner, 3> t = {
+      RasterCorner{4, 4, 1 / 100.0}, {60, 4, 1 / 200.0}, {4, 60, 1 / 400.0}};
+  rasterise(SnappedTriangle(t), kPicture,
+            [&](int x, int y, double depth, const std::array<double, 3>& w) {
+              const double u = (x + 0.5 - 4) / 56, v = (y + 0.5 - 4) / 56;
+              const double inverse = (1 - u - v) / 100 + u / 200 + v / 400;
+              // The rule for shared edges moves an edge by 1/256² of a pixel.
+              EXPECT_NEAR(depth * inverse, 1, 1e-7);
+              EXPECT_NEAR(w[0] * 100 + w[1] * 200 + w[2] * 400, depth, 1e-9 * depth);
+            });
+}
+
+TEST(Rasterise, StaysInItsWindow) {
+  rasterise(SnappedTriangle({RasterCorner{-500, -400, 1}, {900, -300, 1}, {30, 800, 1}}), kPicture,
+            [&](int x, int y, double, const auto&) {
+              ASSERT_TRUE(x >= 0 && y >= 0 && x < 64 && y < 64);
+            });
+  const double huge = 1e12;
+  rasterise(SnappedTriangle({RasterCorner{-huge, 0, 1}, {huge, 0, 1}, {0, huge, 1}}), kPicture,
+            [&](int, int, double, const auto&) { FAIL(); });  // beyond reach: the clipper's to cut
+}
+
+// Two layers of random keys over a tile of a given size.
+void check_tile(const PixelBox& tile) {
+  RandomStream random(std::uint64_t(tile.width()) * 1000 + tile.height());
+  std::array<TileKeys, 2> layers;
+  for (TileKeys& layer : layers) {
+    layer.clear(tile, tile);
+    for (std::uint64_t& key : layer.keys) {
+      if (random.uniform(0, 1) < 0.7) key = 12345;  // the guard band too: it must not count
+    }
+  }
+  const std::array<const TileKeys*, 2> both = {&layers[0], &layers[1]};
+  OpenPixels open;
+  open.find(tile, both);
+  const auto expected = [&](int x, int y) {
+    return layers[0].row(y)[x - tile.x0] == kEmptyKey && layers[1].row(y)[x - tile.x0] == kEmptyKey;
+  };
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    for (int x = tile.x0; x < tile.x1; ++x)
+      ASSERT_EQ(open.at(x, y), expected(x, y)) << x << ',' << y;
+  }
+  for (int round = 0; round < 200; ++round) {
+    const int x0 = tile.x0 + int(random.uniform(-5, tile.width())),
+              y0 = tile.y0 + int(random.uniform(-5, tile.height()));
+    const PixelBox box{x0, y0, x0 + int(random.uniform(0, 4)), y0 + int(random.uniform(0, 4))};
+    bool any = false;
+    const PixelBox inside = intersected(box, tile);
+    for (int y = inside.y0; y < inside.y1; ++y) {
+      for (int x = inside.x0; x < inside.x1; ++x) any |= expected(x, y);
+    }
+    ASSERT_EQ(open.any(box), any);
+  }
+}
+
+TEST(OpenPixels, AreThoseThatNoLayerTook) {
+  constexpr int kWidth = TileGrid::kWidth, kHeight = TileGrid::kHeight;
+  check_tile({kWidth, kHeight, 2 * kWidth, 2 * kHeight});
+  check_tile({0, 0, kWidth, 7});
+  check_tile({2 * kWidth, 0, 2 * kWidth + 65, kHeight});
+  check_tile({3, 5, 4, 6});
+}
+
+View small_view() {
+  View view;
+  view.camera.intrinsics = {320, 200, 300, 310, 150, 90};
+  view.near_mm = 1;
+  return view;
+}
+
+// As a deep poke bends it.
+void bend(RandomStream& random, FaceFrame& face) {
+  for (int k = 6; k < 9; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      face.metric(axis, k) = static_cast<float>(random.uniform(-30, 30));
+  }
+  face.bent = true;
+}
+
+// A face somewhere round the view, partly before its near plane and beyond its borders.
+FaceFrame random_face(RandomStream& random, const View& view) {
+  TriangleMesh mesh;
+  mesh.faces = {{0, 1, 2}};
+  for (int i = 0; i < 3; ++i) {
+    mesh.vertices.emplace_back(random.uniform(-60, 60), random.uniform(-60, 60),
+                               random.uniform(-20, 150));
+  }
+  PlacedFaces faces;
+  faces.place(PosedShell(ShellSurface(mesh)), view, false);
+  FaceFrame face = faces[0];
+  face.two_sided = random.below(4) == 0;
+  if (random.below(2) == 0) bend(random, face);
+  return face;
+}
+
+Patch random_patch(RandomStream& random) {
+  const auto about = [&](double reach) {
+    return static_cast<float>(random.uniform(-reach, reach));
+  };
+  Patch patch;
+  for (int k = 0; k < 3; ++k) {
+    patch.center[k] = about(1);
+    patch.extent[k] = std::abs(about(0.05));
+    patch.along_u[k] = about(0.02);
+    patch.along_v[k] = about(0.02);
+  }
+  patch.cone = NormalCone(std::abs(about(1)));
+  return patch;
+}
+
+TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
+  RandomStream random(5);
+  const View view = small_view();
+  std::array<int, 3> fates{};
+  int uncut = 0;
+  for (int round = 0; round < 300; ++round) {
+    std::vector<FaceFrame> faces(3);
+    for (FaceFrame& face : faces) face = random_face(random, view);
+    std::vector<Patch> patches(1 + random.below(kPatchBatch));
+    for (Patch& patch : patches) {
+      patch = random_patch(random);
+      patch.face = static_cast<std::uint32_t>(random.below(faces.size()));
+    }
+    std::vector<ChunkFrame> together(patches.size());
+    place_patches(PatchTable(patches), 0, static_cast<int>(patches.size()), faces, view,
+                  together.data());
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      ChunkFrame alone;
+      place_patches(PatchTable(std::span(&patches[i], 1)), 0, 1, faces, view, &alone);
+      ASSERT_EQ(together[i], alone) << round << ' ' << i;
+      ++fates[static_cast<int>(alone.visibility)];
+      uncut += alone.uncut;
+    }
+  }
+  for (const int count : fates) EXPECT_GT(count, 100);
+  EXPECT_GT(uncut, 100);
+}
+
+// What a box promises: every corner of the patch that is before the eye lands inside it.
+TEST(PatchFrames, BoxesHoldTheirPatches) {
+  RandomStream random(6);
+  const View view = small_view();
+  const Intrinsics& k = view.camera.intrinsics;
+  int corners = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const FaceFrame face = random_face(random, view);
+    const Patch patch = random_patch(random);
+    ChunkFrame frame;
+    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, std::span(&face, 1), view, &frame);
+    if (frame.visibility != ChunkVisibility::drawn) continue;
+    ShellMatrix shell = face.metric.topRows<3>().cast<double>();
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto at = [&](int axis) {
+        return patch.center[axis] + (corner >> axis & 1 ? 1 : -1) * double(patch.extent[axis]);
+      };
+      const Eigen::Vector3d p = shell_point(shell, at(0), at(1), at(2));
+      const double x = k.fx * p.x() / p.z() + k.cx, y = k.fy * p.y() / p.z() + k.cy;
+      if (p.z() < view.near_mm || x < 0 || y < 0 || x >= k.width || y >= k.height) continue;
+      ++corners;
+      ASSERT_TRUE(x >= frame.box.x0 && x < frame.box.x1 && y >= frame.box.y0 && y < frame.box.y1);
+    }
+  }
+  EXPECT_GT(corners, 500);
+}
+
+// What facing away promises: no point of the patch's face shows its outer side there.
+TEST(PatchFrames, PatchesThatFaceAwayShowNowhere) {
+  RandomStream random(8);
+  const View view = small_view();
+  int away = 0;
+  for (int round = 0; round < 4000; ++round) {
+    FaceFrame face = random_face(random, view);
+    face.two_sided = false;
+    Patch patch = random_patch(random);
+    // Along the face itself, whose normal the map tells everywhere.
+    patch.along_u[0] = 0, patch.along_u[1] = 0.02f, patch.along_v[0] = 0.02f, patch.along_v[1] = 0;
+    patch.along_u[2] = patch.along_v[2] = patch.extent[2] = 0;
+    patch.cone = NormalCone(0);
+    ChunkFrame frame;
+    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, std::span(&face, 1), view, &frame);
+    if (frame.visibility != ChunkVisibility::faces_away) continue;
+    ++away;
+    const ShellMatrix shell = face.metric.topRows<3>().cast<double>();
+    for (int corner = 0; corner < 4; ++corner) {
+      const double b1 = patch.center[0] + (corner & 1 ? 1 : -1) * double(patch.extent[0]),
+                   b2 = patch.center[1] + (corner & 2 ? 1 : -1) * double(patch.extent[1]);
+      const Eigen::Matrix3d by = shell_jacobian(shell, b1, b2, patch.center[2]);
+      const Eigen::Vector3d normal = by.col(0).cross(by.col(1));
+      EXPECT_GE(normal.dot(shell_point(shell, b1, b2, patch.center[2])), 0) << round;
+    }
+  }
+  EXPECT_GT(away, 500);
 }
 
 }  // namespace

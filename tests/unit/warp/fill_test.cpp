@@ -1,10 +1,37 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "unit/warp/filled_frame.h"
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "finishing/edges.h"
+#include "finishing/post_process.h"
+#include "organbake/bundle/lighting.h"
+#include "organbake/core/random.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {
+
+// fill() of a frame's box by bits read from it, which must tell the frame's skin afterwards, too.
+template <class Fill>
+auto filled_in(const PixelBox& box, bool really, Frame& frame, Fill&& fill) {
+  CoverMask kept, anew;
+  kept.read(box, frame);
+  const auto result = fill(kept, really, frame);
+  anew.read(box, frame);
+  EXPECT_EQ(kept, anew);
+  return result;
+}
+
+inline std::size_t slits_filled_in(const PixelBox& box, bool really, Frame& frame) {
+  return filled_in(box, really, frame, fill_slits);
+}
+
+inline HoleCounts holes_filled_in(const PixelBox& box, bool really, Frame& frame) {
+  return filled_in(box, really, frame, fill_holes);
+}
 
 constexpr int kSide = 40;
 constexpr PixelBox kAll{0, 0, kSide, kSide};
@@ -75,6 +102,282 @@ TEST(SlitFill, NeedsCoverAtBothEnds) {
   Frame frame = square(2, kSide);  // reaches two borders of the picture
   EXPECT_EQ(slits_filled_in(kAll, true, frame), 0u);
   EXPECT_FALSE(frame.covered(1, 20));
+}
+
+}  // namespace
+
+// Slits and holes of random pictures, found by whole words, against the same by the pixel.
+namespace {
+
+struct Picture {
+  PixelBox box;  // holds all that is covered
+  Frame frame;
+
+  bool covered(int x, int y) const {
+    return x >= box.x0 && y >= box.y0 && x < box.x1 && y < box.y1 && frame.covered(x, y);
+  }
+  void fill(int x, int y) { frame.cover[std::size_t(y) * frame.color.width + x] = Cover::filled; }
+};
+
+// Up to three words of a row wide, from any column on.
+Picture random_picture(RandomStream& random) {
+  const auto below = [&](int most) { return static_cast<int>(random.uniform(0, most)); };
+  Picture p;
+  p.frame.color = Rgb8Image(1 + below(200), 1 + below(40));
+  const int width = p.frame.color.width, height = p.frame.color.height;
+  p.frame.cover.assign(std::size_t(width) * height, Cover::background);
+  p.box = {below(width), below(height), 0, 0};
+  p.box.x1 = p.box.x0 + 1 + below(width - p.box.x0);
+  p.box.y1 = p.box.y0 + 1 + below(height - p.box.y0);
+  const double share = random.uniform(0.3, 0.98);
+  for (int y = p.box.y0; y < p.box.y1; ++y) {
+    for (int x = p.box.x0; x < p.box.x1; ++x) {
+      if (random.uniform(0, 1) >= share) continue;
+      p.frame.cover[std::size_t(y) * width + x] =
+          random.uniform(0, 1) < 0.5 ? Cover::samples : Cover::base;
+    }
+  }
+  return p;
+}
+
+// Of one direction.
+std::size_t fill_runs(Picture& p, bool columns) {
+  const Picture before = p;
+  std::size_t pixels = 0;
+  for (int y = p.box.y0; y < p.box.y1; ++y) {
+    for (int x = p.box.x0; x < p.box.x1; ++x) {
+      const auto at = [&](int i) { return columns ? PixelAt{x, y - i} : PixelAt{x - i, y}; };
+      const auto covered = [&](int i) { return before.covered(at(i).x, at(i).y); };
+      if (!covered(0)) continue;
+      int run = 0;
+      while (run <= kWidestSlit && !covered(run + 1)) ++run;
+      if (run > kWidestSlit) continue;
+      for (int i = 1; i <= run; ++i) p.fill(at(i).x, at(i).y);
+      pixels += run;
+    }
+  }
+  return pixels;
+}
+
+std::size_t fill_round(Picture& p) {
+  const Picture before = p;
+  std::size_t pixels = 0;
+  for (int y = p.box.y0; y < p.box.y1; ++y) {
+    for (int x = p.box.x0; x < p.box.x1; ++x) {
+      int round = 0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) round += before.covered(x + dx, y + dy);
+      }
+      if (before.covered(x, y) || round < 5) continue;
+      p.fill(x, y);
+      ++pixels;
+    }
+  }
+  return pixels;
+}
+
+constexpr int kPictures = 400;
+
+TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
+  RandomStream random(1);
+  for (int i = 0; i < kPictures; ++i) {
+    Picture expected = random_picture(random);
+    Frame frame = expected.frame;
+    const std::size_t of_columns = fill_runs(expected, true);
+    ASSERT_EQ(slits_filled_in(expected.box, true, frame), of_columns + fill_runs(expected, false))
+        << i;
+    ASSERT_EQ(frame.cover, expected.frame.cover) << i;
+  }
+}
+
+TEST(FillOfRandomPictures, HolesAreThoseFoundByThePixel) {
+  RandomStream random(2);
+  for (int i = 0; i < kPictures; ++i) {
+    Picture expected = random_picture(random);
+    Frame frame = expected.frame;
+    const HoleCounts counts = holes_filled_in(expected.box, true, frame);
+    ASSERT_EQ(counts.before, fill_round(expected)) << i;
+    for (int round = 1; round < kFillRounds; ++round) fill_round(expected);
+    ASSERT_EQ(frame.cover, expected.frame.cover) << i;
+    ASSERT_EQ(counts.after, fill_round(expected)) << i;
+  }
+}
+
+TEST(FillOfRandomPictures, CoversAreCounted) {
+  RandomStream random(3);
+  for (int i = 0; i < kPictures; ++i) {
+    const Picture p = random_picture(random);
+    for (const Cover cover : {Cover::samples, Cover::base, Cover::solid}) {
+      const auto expected = std::count(p.frame.cover.begin(), p.frame.cover.end(), cover);
+      ASSERT_EQ(count_cover(p.frame, p.box, cover), static_cast<std::size_t>(expected)) << i;
+    }
+  }
+}
+
+// Only the bit carried from one word to the next tells of these.
+TEST(FillOfRandomPictures, AHoleAtAWordsBorderIsFound) {
+  for (const int x : {63, 64}) {
+    Frame frame;
+    frame.color = Rgb8Image(128, 3);
+    frame.cover.assign(std::size_t{128} * 3, Cover::background);
+    const auto cover = [&](int px, int py) { frame.cover[py * 128 + px] = Cover::samples; };
+    cover(x == 63 ? 64 : 63, 1);
+    for (const int dx : {-1, 1}) cover(x + dx, 0), cover(x + dx, 2);
+    holes_filled_in({0, 0, 128, 3}, true, frame);
+    EXPECT_EQ(frame.cover[128 + x], Cover::filled) << x;
+  }
+}
+
+Frame grey_frame(int width, int height) {
+  Frame frame;
+  frame.color = Rgb8Image(width, height);
+  std::fill(frame.color.pixels.begin(), frame.color.pixels.end(), std::uint8_t{100});
+  frame.cover.assign(std::size_t(width) * height, Cover::samples);
+  return frame;
+}
+
+void open(Frame& frame, int x0, int y0, int x1, int y1) {
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) {
+      frame.cover[std::size_t(y) * frame.color.width + x] = Cover::background;
+      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{0});
+    }
+  }
+}
+
+std::size_t open_pixels(const Frame& frame) {
+  return std::count(frame.cover.begin(), frame.cover.end(), Cover::background);
+}
+
+TEST(FillSlits, ClosesLongThinOnesEitherWay) {
+  Frame frame = grey_frame(150, 90);
+  open(frame, 10, 20, 140, 22);
+  open(frame, 70, 40, 73, 88);
+  EXPECT_EQ(slits_filled_in({0, 0, 150, 90}, true, frame), 130u * 2 + 3u * 48);
+  EXPECT_EQ(open_pixels(frame), 0u);
+  EXPECT_EQ(frame.color.at(75, 21)[0], 100);
+}
+
+TEST(FillSlits, MixesFromEndToEnd) {
+  Frame frame = grey_frame(9, 9);
+  open(frame, 0, 4, 9, 5);
+  std::fill_n(frame.color.at(3, 3), 3, std::uint8_t{50});
+  slits_filled_in({0, 0, 9, 9}, true, frame);
+  EXPECT_EQ(frame.color.at(3, 4)[0], 75);
+}
+
+TEST(FillSlits, LeavesWideGapsAndTheOutsideAlone) {
+  Frame frame = grey_frame(100, 100);
+  open(frame, 20, 20, 60, 20 + kWidestSlit + 1);
+  open(frame, 0, 97, 100, 100);  // open to the picture's border
+  const std::size_t before = open_pixels(frame);
+  EXPECT_EQ(slits_filled_in({0, 0, 100, 100}, true, frame), 0u);
+  EXPECT_EQ(open_pixels(frame), before);
+}
+
+TEST(FillSlits, OnlyCountsWhenToldTo) {
+  Frame frame = grey_frame(20, 20);
+  open(frame, 5, 5, 15, 6);
+  EXPECT_EQ(slits_filled_in({0, 0, 20, 20}, false, frame), 10u);
+  EXPECT_EQ(open_pixels(frame), 10u);
+}
+
+constexpr int kFadeSide = 96, kFade_px = 12;
+constexpr std::array<std::uint8_t, 3> kNight = {0, 0, 0};
+constexpr PixelBox kWholePicture = {0, 0, kFadeSide, kFadeSide};
+
+// White skin on black.
+Frame skin_where(const std::function<bool(double x, double y)>& inside) {
+  Frame frame;
+  frame.color = Rgb8Image(kFadeSide, kFadeSide);
+  frame.cover.assign(std::size_t(kFadeSide) * kFadeSide, Cover::background);
+  for (int y = 0; y < kFadeSide; ++y) {
+    for (int x = 0; x < kFadeSide; ++x) {
+      if (!inside(x + 0.5, y + 0.5)) continue;
+      frame.cover[std::size_t(y) * kFadeSide + x] = Cover::samples;
+      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{255});
+    }
+  }
+  return frame;
+}
+
+float white_share(const Frame& frame, int x, int y) {
+  return linear_from_srgb8()[frame.color.at(x, y)[0]];
+}
+
+TEST(BorderFade, ObliqueBordersFadeByTheDistanceAloneOverTheWidth) {
+  const double angle = 0.4, c = std::cos(angle), s = std::sin(angle);
+  const auto depth = [&](double x, double y) { return c * (x - 48) + s * (y - 48); };
+  Frame frame = skin_where([&](double x, double y) { return depth(x, y) > 0; });
+  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  std::vector<double> least(kFadeSide, 1), most(kFadeSide, 0);  // by whole pixels of distance
+  // Beyond the picture's edge borders go straight on, away from it.
+  for (int y = kFade_px; y < kFadeSide - kFade_px; ++y) {
+    for (int x = kFade_px; x < kFadeSide - kFade_px; ++x) {
+      const double d = depth(x + 0.5, y + 0.5), light = white_share(frame, x, y);
+      if (d <= 0) continue;
+      least[int(d)] = std::min(least[int(d)], light), most[int(d)] = std::max(most[int(d)], light);
+      if (d > 1.2 * kFade_px) {
+        EXPECT_EQ(light, 1) << x << ", " << y;
+      }
+    }
+  }
+  EXPECT_LT(most[0], 0.1);
+  EXPECT_GT(least[kFade_px - 1], 0.97);
+  for (int d = 1; d < kFade_px; ++d) {
+    EXPECT_GE(least[d], most[d - 1] - 0.02) << d;  // no staircase: pixels as far in are as bright
+    EXPECT_GE(most[d], most[d - 1]);
+  }
+  EXPECT_NEAR(0.5 * (least[4] + most[4]), 0.6, 0.15);
+}
+
+TEST(BorderFade, TeethAreCutAlongALine) {
+  constexpr double kTooth = 3;
+  Frame frame = skin_where([](double x, double y) {
+    return y > 40 + kTooth * (std::fmod(x, 2 * kTooth) < kTooth ? 1 : 0);
+  });
+  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  int first = kFadeSide, last = 0;  // rows in which columns are half lit first
+  for (int x = kFade_px; x < kFadeSide - kFade_px; ++x) {
+    int y = 0;
+    while (white_share(frame, x, y) < 0.5f) ++y;
+    first = std::min(first, y), last = std::max(last, y);
+  }
+  EXPECT_LE(last - first, 1);
+}
+
+TEST(BorderFade, SkinThatLeavesThePictureStays) {
+  Frame frame = skin_where([](double, double) { return true; });
+  const Frame before = frame;
+  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  EXPECT_EQ(frame.color.pixels, before.color.pixels);
+}
+
+TEST(BorderFade, EndsInTheBackgroundAndIsTakenBack) {
+  const auto disc = [](double x, double y) { return std::hypot(x - 40, y - 50) < 30; };
+  Frame frame = skin_where(disc);
+  const Frame before = frame;
+  BorderFade fade;
+  const std::array<std::uint8_t, 3> background = {30, 11, 9};
+  fade.apply({10, 20, 70, 80}, SkinFinish::kWidestFade_px, background, frame);
+  EXPECT_EQ(frame.cover, before.cover);
+  const std::uint8_t* const rim = frame.color.at(10, 50);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(rim[k], background[k]);
+  EXPECT_EQ(frame.color.at(40, 50)[0], 255);
+  EXPECT_EQ(frame.color.at(5, 50)[0], 0);  // the background is left alone
+  fade.undo(frame);
+  EXPECT_EQ(frame.color.pixels, before.color.pixels);
+  fade.apply(kWholePicture, 1, background, frame);
+  EXPECT_EQ(frame.color.pixels, before.color.pixels);
+}
+
+TEST(BorderFade, IsAnAngleOfTheViewUpToItsMost) {
+  SkinFinish finish;
+  EXPECT_EQ(finish.border_fade_px(1000), 0);
+  finish.border_fade_rad = 0.01;
+  EXPECT_EQ(finish.border_fade_px(1000), 10);
+  EXPECT_EQ(finish.border_fade_px(260), 3);
+  EXPECT_EQ(finish.border_fade_px(1e9), SkinFinish::kWidestFade_px);
 }
 
 }  // namespace

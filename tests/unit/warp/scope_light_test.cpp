@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "light/light_meter.h"
+#include "light/relit_skin.h"
 #include "light/scope_shine.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"

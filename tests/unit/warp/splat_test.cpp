@@ -1,17 +1,19 @@
-// SPDX-License-Identifier: Apache-2.0
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Random chunks over one face, near and far: however a tile cuts them, a pixel gets the same key.
 #include "drawing/splat.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
-#include "drawing/landing.h"
-#include "drawing/tile_keys.h"
+#include "drawing/tile_drawing.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/view.h"
-#include "picture/tile_grid.h"
-#include "placing/patch_frames.h"
+#include "picture/tiles.h"
+#include "placing/placing.h"
 
 namespace organbake {
 namespace {
@@ -186,6 +188,157 @@ TEST(Splat, AbsurdPlacesStayWithinTheGuardBand) {
       scene.keys(kSplatTile, true);  // the sanitizers look on
     }
   }
+}
+
+TEST(Compaction, MovesTheChosenLanesToTheFrontInOrder) {
+  std::array<std::uint32_t, 8> low, high;
+  std::iota(low.begin(), low.end(), 100u);
+  std::iota(high.begin(), high.end(), 0xFFFF0000u);
+  for (unsigned mask = 0; mask < 256; ++mask) {
+    std::vector<std::uint32_t> lanes;
+    for (unsigned lane = 0; lane < 8; ++lane) {
+      if (mask >> lane & 1) lanes.push_back(lane);
+    }
+    const Compaction packed(mask);
+    ASSERT_EQ(packed.count(), int(lanes.size()));
+    std::array<std::uint32_t, 8> alone;
+    std::array<std::uint64_t, 8> together;
+    packed(low.data(), alone.data());
+    packed(low.data(), high.data(), together.data());
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      ASSERT_EQ(alone[i], low[lanes[i]]) << mask;
+      ASSERT_EQ(together[i], std::uint64_t{high[lanes[i]]} << 32 | low[lanes[i]]) << mask;
+    }
+  }
+}
+
+TEST(Compaction, LanesUnlikeAValueAreTold) {
+  const std::array<std::uint32_t, 8> numbers = {7, 0xFF000000u, 0, 7, 0xFF000000u, 1, 2, 0};
+  EXPECT_EQ(lanes_unlike(numbers.data(), 7), 0b11110110u);
+  EXPECT_EQ(lanes_unlike(numbers.data(), 0xFF000000u), 0b11101101u);
+  EXPECT_EQ(lanes_unlike(numbers.data(), 0), 0b01111011u);
+}
+
+constexpr int kTiledWidth = 400, kTiledHeight = 300;  // tiles of whole size, and cut ones
+const TileGrid kGrid(kTiledWidth, kTiledHeight);
+
+// Tile 1 holds much, tile 5 little, the others nothing.
+std::size_t items_of(int tile) { return tile == 1 ? 1000 : tile == 5 ? 100 : 0; }
+
+std::vector<TilePart> parts_for(int threads, DirtyCells& cells) {
+  TilePlan plan;
+  plan.make(kGrid, cells, threads, items_of);
+  return {plan.parts().begin(), plan.parts().end()};
+}
+
+DirtyCells all_dirty() {
+  DirtyCells cells;
+  cells.reset(kTiledWidth, kTiledHeight, true);
+  return cells;
+}
+
+TEST(TilePlan, OneThreadDrawsWholeTiles) {
+  DirtyCells cells = all_dirty();
+  const std::vector<TilePart> parts = parts_for(1, cells);
+  ASSERT_EQ(parts.size(), std::size_t(kGrid.count()));
+  for (const TilePart& part : parts) EXPECT_EQ(part.box, kGrid.box(part.tile));
+}
+
+TEST(TilePlan, PartsCoverEachPixelOnce) {
+  for (const int threads : {1, 2, 3, 8, 64}) {
+    DirtyCells cells = all_dirty();
+    std::vector<int> drawn(std::size_t(kTiledWidth) * kTiledHeight, 0);
+    for (const TilePart& part : parts_for(threads, cells)) {
+      EXPECT_EQ(intersected(part.box, kGrid.box(part.tile)), part.box);
+      for (int y = part.box.y0; y < part.box.y1; ++y)
+        for (int x = part.box.x0; x < part.box.x1; ++x) ++drawn[std::size_t(y) * kTiledWidth + x];
+    }
+    EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 1), std::ssize(drawn)) << threads;
+  }
+}
+
+TEST(TilePlan, SplitsTheDearTileAndBeginsWithIt) {
+  DirtyCells cells = all_dirty();
+  const std::vector<TilePart> parts = parts_for(2, cells);
+  const auto of_tile = [&](int tile) {
+    return std::count_if(parts.begin(), parts.end(),
+                         [&](const TilePart& part) { return part.tile == tile; });
+  };
+  EXPECT_GT(of_tile(1), 1);
+  EXPECT_EQ(of_tile(5), 1);
+  EXPECT_EQ(parts.front().tile, 1);
+  EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end(),
+                             [](const TilePart& a, const TilePart& b) { return a.cost > b.cost; }));
+}
+
+TEST(TilePlan, GoesByWhatTheLastFrameTook) {
+  DirtyCells cells = all_dirty();
+  TilePlan plan;
+  plan.make(kGrid, cells, 2, items_of);
+  for (TilePart& part : plan.parts()) part.took_ms = part.tile == 5 ? 9 : 0.1;
+  plan.learn();
+  plan.make(kGrid, cells, 2, items_of);
+  EXPECT_EQ(plan.parts().front().tile, 5);
+}
+
+TEST(TilePlan, DrawsWhatMovedAlone) {
+  DirtyCells cells;
+  cells.reset(kTiledWidth, kTiledHeight, false);
+  cells.mark({200, 10, 210, 20});
+  for (const int threads : {1, 8}) {
+    const std::vector<TilePart> parts = parts_for(threads, cells);
+    ASSERT_EQ(parts.size(), 1u);
+    EXPECT_EQ(parts[0].tile, 1);
+    EXPECT_EQ(parts[0].box, (PixelBox{192, 0, 224, 32}));
+  }
+}
+
+constexpr PixelBox kTile{512, 256, 512 + TileGrid::kWidth, 256 + TileGrid::kHeight};
+
+bool within(const RowSpans& spans, const PixelBox& box) {
+  for (int y = box.y0; y < box.y1; ++y) {
+    const int row = y - kTile.y0;
+    if (spans.first(row) > box.x0 - kTile.x0 || spans.last(row) < box.x1 - kTile.x0) return false;
+  }
+  return true;
+}
+
+bool empty(const RowSpans& spans, int row) { return spans.first(row) >= spans.last(row); }
+
+TEST(RowSpans, HoldEveryBoxAndLeaveFarRowsEmpty) {
+  RowSpans spans;
+  spans.clear(kTile);
+  const PixelBox one{520, 263, 540, 265}, other{600, 264, 601, 300};  // across bands of rows
+  spans.add(one);
+  spans.add(other);
+  EXPECT_TRUE(within(spans, one));
+  EXPECT_TRUE(within(spans, other));
+  EXPECT_TRUE(empty(spans, 0));
+  EXPECT_TRUE(empty(spans, 310 - kTile.y0));
+  EXPECT_EQ(spans.first(299 - kTile.y0), 600 - kTile.x0);
+}
+
+TEST(RowSpans, AreCutAtTheTile) {
+  RowSpans spans;
+  spans.clear(kTile);
+  spans.add({0, 0, 100, 2000});                             // beside it
+  spans.add({kTile.x0, kTile.y1, kTile.x1, kTile.y1 + 1});  // below
+  for (int row = 0; row < TileGrid::kHeight; ++row) ASSERT_TRUE(empty(spans, row));
+  spans.add({0, 0, 4000, 4000});
+  EXPECT_EQ(spans.first(0), 0);
+  EXPECT_EQ(spans.last(TileGrid::kHeight - 1), TileGrid::kWidth);
+}
+
+TEST(RowSpans, JoinThoseOfOtherLayers) {
+  RowSpans left, right;
+  left.clear(kTile);
+  right.clear(kTile);
+  const PixelBox a{512, 256, 520, 260}, b{660, 256, 670, 270};
+  left.add(a);
+  right.add(b);
+  left.add(right);
+  EXPECT_TRUE(within(left, a));
+  EXPECT_TRUE(within(left, b));
 }
 
 }  // namespace

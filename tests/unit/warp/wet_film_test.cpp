@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What keeps the film's light on the skin that it belongs to, while a scope comes near or pokes.
-#include "light/wet_film.h"
+#include "light/scope_shine.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 
-#include "light/lattice_normals.h"
 #include "light/relit_skin.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // EGL's devices are asked first, since a server's graphics hardware shows there alone; Mesa's
 // surfaceless platform last.
-#include "organbake/graphics/offscreen_context.h"
+#include "organbake/graphics/offscreen_drawing.h"
 
 #include <epoxy/egl.h>
 

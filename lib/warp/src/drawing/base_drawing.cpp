@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The base layer's lattice as triangles where a view needs it: its blocks are chosen, placed and
+// rasterised.
 #include "drawing/base_drawing.h"
 
 #include <Eigen/Geometry>
@@ -6,10 +8,9 @@
 #include <cmath>
 #include <utility>
 
-#include "drawing/near_clip.h"
 #include "organbake/core/parallel.h"
 #include "organbake/warp/rasteriser.h"
-#include "placing/patch_frames.h"
+#include "placing/placing.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,161 @@
 // SPDX-License-Identifier: Apache-2.0
+// A frame's tiles: shared out among threads by what they cost, then splatted, filled from the base
+// layer and resolved.
 #include "drawing/tile_drawing.h"
 
 #include <algorithm>
+#include <cmath>
 
-#include "drawing/tile_keys.h"
-#include "picture/phase_clock.h"
+#include "drawing/base_drawing.h"
+#include "drawing/splat.h"
+#include "picture/tiles.h"
 
 namespace organbake {
+namespace {
+
+// One bit per cell that no sample has taken, in a form that vectorises.
+std::uint64_t empty_cells(const std::uint64_t* __restrict keys,
+                          const std::uint64_t* __restrict bit) {
+  std::uint64_t word = 0;
+  for (int i = 0; i < 64; ++i) word |= keys[i] == kEmptyKey ? bit[i] : 0;
+  return word;
+}
+
+}  // namespace
+
+// Bits first … last−1 of a row.
+OpenPixels::Row OpenPixels::bits_between(int first, int last) {
+  const auto below = [](int bit) {  // all bits lower than `bit`
+    return bit <= 0 ? 0 : bit >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bit) - 1;
+  };
+  Row row;
+  for (int w = 0; w < kWords; ++w) row[w] = below(last - 64 * w) & ~below(first - 64 * w);
+  return row;
+}
+
+void OpenPixels::find(const PixelBox& tile, std::span<const TileKeys* const> layers) {
+  tile_ = tile;
+  alignas(32) std::array<std::uint64_t, 64> bit;
+  for (int i = 0; i < 64; ++i) bit[i] = std::uint64_t{1} << i;
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    Row& row = rows_[y - tile.y0];
+    row = bits_between(0, tile.width());
+    // Whole words: the guard band is there to be read, and its bits are not wanted.
+    for (const TileKeys* layer : layers) {
+      for (int w = 0; w < kWords; ++w) {
+        if (row[w] != 0) row[w] &= empty_cells(layer->row(y) + 64 * w, bit.data());
+      }
+    }
+  }
+}
+
+bool OpenPixels::any(const PixelBox& box) const {
+  const int x0 = std::max(box.x0, tile_.x0), x1 = std::min(box.x1, tile_.x1);
+  if (x0 >= x1) return false;
+  const Row wanted = bits_between(x0 - tile_.x0, x1 - tile_.x0);
+  const int y1 = std::min(box.y1, tile_.y1);
+  for (int y = std::max(box.y0, tile_.y0); y < y1; ++y) {
+    const Row& row = rows_[y - tile_.y0];
+    std::uint64_t found = 0;
+    for (int w = 0; w < kWords; ++w) found |= row[w] & wanted[w];
+    if (found) return true;
+  }
+  return false;
+}
+
+namespace {
+
+// So many parts for each thread leave none idle for long at the end; more would place too many
+// samples twice, for both of the parts that their chunk touches.
+constexpr int kPartsPerThread = 2;
+// Fewer items tell little of what one costs.
+constexpr std::size_t kTellingItems = 64;
+// Cuts lie where groups of pixels end that are lit together, and parts are no narrower.
+constexpr int kCut_px = 2 * DirtyCells::kCell_px;
+
+double share(const PixelBox& box, const PixelBox& of) {
+  return double(box.width()) * box.height() / (double(of.width()) * of.height());
+}
+
+// The k-th of `pieces` cuts from `first` on to `last`.
+int cut(int first, int last, int k, int pieces) {
+  return k == pieces ? last : first + (last - first) * k / pieces / kCut_px * kCut_px;
+}
+
+}  // namespace
+
+double TilePlan::ms_per_item(int tile) const {
+  return ms_per_item_[tile] > 0 ? ms_per_item_[tile] : mean_ms_per_item_;
+}
+
+void TilePlan::list_tiles(const TileGrid& grid, DirtyCells& cells) {
+  whole_.clear();
+  for (int t = 0; t < grid.count(); ++t) {
+    const PixelBox drawn = cells.within(grid.box(t));
+    if (drawn.empty()) continue;
+    TilePart& whole = whole_.emplace_back();
+    whole.tile = t;
+    whole.tile_box = grid.box(t);
+    whole.drawn = whole.box = drawn;
+  }
+  tile_count_ = static_cast<int>(whole_.size());
+}
+
+void TilePlan::make(const TileGrid& grid, DirtyCells& cells, int threads,
+                    const std::function<std::size_t(int)>& items_of) {
+  list_tiles(grid, cells);
+  items_.resize(grid.count());
+  ms_per_item_.resize(grid.count(), 0);
+  double sum = 0;
+  for (TilePart& whole : whole_) {
+    items_[whole.tile] = items_of(whole.tile);
+    whole.cost = ms_per_item(whole.tile) * static_cast<double>(items_[whole.tile]) *
+                 share(whole.drawn, whole.tile_box);
+    sum += whole.cost;
+  }
+  parts_.clear();
+  if (threads == 1) {
+    parts_ = whole_;
+    return;
+  }
+  const double most = std::max(sum / (kPartsPerThread * threads), 1e-9);
+  for (const TilePart& whole : whole_) split(whole, static_cast<int>(std::ceil(whole.cost / most)));
+  std::stable_sort(parts_.begin(), parts_.end(),
+                   [](const TilePart& a, const TilePart& b) { return a.cost > b.cost; });
+}
+
+// Into up to six parts: across first, as a tile is wide.
+void TilePlan::split(const TilePart& whole, int pieces) {
+  const int rows = pieces >= 4 ? 2 : 1;
+  const int columns = std::clamp((pieces + rows - 1) / rows, 1, 3);
+  const PixelBox& all = whole.drawn;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      TilePart part = whole;
+      part.box = {cut(all.x0, all.x1, column, columns), cut(all.y0, all.y1, row, rows),
+                  cut(all.x0, all.x1, column + 1, columns), cut(all.y0, all.y1, row + 1, rows)};
+      if (part.box.empty()) continue;
+      part.cost *= share(part.box, all);
+      parts_.push_back(part);
+    }
+  }
+}
+
+void TilePlan::learn() {
+  double items = 0, ms = 0;
+  std::vector<double> took(ms_per_item_.size(), 0);
+  for (const TilePart& part : parts_) took[part.tile] += part.took_ms;
+  for (const TilePart& whole : whole_) {
+    if (items_[whole.tile] < kTellingItems) continue;
+    const double drawn =
+        static_cast<double>(items_[whole.tile]) * share(whole.drawn, whole.tile_box);
+    ms_per_item_[whole.tile] = took[whole.tile] / drawn;
+    items += drawn;
+    ms += took[whole.tile];
+  }
+  if (items > 0 && ms > 0) mean_ms_per_item_ = ms / items;
+}
+
 namespace {
 
 bool too_near(const ChunkFrame& chunk) {

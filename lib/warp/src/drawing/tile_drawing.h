@@ -2,21 +2,134 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "drawing/base_drawing.h"
-#include "drawing/open_pixels.h"
-#include "drawing/resolve.h"
 #include "drawing/splat.h"
-#include "drawing/tile_plan.h"
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/shell_map.h"
 #include "organbake/warp/draw_options.h"
-#include "placing/active_cameras.h"
+#include "organbake/warp/frame.h"
+#include "picture/spans.h"
+#include "picture/tiles.h"
+#include "placing/placing.h"
 
 namespace organbake {
+
+// A span of one layer's row, decoded from its keys.
+struct LayerSpan {
+  alignas(64) float depth[kSpan], u[kSpan], v[kSpan];
+  alignas(64) std::int32_t slot[kSpan];
+};
+using LayerSpans = std::array<LayerSpan, 3>;
+
+// The cameras' shares in the view, by layer.
+struct LayerShares {
+  std::array<float, 3> of;
+  int count;  // layers in use
+};
+
+// The nearest sample of each pixel: its layer, and its depth, +inf where there is none.
+struct NearestSamples {
+  alignas(64) std::int32_t layer[kSpan];
+  alignas(64) float depth[kSpan];
+
+  NearestSamples(const LayerSpans& rows, int layers, int count);
+};
+
+// The sample that speaks for each pixel: of the camera with the largest share of those that see the
+// nearest skin (up to tolerance_mm behind it). The nearest sample itself may be of a camera that
+// hardly counts there.
+struct DominantSamples {
+  alignas(64) std::int32_t layer[kSpan];
+
+  DominantSamples(const LayerShares& shares, const LayerSpans& rows, const SumSpan& sum,
+                  float tolerance_mm, int count);
+};
+
+// A tile's three pictures, ready to become one.
+struct TileLayers {
+  struct Layer {
+    const SampleSet* set = nullptr;
+    const TileKeys* keys = nullptr;
+    const RowSpans* spans = nullptr;  // where its samples may have placed
+    float weight = 0;                 // the camera's share in the view
+  };
+  std::array<Layer, 3> layers;
+  int count = 0;                   // layers in use
+  const BaseTile* base = nullptr;  // nullptr = nothing below; not lit yet
+  const RelitSkin* relit = nullptr;
+  const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
+  bool keep_bound = false;                         // fill the frame's bound pixels
+  bool smooth = false;                             // by SampleSet::smooth
+  float tie_mm = 0;                                // as splatted
+  float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
+  float texel_mm = 0;         // of the cameras, on the surface
+
+  LayerShares shares() const {
+    return {{layers[0].weight, layers[1].weight, layers[2].weight}, count};
+  }
+};
+
+// A tile's row of background pixels.
+class Background {
+ public:
+  explicit Background(const std::array<std::uint8_t, 3>& color);
+  const std::array<std::uint8_t, 3>& color() const { return color_; }
+  // Makes the box, within one tile, background in all planes of the frame, and shows no skin there.
+  void fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const;
+
+ private:
+  std::array<std::uint8_t, 3> color_;
+  std::array<std::uint8_t, std::size_t{3} * TileGrid::kWidth> row_;
+};
+
+// Blends the layers per pixel in linear light and writes colour, cover and (when the frame keeps
+// it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
+// between one and two same_surface_mm behind the nearest.
+// Only the spans are looked at; the rest of the box becomes background.
+// `depth` gets the depth of the skin of every pixel of the box.
+void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
+                  const Background& background, SkinDepth& depth, Frame& frame);
+
+// A part of a tile, which one thread draws. All of the tile that is drawn in this frame is `drawn`.
+struct TilePart {
+  int tile = 0;
+  PixelBox tile_box, drawn, box;
+  double cost = 0;
+  double took_ms = 0;  // once it is drawn
+};
+
+// Shares a frame's tiles out so that no thread waits long for another: those that cost the most, by
+// what they took in the last frame, are split, and the dearest parts come first. What a pixel shows
+// does not depend on the part that it lies in.
+class TilePlan {
+ public:
+  // What moved of each tile, as parts for that many threads. items_of(tile): how many chunks and
+  // blocks are listed there.
+  void make(const TileGrid& grid, DirtyCells& cells, int threads,
+            const std::function<std::size_t(int tile)>& items_of);
+  std::span<TilePart> parts() { return parts_; }
+  int tile_count() const { return tile_count_; }  // that have parts
+  // Remembers what the parts took, for the next frame.
+  void learn();
+
+ private:
+  double ms_per_item(int tile) const;
+  void list_tiles(const TileGrid& grid, DirtyCells& cells);
+  void split(const TilePart& whole, int pieces);
+
+  std::vector<TilePart> whole_, parts_;
+  std::vector<std::size_t> items_;   // by tile
+  std::vector<double> ms_per_item_;  // by tile, 0 where it is not known
+  double mean_ms_per_item_ = 1;
+  int tile_count_ = 0;
+};
 
 // What the tiles of one frame are drawn from, placed in its view and listed by tile.
 struct PlacedFrame {

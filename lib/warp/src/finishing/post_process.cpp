@@ -1,18 +1,243 @@
 // SPDX-License-Identifier: Apache-2.0
+// What follows a frame's drawing, in order; and how outlines are smoothed, by the share of each
+// pixel that the skin covers.
 #include "finishing/post_process.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
-#include "finishing/hole_fill.h"
-#include "finishing/see_through.h"
-#include "finishing/slit_fill.h"
-#include "finishing/tool_shadows.h"
+#include "finishing/edges.h"
+#include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
 #include "organbake/warp/draw_options.h"
-#include "picture/phase_clock.h"
+#include "picture/tiles.h"
 
 namespace organbake {
+namespace {
+
+using Linear = std::array<float, 3>;
+
+constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
+
+Linear linear_color(const std::uint8_t* rgb) {
+  const auto& table = linear_from_srgb8();
+  return {table[rgb[0]], table[rgb[1]], table[rgb[2]]};
+}
+
+}  // namespace
+
+// The skin in front beside what lies behind, from one pair of pixels on to the right or down.
+struct Outline::Border {
+  PixelAt first;            // of the pixels on the left or upper side
+  bool to_right;            // the border runs along a row; else down a column
+  FrontEdges::Front front;  // the side that is in front
+
+  FrontEdges::Along pair() const { return to_right ? FrontEdges::column : FrontEdges::row; }
+  bool skin_first() const { return front == FrontEdges::first; }
+
+  PixelAt near(int i) const {
+    return to_right ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
+  }
+  PixelAt far(int i) const {
+    const PixelAt side = near(i);
+    return to_right ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
+  }
+  PixelAt skin(int i) const { return skin_first() ? near(i) : far(i); }
+  PixelAt open(int i) const { return skin_first() ? far(i) : near(i); }
+};
+
+void Outline::change(const Change& change) {
+  // Aslant, a border has stretches both ways: the longer ones tell more.
+  if (std::abs(int{change.steps}) <= std::abs(int{change_[change.at]})) return;
+  if (change_[change.at] == 0) softened_.push_back({change.at, {}, {}});
+  change_[change.at] = change.steps;
+}
+
+// How far the outline of a stretch rises whose ends both step to one side, by the stretches that
+// the border goes on with.
+double Outline::rise_of(const Border& border, int length, BorderStep ends) const {
+  Border next = border;
+  (border.to_right ? next.first.y : next.first.x) += border.skin_first() ? ends : -ends;
+  const auto count = [&](int first, int direction) {
+    int n = 0;
+    while (is_border(next, first + direction * n)) ++n;
+    return n;
+  };
+  double sum = 0;
+  int sides = 0;
+  for (const int n : {count(-1, -1), count(length, 1)}) {
+    if (n == 0) continue;
+    // Of the parabola through the ends of both.
+    sum += 0.25 * length * length / (double(n) * (n + length));
+    ++sides;
+  }
+  // A pixel's rise would reach the next pixels' centres; of bumps that follow on each other many
+  // would.
+  constexpr double kMost = 0.75, kUnknown = 0.5;
+  return sides > 0 ? std::min(sum / sides, kMost) : kUnknown;
+}
+
+bool Outline::is_border(const Border& border, int i) const {
+  return edges_->has(border.pair(), border.front, border.near(i));
+}
+
+// A stretch without a step, from its first pixel on.
+void Outline::follow(const Border& border, std::vector<Change>& changes) const {
+  int length = 1;
+  while (is_border(border, length)) ++length;
+  // Beyond the stretch's last pair, i, lies the pair `next`.
+  const auto step = [&](int i, int next) {
+    return static_cast<BorderStep>(int{edges_->in_front(border.open(next), border.open(i))} -
+                                   int{edges_->in_front(border.skin(i), border.skin(next))});
+  };
+  const BorderStep before = step(0, -1), after = step(length - 1, length);
+  if (before == no_step && after == no_step) return;
+  const bool bow = before == after;
+  const double rise = bow ? rise_of(border, length, before) : 0;
+  const auto change = [&](PixelAt pixel, double share) {
+    const int steps = static_cast<int>(kSteps * share);
+    if (steps == 0) return;
+    const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+    changes.push_back({at, static_cast<std::int8_t>(steps)});
+  };
+  for (int i = 0; i < length; ++i) {
+    const OutlineAreas areas =
+        bow ? areas_of_bow(length, before, rise, i) : areas_of_slope(length, before, after, i);
+    change(border.open(i), areas.of_open);
+    change(border.skin(i), -areas.of_skin);
+  }
+}
+
+// The borders that begin in the rows y … last − 1.
+void Outline::follow_rows(int y, int last, std::vector<Change>& changes) const {
+  const CoverMask& bits = edges_->skin();
+  for (; y < std::min(last, bits.box().y1 - 1); ++y) {
+    for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
+      const std::uint64_t* const borders = edges_->of_row(FrontEdges::column, front, y);
+      std::uint64_t before = 0;  // bit of the word before
+      for (int word = 0; word < bits.words(); ++word) {
+        const std::uint64_t border = borders[word];
+        bits.for_each(border & ~(border << 1 | before), word, y, [&](PixelAt first) {
+          follow({first, true, front}, changes);
+        });
+        before = border >> (CoverMask::kWord - 1);
+      }
+    }
+  }
+}
+
+void Outline::follow_columns(FrontEdges::Front front, int y, int last,
+                             std::vector<Change>& changes) const {
+  const CoverMask& bits = edges_->skin();
+  for (; y < std::min(last, bits.box().y1); ++y) {
+    const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
+    const std::uint64_t* const above =
+        y > bits.box().y0 ? edges_->of_row(FrontEdges::row, front, y - 1) : nullptr;
+    for (int word = 0; word < bits.words(); ++word) {
+      bits.for_each(borders[word] & ~(above ? above[word] : 0), word, y, [&](PixelAt first) {
+        follow({first, false, front}, changes);
+      });
+    }
+  }
+}
+
+// Some rows at a time, at once, and what they change one after the other, as if all rows had been
+// followed from the first to the last.
+void Outline::follow_all() {
+  constexpr int kRows = 32;
+  const PixelBox& box = edges_->skin().box();
+  const int pieces = (box.height() + kRows - 1) / kRows;
+  std::vector<std::vector<Change>> changes(std::size_t{3} * pieces);
+  parallel_for(0, 3 * pieces, [&](int i) {
+    const int y = box.y0 + i % pieces * kRows;
+    if (i < pieces) return follow_rows(y, y + kRows, changes[i]);
+    follow_columns(i < 2 * pieces ? FrontEdges::first : FrontEdges::second, y, y + kRows,
+                   changes[i]);
+  });
+  for (const std::vector<Change>& of_piece : changes)
+    for (const Change& one : of_piece) change(one);
+}
+
+// A pixel takes the colours beside it of what covers more of it than its centre says: of the skin
+// in front of it, or of what lies behind it.
+Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
+  const PixelAt at{static_cast<int>(pixel.at) % width_, static_cast<int>(pixel.at) / width_};
+  const double share = change_[pixel.at] / kSteps;
+  Linear others{};
+  int count = 0;
+  for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const PixelAt beside{at.x + dx, at.y + dy};
+    if (!(share > 0 ? edges_->in_front(beside, at) : edges_->in_front(at, beside))) continue;
+    const Linear color = linear_color(frame.color.at(beside.x, beside.y));
+    for (int c = 0; c < 3; ++c) others[c] += color[c];
+    ++count;
+  }
+  const Linear own = linear_color(frame.color.at(at.x, at.y));
+  const double weight = std::abs(share) / count;
+  Color mixed;
+  for (int c = 0; c < 3; ++c) {
+    const double light = weight * others[c] + (1 - std::abs(share)) * own[c];
+    mixed[c] = srgb8_from_linear(static_cast<float>(light));
+  }
+  return mixed;
+}
+
+void Outline::soften(const FrontEdges& edges, Frame& frame) {
+  softened_.clear();
+  if (edges.empty()) return;
+  width_ = frame.color.width;
+  change_.resize(frame.cover.size());
+  edges_ = &edges;
+  follow_all();
+  constexpr std::size_t kGrain = 128;
+  parallel_pieces(std::size_t{0}, softened_.size(), kGrain, [&](std::size_t i, std::size_t last) {
+    for (; i < last; ++i) {
+      Pixel& pixel = softened_[i];
+      std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
+      pixel.after = blended(pixel, frame);
+    }
+  });
+  // Only now: each takes its neighbours' colours as they were.
+  for (const Pixel& pixel : softened_) {
+    std::copy(pixel.after.begin(), pixel.after.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+    change_[pixel.at] = 0;
+  }
+  edges_ = nullptr;
+}
+
+void Outline::undo(Frame& frame) const {
+  for (const Pixel& pixel : softened_)
+    std::copy(pixel.before.begin(), pixel.before.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+}
+
+OutlineAreas areas_of_slope(int length, BorderStep before, BorderStep after, int i) {
+  const double half = 0.5 * length;
+  // Under a line that falls from half a pixel at the end to none in the middle.
+  const auto area = [half](double from) {
+    const double to = std::min(from + 1, half);
+    return from < to ? (to - from) / 2 * (1 - (to + from) / (2 * half)) : 0;
+  };
+  const double left = area(i), right = area(length - 1 - i);
+  return {(before == to_open ? left : 0) + (after == to_open ? right : 0),
+          (before == to_skin ? left : 0) + (after == to_skin ? right : 0)};
+}
+
+OutlineAreas areas_of_bow(int length, BorderStep ends, double rise, int i) {
+  // Of 1/2 − rise (1 − u²) along the stretch, u from −1 to 1.
+  const auto integral = [&](double u) {
+    return 0.5 * length * u * (0.5 - rise + rise * u * u / 3);
+  };
+  const double from = 2.0 * i / length - 1, to = 2.0 * (i + 1) / length - 1;
+  const double crossing = rise > 0.5 ? std::sqrt(1 - 0.5 / rise) : 0;
+  const double a = std::clamp(from, -crossing, crossing), b = std::clamp(to, -crossing, crossing);
+  const double beyond = integral(a) - integral(b);
+  const double before = integral(to) - integral(from) + beyond;
+  return ends == to_open ? OutlineAreas{before, beyond} : OutlineAreas{beyond, before};
+}
 
 PostProcess::Pixel PostProcess::pixel_of(const Frame& frame, std::size_t at) {
   const std::uint8_t* const rgb = &frame.color.pixels[3 * at];

@@ -3,22 +3,140 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "drawing/resolve.h"
-#include "finishing/border_fade.h"
-#include "finishing/cover_mask.h"
-#include "finishing/front_edges.h"
-#include "finishing/outline.h"
+#include "drawing/tile_drawing.h"
+#include "finishing/edges.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/warp/frame.h"
-#include "organbake/warp/pixel_box.h"
 #include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
-#include "picture/skin_depth.h"
+#include "picture/spans.h"
+#include "picture/tiles.h"
 
 namespace organbake {
+
+struct HoleCounts {
+  std::size_t before = 0;  // open pixels among covered ones
+  std::size_t after = 0;   // still open after filling
+};
+
+// A hole is an uncovered pixel of which at least five of the eight neighbours are covered: inside a
+// silhouette, not outside a straight or convex one; before tools are drawn. Holes get the mean of
+// their covered neighbours, in at most kFillRounds rounds, each from the round before it only.
+// `bits` tell the skin of the frame's box that is looked at, and are kept true.
+inline constexpr int kFillRounds = 4;
+HoleCounts fill_holes(CoverMask& bits, bool fill, Frame& frame);
+
+// A slit is a run of at most this many uncovered pixels between skin, down a column or along a row,
+// before tools are drawn: what opens between two terraces of a CT's slices when they are seen more
+// from the side than any camera saw them. Longer runs may be the gap between two lobes.
+inline constexpr int kWidestSlit = 4;
+
+// Counts the pixels of all slits in the box of `bits`, which tell the frame's skin, and, with
+// `fill`, gives each the colour between its two ends, in the frame and the bits. Columns go first,
+// rows take what is left.
+std::size_t fill_slits(CoverMask& bits, bool fill, Frame& frame);
+
+// Fades skin into the background over some pixels beside where it ends against it, for tissue that
+// ends where a picture was cut off and not where it turns away: SkinFinish::border_fade_rad.
+// Colours alone change. Runs before tools are drawn, and before the outline is smoothed.
+class BorderFade {
+ public:
+  // box: all of the skin. width_px: 2 … SkinFinish::kWidestFade_px, or less for none. Forgets what
+  // it faded before.
+  void apply(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
+             Frame& frame);
+  // The frame as it was before apply().
+  void undo(Frame& frame) const;
+
+ private:
+  struct Pixel {
+    std::uint32_t at;
+    std::array<std::uint8_t, 3> before;
+  };
+  std::vector<Pixel> faded_;
+};
+
+// To which side a border between skin and what lies behind it steps at an end of a straight
+// stretch; none where it ends.
+enum BorderStep : int { to_skin = -1, no_step = 0, to_open = 1 };
+
+// Between an outline and the border that it was sampled to, in one pixel beside the border: how
+// much of the pixel behind skin covers, and how much of the skin's it does not.
+struct OutlineAreas {
+  double of_open = 0, of_skin = 0;
+};
+
+// Of a stretch's i-th pixel. The outline lies half a pixel off the border at an end, on the side
+// that the border steps to, and is taken for straight from there to the stretch's middle.
+OutlineAreas areas_of_slope(int length, BorderStep before, BorderStep after, int i);
+
+// The same for a stretch both of whose ends step to one side: a parabola that rises from them, by
+// `rise` pixels in the middle.
+OutlineAreas areas_of_bow(int length, BorderStep ends, double rise, int i);
+
+// Smooths the outlines of skin, which take one sample a pixel: from the steps of the border between
+// an outline's pixels and those behind it follows about where the outline runs between them, and
+// with it the share of each pixel that the skin in front covers (Reshetov 2009, "Morphological
+// antialiasing"). Both sides of the border are blended by that share, in linear light. Covers stay
+// as they are.
+//
+// Where skin meets a tool nothing is smoothed: tools take several samples a pixel.
+class Outline {
+ public:
+  // Forgets what it softened before.
+  void soften(const FrontEdges& edges, Frame& frame);
+  // The frame as it was before soften().
+  void undo(Frame& frame) const;
+
+ private:
+  using Color = std::array<std::uint8_t, 3>;  // sRGB
+  struct Pixel {
+    std::uint32_t at;
+    Color before, after;
+  };
+  struct Border;
+  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
+  // of 1/254.
+  struct Change {
+    std::uint32_t at;
+    std::int8_t steps;
+  };
+  void follow_all();
+  void follow_rows(int y, int last, std::vector<Change>& changes) const;
+  void follow_columns(FrontEdges::Front front, int y, int last, std::vector<Change>& changes) const;
+  void follow(const Border& border, std::vector<Change>& changes) const;
+  bool is_border(const Border& border, int i) const;
+  double rise_of(const Border& border, int length, BorderStep ends) const;
+  void change(const Change& change);
+  Color blended(const Pixel& pixel, const Frame& frame) const;
+
+  const FrontEdges* edges_ = nullptr;  // while softening
+  int width_ = 0;
+  std::vector<std::int8_t> change_;  // by pixel; 0 between calls
+  std::vector<Pixel> softened_;
+};
+
+// From which on a solid does nothing to skin: most of a shaft.
+inline constexpr double kShadeReach_mm = 8;
+// A shadow: the lamp's radius, its least penumbra, and how much light a full one takes.
+inline constexpr double kLampRadius_mm = 1.5, kLeastSoft_mm = 0.25, kDarkestShadow = 0.72;
+// What a solid that touches skin keeps off it, and in what gap that falls to 1/e.
+inline constexpr double kOccluded = 0.45, kOccludedNear_mm = 1.5;
+// How near a mirror image must be, and what water mirrors straight down.
+inline constexpr double kMirrorReach_mm = 12, kWaterMirror = 0.03;
+// Normals from depths: over so many pixels each way, where depth changes by less than this share.
+inline constexpr int kNormalReach = 3;
+inline constexpr double kSteepestNormal = 0.1;
+
+// What solids do to skin by the light at the scope, in the blocks of a frame that keeps its depth,
+// before they are drawn: they throw shadows, darken what they nearly touch, and are mirrored in its
+// wet film. light_mm: of the light from the eye, camera axes. Triangles count by their edges.
+void shade_skin_by_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                          const View& view, const Eigen::Vector3d& light_mm, Frame& frame);
 
 struct DrawOptions;
 struct DrawReport;

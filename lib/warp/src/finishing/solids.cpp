@@ -11,7 +11,7 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
-#include "organbake/warp/pixel_box.h"
+#include "picture/tiles.h"
 
 namespace organbake {
 namespace {

@@ -3,7 +3,7 @@
 // with a penumbra as wide as the light is (Quilez 2010, "Soft shadows in raymarched SDFs", by the
 // nearest point in the place of marching); ambient occlusion by the gap; a mirror image where the
 // mirrored ray passes a capsule within a few millimetres.
-#include "finishing/tool_shadows.h"
+#include "finishing/post_process.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

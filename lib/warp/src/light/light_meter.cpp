@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "light/light_meter.h"
-
+// What is found before any pixel is lit: the exposure of the light at the scope, and the table of
+// noise that the skin's grain is looked up in.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "light/relit_skin.h"
+#include "light/scope_shine.h"
 #include "organbake/core/parallel.h"
 
 namespace organbake {
-
 LightMeter::LightMeter(const ScopeLight& scope, const View& view)
     : scope_(scope), camera_from_world_(view.camera.camera_from_world) {
   const Intrinsics& k = view.camera.intrinsics;
@@ -58,6 +60,58 @@ double LightMeter::reference_mm() const {
   constexpr double kMeanLight = 0.65, kUnlit_mm = 100;  // of full exposure; where nothing is seen
   if (scope_.reference_mm > 0) return scope_.reference_mm;
   return light_ > 0 ? std::sqrt(kMeanLight * weight_ / light_) : kUnlit_mm;
+}
+
+namespace {
+
+double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
+
+// The gradient at a corner of the lattice, which repeats, along the way from there.
+double ramp(const std::array<int, 3>& corner, const std::array<double, 3>& way) {
+  std::uint32_t h = 40;
+  for (const int at : corner)
+    h = (h ^ static_cast<std::uint32_t>(at % GrainTable::kGrains)) * 0x85ebca6bu + 0x9e3779b9u;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  h ^= h >> 16;
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += (((h >> (10 * k)) & 1023u) * (2.0 / 1023) - 1) * way[k];
+  return sum;
+}
+
+double noise_at(const std::array<double, 3>& grains) {
+  double sum = 0;
+  for (int c = 0; c < 8; ++c) {
+    std::array<int, 3> corner{};
+    std::array<double, 3> way{};
+    double weight = 1;
+    for (int k = 0; k < 3; ++k) {
+      const int up = c >> k & 1, low = static_cast<int>(grains[k]);
+      corner[k] = low + up;
+      way[k] = grains[k] - corner[k];
+      weight *= up ? fade(grains[k] - low) : 1 - fade(grains[k] - low);
+    }
+    sum += weight * ramp(corner, way);
+  }
+  return sum;
+}
+
+}  // namespace
+
+GrainTable::GrainTable() {
+  constexpr double kNoiseDeviation = 0.19;
+  values_.reserve(std::size_t(kSide) * kSide * kSide);
+  const auto at = [](int k) { return (k + 0.5) / kPerGrain; };
+  for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kSide; ++y)
+      for (int z = 0; z < kSide; ++z) {
+        const double value = kDeviation / kNoiseDeviation * noise_at({at(x), at(y), at(z)});
+        values_.push_back(static_cast<std::int8_t>(std::lround(std::clamp(value, -127.0, 127.0))));
+      }
+}
+
+const GrainTable& GrainTable::shared() {
+  static const GrainTable table;
+  return table;
 }
 
 }  // namespace organbake

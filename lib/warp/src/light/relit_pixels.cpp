@@ -1,13 +1,163 @@
 // SPDX-License-Identifier: Apache-2.0
-// RelitSkin by the pixel; what it does by the node, in Eigen's words, is in relit_skin.cpp.
+// RelitSkin by the pixel: light is found at a span's knots and spread between them, gloss for every
+// pixel. What it does by the node, in Eigen's words, is in relit_skin.cpp.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
 #include <limits>
+#include <numbers>
 
 #include "light/relit_skin.h"
-#include "picture/vector_loops.h"
+#include "light/skin_light.h"
+#include "picture/spans.h"
 
 namespace organbake {
+namespace {
+
+constexpr int kGroup = SparseShading::kGroup, kMiddle = 4;
+
+// Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
+// seen at a grazing angle.
+constexpr float kSmoothTexels = 4;
+
+// A group's numbers from those of its first, middle and last pixel, linear between them.
+inline void mix_group(float first, float middle, float last, float* __restrict group) {
+  constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
+  constexpr float kSecondHalf[kGroup] = {0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1};
+  // Unrolled before it becomes a vector, its weights would be worked with one by one.
+#pragma GCC unroll 1
+  for (int i = 0; i < kGroup; ++i)
+    group[i] = first + kFirstHalf[i] * (middle - first) + kSecondHalf[i] * (last - middle);
+}
+
+// Whether all eight pixels of a group run on to the next, the last wherever it goes.
+inline bool all_run_on(const std::uint8_t* runs_on) {
+  static_assert(kGroup == 8);
+  std::uint64_t bytes;
+  std::memcpy(&bytes, runs_on, sizeof bytes);
+  const std::uint8_t to_the_next[kGroup] = {1, 1, 1, 1, 1, 1, 1, 0};
+  std::uint64_t wanted;
+  std::memcpy(&wanted, to_the_next, sizeof wanted);
+  return (bytes & wanted) == wanted;
+}
+
+}  // namespace
+
+SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) : count_(count) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float smooth_mm = kSmoothTexels * texel_mm;
+  alignas(64) std::array<std::uint8_t, kSpan>
+      runs_on;  // to the next pixel; not where either is +inf
+  for (int i = 0; i + 1 < count; ++i)
+    runs_on[i] = std::abs(depth_mm[i + 1] - depth_mm[i]) <= smooth_mm;
+  for (int first = 0; first < count; first += kGroup) {
+    smooth_[first / kGroup] = first + kGroup <= count && all_run_on(&runs_on[first]);
+    if (smooth_[first / kGroup]) {
+      for (const int at : {0, kMiddle, kGroup - 1}) knots_[post_count_++] = first + at;
+      continue;
+    }
+    for (int i = first; i < std::min(first + kGroup, count); ++i) {
+      knots_[post_count_] = i;
+      post_count_ += depth_mm[i] < kInfinity;
+    }
+  }
+}
+
+ShadingInterpolation::ShadingInterpolation(const SparseShading& span, const std::int32_t* at,
+                                           int count)
+    : span_(span) {
+  row_.fill(static_cast<std::int16_t>(count));
+  for (int k = 0; k < count; ++k) row_[at[k]] = static_cast<std::int16_t>(k);
+}
+
+void ShadingInterpolation::operator()(const ShadedPosts& table,
+                                      const std::array<float*, 3>& planes) const {
+  const int groups = static_cast<int>(whole_vectors(span_.count())) / kGroup;
+  for (int g = 0; g < groups; ++g) {
+    const std::int16_t* const row = &row_[std::size_t(g) * kGroup];
+    if (span_.smooth(g)) {
+      const float *const begin = table.rows[row[0]], *const middle = table.rows[row[kMiddle]],
+                         *const end = table.rows[row[kGroup - 1]];
+      for (int c = 0; c < 3; ++c)
+        mix_group(begin[c], middle[c], end[c], planes[c] + std::size_t(g) * kGroup);
+      continue;
+    }
+    for (int i = 0; i < kGroup; ++i) {
+      for (int c = 0; c < 3; ++c) planes[c][std::size_t(g) * kGroup + i] = table.rows[row[i]][c];
+    }
+  }
+}
+
+namespace {
+
+// Less of a lamp of 1 is not seen: half a level where a picture is darkest.
+constexpr double kLeastGloss = 2e-4;
+
+}  // namespace
+
+Gloss::Gloss(const Lighting& lighting) {
+  double least = 1;
+  for (const Lighting::Lobe& lobe : lighting.gloss) {
+    if (lobe.strength > kLeastGloss)
+      least = std::min(least, std::pow(kLeastGloss / lobe.strength, 1 / lobe.exponent));
+  }
+  if (!(least < 1)) return;
+  least_cosine_ = static_cast<float>(least);
+  inverse_range_ = static_cast<float>(1 / (1 - least));
+  least_near_cosine_ =
+      std::cos(std::min(std::acos(least_cosine_) + kLean, std::numbers::pi_v<float>));
+  for (int step = 0; step <= kSteps; ++step) {
+    const double share = double(step) / kSteps, cosine = 1 - share * share * (1 - least);
+    double sum = 0;
+    for (const Lighting::Lobe& lobe : lighting.gloss)
+      sum += lobe.strength * std::pow(cosine, lobe.exponent);
+    table_[step] = static_cast<float>(sum);
+  }
+  table_.back() = 0;  // so that what is not seen needs no branch
+  for (const Lighting::Lamp& lamp : lighting.lamps)
+    lamps_.push_back({lamp.toward.cast<float>(), lamp.color.cast<float>()});
+}
+
+void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
+                  SkinPlanes<3>& gloss) const {
+  for (auto& channel : gloss.of) std::fill_n(channel, count, 0.0f);
+  // Where the loop's conditions could hide a load, it would not vectorise.
+  const float least_cosine = least_cosine_, inverse_range = inverse_range_;
+  for (const Lamp& lamp : lamps_) {
+    const float lx = lamp.toward.x(), ly = lamp.toward.y(), lz = lamp.toward.z();
+    alignas(32) float place[kSpan], share[kSpan];
+    for (int i = 0; i < count; ++i) {
+      const float nx = normals.of[0][i], ny = normals.of[1][i], nz = normals.of[2][i];
+      const float ex = toward_eye.of[0][i], ey = toward_eye.of[1][i], ez = toward_eye.of[2][i];
+      const float inverse = 1 / std::sqrt(ex * ex + ey * ey + ez * ez);
+      const float hx = lx + inverse * ex, hy = ly + inverse * ey, hz = lz + inverse * ez;
+      const float along = nx * hx + ny * hy + nz * hz, facing = nx * lx + ny * ly + nz * lz;
+      const float lengths = (nx * nx + ny * ny + nz * nz) * (hx * hx + hy * hy + hz * hz);
+      const float cosine = along / std::sqrt(lengths);
+      const bool seen = (cosine > least_cosine) & (along > 0) & (facing > 0);  // not where NaN
+      const float range = seen ? (1 - cosine) * inverse_range : 1;
+      place[i] = kSteps * std::sqrt(range > 0 ? range : 0);
+    }
+    for (int i = 0; i < count; ++i) {  // the only part that is not done for eight at once
+      const int step = std::min(static_cast<int>(place[i]), kSteps - 1);
+      const float low = table_[step], high = table_[step + 1];
+      share[i] = low + (place[i] - static_cast<float>(step)) * (high - low);
+    }
+    for (int c = 0; c < 3; ++c) {
+      float* const sum = gloss.of[c];
+      const float color = lamp.color[c];
+      for (int i = 0; i < count; ++i) sum[i] += share[i] * color;
+    }
+  }
+}
+
+bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const {
+  return std::any_of(lamps_.begin(), lamps_.end(), [&](const Lamp& lamp) {
+    return ordered_dot(normal, unit_vector(lamp.toward + toward_eye)) >= least_near_cosine_;
+  });
+}
 
 using Eigen::Vector3f;
 using Eigen::Vector4f;

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "light/lattice_normals.h"
-#include "light/unit_vector.h"
+#include "light/skin_light.h"
 #include "organbake/core/parallel.h"
 
 namespace organbake {

@@ -4,21 +4,160 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "light/gloss.h"
-#include "light/normal_transport.h"
 #include "light/scope_shine.h"
 #include "light/skin_light.h"
-#include "light/sparse_shading.h"
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/lighting.h"
+#include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/warp/view.h"
-#include "placing/posed_shell.h"
+#include "placing/placing.h"
 
 namespace organbake {
+
+// Lighting::glossy() for every pixel: in single precision, the sum of the lobes from a table, and
+// nothing where it would not show.
+class Gloss {
+ public:
+  explicit Gloss(const Lighting& lighting);
+
+  bool none() const { return lamps_.empty(); }
+
+  // Of `count` pixels whose vectors may have any length; RGB. Nothing for a normal that is 0.
+  void shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
+             SkinPlanes<3>& gloss) const;
+
+  // Whether it shows on a unit normal, or on one that leans from it by up to kLean.
+  bool may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const;
+
+ private:
+  static constexpr int kSteps = 1024;
+  static constexpr float kLean = 0.2f;  // rad: more than the nodes of a lattice triangle differ
+  struct Lamp {
+    Eigen::Vector3f toward, color;
+  };
+  std::vector<Lamp> lamps_;
+  float least_cosine_ = 1, inverse_range_ = 1;  // the range: 1 − least
+  float least_near_cosine_ = 1;                 // of half-ways that a normal within kLean shows
+  // Σ strength · cosine^exponent. Even in about the angle, where lobes are narrow.
+  std::array<float, kSteps + 1> table_{};
+};
+
+// How a bent shell turns the normals of its skin. A normal turns with the cofactor of the gradient
+// F = ∂(deformed)/∂(rest) (Nanson's formula); but the shell map is only continuous over the proxy's
+// edges, and light that followed its F would break there. So cof F is taken at the proxy's vertices
+// and at the middles of its edges, as the mean of the faces that meet there by area, and
+// interpolated between them as a quadratic finite element is:
+//   n' ∝ C n,   C = Σ over a face's six knots of its quadratic weight · mean cof F.
+// A smooth dent's light comes out 2 to 6 dB nearer to the truth than by each face's own F. The many
+// faces of a smooth skin bend so little that the means at their vertices, interpolated linearly,
+// are enough: its knots are the vertices alone.
+class NormalTransport {
+ public:
+  // Each column in a register of its own: the fourth row is zero.
+  using Turn = Eigen::Matrix<double, 4, 3>;
+  using FloatTurn = Eigen::Matrix<float, 4, 3>;
+
+  explicit NormalTransport(const ShellSurface& shell);
+
+  // The shell's matrices at rest, by face.
+  const std::vector<ShellMatrix>& rest() const { return rest_; }
+
+  // Takes the shell's matrices as they are now, changed[f] of each that is not as it was the last
+  // time (the first time: at rest); sets turned[f] of each face where C changed since then.
+  void place(const std::vector<ShellMatrix>& deformed, const std::vector<std::uint8_t>& changed,
+             std::vector<std::uint8_t>& turned);
+
+  // Whether a face's normals are those at rest, to the bit.
+  bool at_rest(std::uint32_t face) const;
+  // A face's knots in use, the knots of all faces, and C at a knot.
+  int knots_in_use() const { return places_; }
+  const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const { return knots_of_face_; }
+  std::size_t knot_count() const { return knots_.size(); }
+  auto turn_at(std::size_t knot) const { return knots_[knot].turn.topRows<3>(); }
+  // C over a face, gathered once for all of its nodes.
+  class OnFace {
+   public:
+    // Where it has the barycentric coordinates b1, b2.
+    FloatTurn at(float b1, float b2) const;
+
+   private:
+    friend class NormalTransport;
+    int places_ = 0;
+    std::array<FloatTurn, 6> turns_;
+  };
+  OnFace on(std::uint32_t face) const;
+
+ private:
+  // A face's view of a knot: 0…2 are its corners, 3…5 the middles of the edges opposite to them.
+  struct Share {
+    std::uint32_t face;
+    int place;
+    // Its area's share × (cof R)⁻¹, with R the tangents and the normal at rest: Rᵀ / Σ det R.
+    Eigen::Matrix3d of_rest;
+  };
+  // A vertex or an edge.
+  struct Knot {
+    std::vector<Share> shares;
+    Turn turn = Turn::Identity();  // mean cof F
+  };
+  std::span<const std::uint32_t> knots_of(std::size_t face) const {
+    return std::span(knots_of_face_[face]).first(static_cast<std::size_t>(places_));
+  }
+  void add_shares();
+  void borrow_shares();
+  Turn mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const;
+
+  int places_;  // a face's knots: all six, or the corners
+  std::vector<ShellMatrix> rest_;
+  std::vector<std::array<std::uint32_t, 6>> knots_of_face_;
+  std::vector<Knot> knots_;
+};
+
+// Smooth unit normals of the macro surface at rest, by the layer's nodes: those of the lattice's
+// small triangles, by area. Nodes that faces share along the proxy's edges have one normal; slivers
+// between them take those of their rim.
+// Only of faces from first_face on, which share no vertex with those before.
+std::vector<Eigen::Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy,
+                                             std::uint32_t first_face = 0);
+
+// The first face of a cut's walls: they follow those of the skin.
+std::uint32_t first_wall(std::size_t uncut_faces, const CutOrgan::FaceParts& parts);
+
+// Of skin that blades have cut: `normals`, of its walls as above, become on its faces those that
+// the same material had when it was whole, `uncut`. Lips lie flat (CutOrgan) and the faces beside
+// them may be narrow, but what lit the skin when its colours were taken is how it lay then.
+void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
+                        const BaseLayer& layer, std::vector<Eigen::Vector3d>& normals);
+
+// Finds the range of full exposure for a view, as a camera's automatic exposure would: the skin's
+// mean brightness over the picture, its middle counting most, comes to the same each time. By the
+// organs' proxies at rest: a poke changes no exposure, and frames depend on nothing before them.
+class LightMeter {
+ public:
+  LightMeter(const ScopeLight& scope, const View& view);
+
+  void add(const TriangleMesh& proxy_at_rest);
+  // ScopeLight::reference_mm where that is not 0.
+  double reference_mm() const;
+
+ private:
+  struct Reading {
+    double weight = 0, light = 0;
+  };
+  Reading read(const TriangleMesh& proxy_at_rest, const Face& face) const;
+
+  ScopeLight scope_;
+  RigidTransform camera_from_world_;
+  Eigen::Vector2d slopes_at_border_;  // of the picture's sides
+  double inverse_tan2_half_;
+  double weight_ = 0, light_ = 0;  // sums over faces: of weights, and of weight · light at 1 mm
+};
 
 // Skin that no lamp reached tells little of what it would show in full light.
 inline constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
@@ -36,7 +175,7 @@ struct LatticeTriangles;  // of some pixels
 // lights that by the pixel.
 class RelitSkin {
  public:
-  // The layer is the shell's own, rest_normals by its nodes (lattice_normals.h).
+  // The layer is the shell's own, rest_normals by its nodes (lattice_normals()).
   RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
             const std::vector<Eigen::Vector3d>& rest_normals);
 

@@ -12,8 +12,8 @@
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/rasteriser.h"
-#include "placing/active_cameras.h"
-#include "samples/bundle_fit.h"
+#include "placing/placing.h"
+#include "samples/samples.h"
 
 namespace organbake {
 namespace {

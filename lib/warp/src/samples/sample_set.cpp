@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "samples/sample_set.h"
+#include "samples/samples.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -10,8 +10,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "samples/texel_detail.h"
-#include "samples/texel_order.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "samples/texel_detail.h"
+#include "samples/samples.h"
 
 #include <algorithm>
 #include <cmath>

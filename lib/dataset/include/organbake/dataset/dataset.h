@@ -12,7 +12,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/pixel_truth.h"
-#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/draw_options.h"
 
 namespace organbake {
 

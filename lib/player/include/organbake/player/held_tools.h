@@ -8,7 +8,7 @@
 
 #include "organbake/player/instrument_motion.h"
 #include "organbake/player/player.h"
-#include "organbake/warp/solid.h"
+#include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

@@ -11,7 +11,7 @@
 #include "organbake/deform/deformer.h"
 #include "organbake/instruments/instrument_path.h"
 #include "organbake/player/orbit.h"
-#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/draw_options.h"
 
 namespace organbake {
 

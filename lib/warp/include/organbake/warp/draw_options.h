@@ -4,13 +4,24 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 #include <vector>
 
 #include "organbake/geometry/view_manifold.h"
-#include "organbake/warp/drawn_light.h"
-#include "organbake/warp/solid.h"
+#include "organbake/warp/solids.h"
 
 namespace organbake {
+
+// Which light the skin is drawn in.
+enum class DrawnLight : std::uint8_t {
+  baked,  // that its colours were taken in, wherever it is pushed
+  world,  // the same lamps and sky, on the skin as it lies now
+  scope,  // one light that travels with the view (ScopeLight)
+};
+
+const char* to_string(DrawnLight light);
+std::optional<DrawnLight> drawn_light(std::string_view name);  // nothing for another name
 
 // Texels of less confidence are not drawn: of 255 it rounds to 0.
 inline constexpr float kLeastConfidence = 0.5f / 255;
@@ -21,8 +32,8 @@ struct DrawOptions {
   static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
-  // Blend skin with the background by the share of each pixel that it covers (outline.h), by the
-  // paper's own warp, too. And fade it where the bundle asks for that
+  // Blend skin with the background by the share of each pixel that it covers (post_process.h), by
+  // the paper's own warp, too. And fade it where the bundle asks for that
   // (SkinFinish::border_fade_rad); not where several organs are in the picture.
   bool smooth_outline = true;
   // The paper's own warp always draws what was baked.

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "organbake/warp/pixel_box.h"
+#include "organbake/warp/frame.h"
 
 namespace organbake {
 

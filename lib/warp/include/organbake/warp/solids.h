@@ -4,14 +4,26 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "organbake/warp/frame.h"
-#include "organbake/warp/pixel_box.h"
-#include "organbake/warp/solid.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
+
+// An instrument's part, world millimetres: all that lies within the radius of a segment, a point
+// (both ends agree) or, with a third corner, a triangle: a capsule, a sphere or a rounded plate.
+struct Solid {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  double radius_mm = 1;
+  std::optional<Eigen::Vector3d> corner = {};
+  Eigen::Vector3f color = Eigen::Vector3f::Constant(0.35f);  // linear
+  std::uint32_t instrument = 0;                              // that it is a part of
+
+  bool operator==(const Solid& other) const = default;
+};
 
 // A block of the picture's pixels, and the solids that may be seen in it.
 struct SolidBlock {

@@ -11,7 +11,6 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/drawn_light.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The words that OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 share, by libepoxy; for pages by
+// emscripten's headers of OpenGL ES 3.0, whose functions the page gives the module
+// (apps/organweb/page/webgl.js).
+#ifdef __EMSCRIPTEN__
+#include <GLES3/gl3.h>
+#else
+#include <epoxy/gl.h>
+#endif
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "organbake/geometry/camera.h"
+
+namespace organbake {
+
+#ifdef __EMSCRIPTEN__
+inline bool is_desktop_gl() { return false; }
+inline int gl_version() { return 30; }  // a page makes no context of another
+#else
+inline bool is_desktop_gl() { return epoxy_is_desktop_gl(); }
+inline int gl_version() { return epoxy_gl_version(); }
+#endif
+// Names of one of the three alone.
+inline constexpr unsigned kProgramPointSize = 0x8642, kContextLost = 0x0507;
+
+// The name of an object of OpenGL's, made with this and deleted with it, both while its context is
+// the current one.
+template <void (*generate)(unsigned*), void (*remove)(unsigned)>
+class GlName {
+ public:
+  GlName() { generate(&name_); }
+  ~GlName() {
+    if (name_ != 0) remove(name_);
+  }
+  GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  GlName& operator=(GlName&& other) noexcept {
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  unsigned name() const { return name_; }
+
+ private:
+  unsigned name_ = 0;
+};
+
+void generate_texture(unsigned* name);
+void delete_texture(unsigned name);
+void generate_framebuffer(unsigned* name);
+void delete_framebuffer(unsigned name);
+void generate_buffer(unsigned* name);
+void delete_buffer(unsigned name);
+void generate_vertex_array(unsigned* name);
+void delete_vertex_array(unsigned name);
+void generate_program(unsigned* name);
+void delete_program(unsigned name);
+
+using TextureName = GlName<generate_texture, delete_texture>;
+using FramebufferName = GlName<generate_framebuffer, delete_framebuffer>;
+using BufferName = GlName<generate_buffer, delete_buffer>;
+using VertexArrayName = GlName<generate_vertex_array, delete_vertex_array>;
+using ProgramName = GlName<generate_program, delete_program>;
+
+// Of the texture that is bound: single texels are read, never mixed.
+void set_nearest(unsigned target);
+
+inline constexpr double kColorRoot = 2;  // the largest root of a colour that a table holds
+
+// A table that shaders read by texelFetch(…, table_at(i), 0): a texture of kColumns texels a row.
+// Its memory stays from one filling to the next.
+class Table {
+ public:
+  static constexpr int kBits = 11, kColumns = 1 << kBits;
+  enum class Texel : std::uint8_t { floats, words };  // four of 32 bits each
+
+  explicit Table(Texel texel) : texel_(texel) {}
+  // Room for so many texels. Where there was less, what was in it is lost.
+  void reserve(std::size_t texels);
+  // Four numbers a texel, floats or words, into the room from a texel on.
+  template <class Number>
+  void put(std::size_t first, const std::vector<Number>& numbers) {
+    static_assert(sizeof(Number) == 4);
+    upload(first, numbers.data(), numbers.size() / 4);
+  }
+  template <class Number>
+  void fill(const std::vector<Number>& numbers) {
+    reserve(numbers.size() / 4);
+    put(0, numbers);
+  }
+  unsigned texture() const { return texture_.name(); }
+  std::size_t bytes() const { return std::size_t{16} * kColumns * rows_; }
+
+ private:
+  void upload(std::size_t first, const void* numbers, std::size_t texels);
+
+  Texel texel_;
+  TextureName texture_;
+  std::size_t rows_ = 0;
+};
+
+// A texture of a picture's size, or one of its layers, to draw into and to read.
+class Target {
+ public:
+  // Of four bytes, a float, two words, a byte.
+  enum class Kind : std::uint8_t { color, depth, key, edges };
+
+  Target(Kind kind, int layers = 0) : kind_(kind), layers_(layers) {}  // 0: no array
+  void resize(int width, int height);
+  unsigned texture() const { return texture_.name(); }
+  unsigned target() const;
+  // To the framebuffer that is bound.
+  void attach(int layer = 0) const;
+
+ private:
+  Kind kind_;
+  int layers_;
+  TextureName texture_;
+};
+
+// All that a picture of one size is drawn into.
+struct Targets {
+  static constexpr int kLayers = 3;  // cameras of a view
+  // A picture and the depth of its skin.
+  struct Picture {
+    Target color{Target::Kind::color}, depth{Target::Kind::depth};
+    FramebufferName framebuffer;
+  };
+
+  int width = 0, height = 0;
+  Target keys{Target::Kind::key, kLayers}, depths{Target::Kind::depth, kLayers};
+  std::array<FramebufferName, kLayers> layers;
+  Target base_bound{Target::Kind::key}, base_depth{Target::Kind::depth};
+  FramebufferName base;
+  Picture resolved;
+  std::array<Picture, 2> finished;  // turn about
+  Target edges{Target::Kind::edges};
+  FramebufferName edge_picture;
+
+  void resize(int new_width, int new_height);
+};
+
+// The largest splat of each face, as a table.
+class Stretches {
+ public:
+  void resize(int faces);
+  int rows() const { return rows_; }
+  void begin() const;  // binds it, empty
+  unsigned table() const { return color_.texture(); }
+
+ private:
+  Target color_{Target::Kind::color};
+  FramebufferName framebuffer_;
+  int rows_ = 0;
+};
+
+// The words that desktop OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 share, but for how a text begins.
+enum class ShaderDialect : std::uint8_t { desktop, embedded };  // embedded: WebGL's, too
+
+// The files of lib/graphics/shaders.
+struct ShaderFile {
+  std::string_view name;
+  const char* text;
+};
+std::span<const ShaderFile> shader_files();
+
+// The files' texts one after the other, behind what the dialect begins with and the constants that
+// the processor's way of drawing has, too. `files`: their names, with a blank between two. Throws
+// std::out_of_range for a name that is none.
+std::string shader_text(ShaderDialect dialect, std::string_view files);
+
+// A program's two texts by their files; captured: outputs of the first one that are written to a
+// buffer, with a blank between two.
+struct ProgramFiles {
+  const char *name, *vertex, *fragment, *captured = "";
+};
+std::span<const ProgramFiles> program_files();
+const ProgramFiles& files_of(std::string_view program);  // by its name
+
+std::vector<std::string> words_in(std::string_view text);
+
+// A compiled program, and its uniforms by name. A name that the program does not use is passed
+// over: compilers leave out what does not count.
+class Program {
+ public:
+  // Throws GraphicsError with the compiler's words.
+  Program(ShaderDialect dialect, const ProgramFiles& files);
+
+  void use() const;
+  // Of the program in use.
+  void set(std::string_view name, int value) const;
+  void set(std::string_view name, float value) const;
+  void set(std::string_view name, const Eigen::Matrix3f& value) const;
+  template <class Number, int size>
+  void set(std::string_view name, const Eigen::Matrix<Number, size, 1>& value) const {
+    upload(name, value.data(), size, 1);
+  }
+  template <class Number, int size>
+  void set(std::string_view name, std::span<const Eigen::Matrix<Number, size, 1>> values) const {
+    if (!values.empty()) upload(name, values.front().data(), size, static_cast<int>(values.size()));
+  }
+  // Binds a texture to a unit of its own, and the sampler to that. Before the program first draws
+  // all its samplers must be set: those that are not share a unit.
+  void set_texture(std::string_view name, unsigned target, unsigned texture) const;
+
+ private:
+  struct Uniform {
+    int location = -1, unit = -1;  // of a sampler
+  };
+  Uniform& find(std::string_view name) const;
+  int at(std::string_view name) const;
+  void upload(std::string_view name, const float* numbers, int size, int count) const;
+  void upload(std::string_view name, const int* numbers, int size, int count) const;
+  void upload(std::string_view name, const unsigned* numbers, int size, int count) const;
+
+  ProgramName program_;
+  // Those that were asked for.
+  mutable std::map<std::string, Uniform, std::less<>> uniforms_;
+  mutable int units_ = 0;
+};
+
+inline Eigen::Vector4f lens_of(const Intrinsics& k) {
+  return Eigen::Vector4d(k.fx, k.fy, k.cx, k.cy).cast<float>();
+}
+
+}  // namespace organbake

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where skin ends in a picture, in bits: which pixels it covers, between which neighbours the
+// nearer skin ends, and which look through skin at what lies behind.
+#include "finishing/edges.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "organbake/core/parallel.h"
+#include "picture/spans.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kWord = CoverMask::kWord;
+constexpr int kRowGrain = 64;  // rows of a piece
+
+// One bit for each of 64 covers that are `wanted`. The compiler makes bytes of bits, one by one.
+std::uint64_t bits_of(const Cover* covers, Cover wanted) {
+#if defined(__AVX2__)
+  const __m256i sought = _mm256_set1_epi8(static_cast<char>(wanted));
+  const auto half = [&](const Cover* from) {
+    const __m256i lanes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(lanes, sought)));
+  };
+  return half(covers) | std::uint64_t{half(covers + kWord / 2)} << (kWord / 2);
+#elif defined(__wasm_simd128__)
+  const v128_t sought = wasm_i8x16_splat(static_cast<std::int8_t>(wanted));
+  std::uint64_t bits = 0;
+  for (int first = 0; first < kWord; first += 16) {
+    const v128_t alike = wasm_i8x16_eq(wasm_v128_load(covers + first), sought);
+    bits |= std::uint64_t{wasm_i8x16_bitmask(alike)} << first;
+  }
+  return bits;
+#else
+  std::uint64_t bits = 0;
+  for (int i = 0; i < kWord; ++i) bits |= std::uint64_t{covers[i] == wanted} << i;
+  return bits;
+#endif
+}
+
+// Calls visit(covers) for each 64 covers of a box's row; of the last, those outside are `beyond`.
+template <class Visit>
+void for_each_word(const Frame& frame, const PixelBox& box, int y, Cover beyond,
+                   const Visit& visit) {
+  const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
+  int x = 0;
+  for (; x + kWord <= box.width(); x += kWord) visit(row + x);
+  if (x == box.width()) return;
+  std::array<Cover, kWord> last;
+  last.fill(beyond);
+  std::copy_n(row + x, box.width() - x, last.begin());
+  visit(last.data());
+}
+
+}  // namespace
+
+void CoverMask::read(const PixelBox& box, const Frame& frame) {
+  box_ = box;
+  words_ = (box.width() + kWord - 1) / kWord;
+  const std::size_t words = std::size_t(words_) * std::max(0, box.height());
+  skin_.resize(words);
+  open_.resize(words);
+  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
+    std::size_t at = std::size_t(y - box.y0) * words_;
+    // Beyond the box: tools, which are neither skin nor open.
+    for (; y < last; ++y) {
+      for_each_word(frame, box, y, Cover::solid, [&](const Cover* covers) {
+        const std::uint64_t open = bits_of(covers, Cover::background);
+        open_[at] = open;
+        skin_[at++] = ~(open | bits_of(covers, Cover::solid));
+      });
+    }
+  });
+}
+
+void CoverMask::read_with_border(const PixelBox& box, const Frame& frame) {
+  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
+  if (box.empty()) return read({}, frame);
+  read(intersected({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, picture), frame);
+}
+
+std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
+  const Cover other = wanted == Cover::solid ? Cover::background : Cover::solid;
+  std::atomic<std::size_t> count = 0;
+  if (box.empty()) return count;
+  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
+    std::size_t of_piece = 0;
+    for (; y < last; ++y) {
+      for_each_word(frame, box, y, other, [&](const Cover* covers) {
+        of_piece += static_cast<std::size_t>(std::popcount(bits_of(covers, wanted)));
+      });
+    }
+    count += of_piece;
+  });
+  return count;
+}
+
+namespace {
+
+using Level = SkinDepth::Level;
+constexpr int kEdgeWord = CoverMask::kWord;
+constexpr int kEdgeGrain = 32;  // rows of a piece
+
+// One bit for each of 64 pairs of levels that are more than `deeper` apart. The compiler makes
+// bytes of bits, one by one.
+std::uint64_t apart(const Level* levels, const Level* others, Level most) {
+#if defined(__AVX2__)
+  const __m256i deeper = _mm256_set1_epi16(static_cast<short>(most));
+  const auto far_apart = [&](int i) {
+    const auto at = [i](const Level* from) {
+      return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + i));
+    };
+    const __m256i a = at(levels), b = at(others);
+    const __m256i difference = _mm256_or_si256(_mm256_subs_epu16(a, b), _mm256_subs_epu16(b, a));
+    return _mm256_cmpeq_epi16(_mm256_subs_epu16(difference, deeper), _mm256_setzero_si256());
+  };
+  std::uint64_t near = 0;
+  for (int i = 0; i < kEdgeWord; i += 32) {
+    const __m256i bytes = _mm256_packs_epi16(far_apart(i), far_apart(i + 16));
+    const auto bits = static_cast<std::uint32_t>(
+        _mm256_movemask_epi8(_mm256_permute4x64_epi64(bytes, 0b11011000)));
+    near |= std::uint64_t{bits} << i;
+  }
+  return ~near;
+#elif defined(__wasm_simd128__)
+  const v128_t deeper = wasm_i16x8_splat(static_cast<std::int16_t>(most));
+  const auto far_apart = [&](int i) {
+    const v128_t a = wasm_v128_load(levels + i), b = wasm_v128_load(others + i);
+    const v128_t difference = wasm_v128_or(wasm_u16x8_sub_sat(a, b), wasm_u16x8_sub_sat(b, a));
+    return wasm_u16x8_gt(difference, deeper);
+  };
+  std::uint64_t far = 0;
+  for (int i = 0; i < kEdgeWord; i += 16) {
+    const v128_t bytes = wasm_i8x16_narrow_i16x8(far_apart(i), far_apart(i + 8));
+    far |= std::uint64_t{wasm_i8x16_bitmask(bytes)} << i;
+  }
+  return far;
+#else
+  std::uint64_t far = 0;
+  for (int i = 0; i < kEdgeWord; ++i)
+    far |= std::uint64_t{std::abs(int{levels[i]} - int{others[i]}) > int{most}} << i;
+  return far;
+#endif
+}
+
+// Levels along a line of four pixels, the pair in the middle. Whether one surface ends between
+// them: a slope goes on at least on one side.
+bool is_step(int before, int first, int second, int after) {
+  if (first > second) std::swap(before, after), std::swap(first, second);
+  // One pixel of the farther surface before the background does not tell: mostly it is the last of
+  // the nearer one.
+  if (second == SkinDepth::kNothing || after == SkinDepth::kNothing) return false;
+  const int step = second - first, back = std::abs(after - second);
+  const int front = before == SkinDepth::kNothing ? 0 : std::abs(first - before);
+  // Towards its own outline the nearer surface falls ever faster; what lies behind does not.
+  constexpr int kBack = 3;
+  return step > front && step > kBack * back;
+}
+
+}  // namespace
+
+void FrontEdges::find(const CoverMask& skin) {
+  find_rows(skin, [](int) {});
+}
+
+void FrontEdges::find(const CoverMask& skin, const SkinDepth& depth, float deeper_mm) {
+  const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
+  const auto deeper = static_cast<Level>(std::max(1L, std::lround(levels)));
+  find_rows(skin, [&](int y) {
+    find_steps(depth, deeper, row, y);
+    if (y + 1 < skin.box().y1) find_steps(depth, deeper, column, y);
+  });
+}
+
+// Each row has bits of its own; add_steps(y) adds to them.
+template <class AddSteps>
+void FrontEdges::find_rows(const CoverMask& skin, const AddSteps& add_steps) {
+  skin_ = &skin;
+  const PixelBox& box = skin.box();
+  const std::size_t words = skin.words(), all = words * std::max(0, box.height());
+  for (auto& planes : planes_)
+    for (auto& plane : planes) plane.resize(all);
+  parallel_pieces(box.y0, box.y1, kEdgeGrain, [&](int y, int last) {
+    for (; y < last; ++y) {
+      find_borders(y);
+      add_steps(y);
+    }
+  });
+}
+
+// Of the background.
+void FrontEdges::find_borders(int y) {
+  const CoverMask& skin = *skin_;
+  const std::size_t at = std::size_t(y - skin.box().y0) * skin.words();
+  const bool last = y + 1 == skin.box().y1;
+  for (int word = 0; word < skin.words(); ++word) {
+    const std::uint64_t here = skin.skin(y)[word], open = skin.open(y)[word];
+    planes_[row][first][at + word] = here & skin.left_of(skin.open(y), word);
+    planes_[row][second][at + word] = open & skin.left_of(skin.skin(y), word);
+    planes_[column][first][at + word] = last ? 0 : here & skin.open(y + 1)[word];
+    planes_[column][second][at + word] = last ? 0 : open & skin.skin(y + 1)[word];
+  }
+}
+
+void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, int y) {
+  const PixelBox& box = skin_->box();
+  const std::size_t at = std::size_t(y - box.y0) * skin_->words();
+  // Along the line on which the pair lies: the pixels before, of and after it.
+  const auto levels = [&](int i) {
+    return (along == row ? depth.row(y) + i : depth.row(y + i)) + box.x0;
+  };
+  const std::array line = {levels(-1), levels(0), levels(1), levels(2)};
+  for (int word = 0; word < skin_->words(); ++word) {
+    const std::uint64_t* const here = skin_->skin(y);
+    const std::uint64_t both =
+        here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
+    if (both == 0) continue;
+    const int x0 = word * kEdgeWord;
+    for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
+         bits &= bits - 1) {
+      const int bit = std::countr_zero(bits), x = x0 + bit;
+      if (!is_step(line[0][x], line[1][x], line[2][x], line[3][x])) continue;
+      planes_[along][line[1][x] < line[2][x] ? first : second][at + word] |= std::uint64_t{1}
+                                                                             << bit;
+    }
+  }
+}
+
+bool FrontEdges::in_front(PixelAt pixel, PixelAt other) const {
+  const Along along = pixel.y == other.y ? row : column;
+  return other.x > pixel.x || other.y > pixel.y ? has(along, first, pixel)
+                                                : has(along, second, other);
+}
+
+namespace {
+
+using Level = SkinDepth::Level;
+
+constexpr int kDepthBlock =
+    1024;  // columns at a time: five rows of them stay in the first-level cache
+static_assert(SkinDepth::kMargin >= 2);  // how far to either side is looked
+
+inline Level nearer(Level a, Level b) { return a < b ? a : b; }
+inline Level farther(Level a, Level b) { return a > b ? a : b; }
+
+using Flags = std::array<Level, kDepthBlock>;
+
+// Looks at whole vectors of a row; rows: the five round it. Returns whether any pixel is found.
+ORGANBAKE_MULTIVERSION bool look_through(const std::array<const Level*, 5>& rows, int width,
+                                         Level deeper, Flags& __restrict through) {
+  const Level *const above2 = rows[0], *const above = rows[1], *const here = rows[2],
+                     *const below = rows[3], *const below2 = rows[4];
+  Level any = 0;
+  // Twice as many levels as other numbers to a vector.
+  const int count =
+      static_cast<int>((static_cast<unsigned>(width) + 2 * kLanes - 1) & ~(2 * kLanes - 1));
+  ORGANBAKE_LANES(8)
+  for (int x = 0; x < count; ++x) {
+    const Level sides = farther(nearer(here[x - 1], here[x - 2]), nearer(here[x + 1], here[x + 2]));
+    const Level ends = farther(nearer(above[x], above2[x]), nearer(below[x], below2[x]));
+    const Level before = static_cast<Level>(farther(here[x], deeper) - deeper);
+    // Where nothing is shown there is nothing to be opened.
+    through[x] = (nearer(sides, ends) < before) & (here[x] != SkinDepth::kNothing);
+    any |= through[x];
+  }
+  return any != 0;
+}
+
+void find_in_row(const PixelBox& box, int y, const SkinDepth& depth, Level deeper,
+                 std::vector<std::uint32_t>& found) {
+  alignas(64) Flags through;
+  for (int x0 = box.x0; x0 < box.x1; x0 += kDepthBlock) {
+    const int width = std::min(kDepthBlock, box.x1 - x0);
+    std::array<const Level*, 5> rows;
+    for (int i = 0; i < 5; ++i) rows[i] = depth.row(y + i - 2) + x0;
+    constexpr int kLine = 64 / sizeof(Level);  // of a cache's
+    const Level* const next = depth.row(std::min(y + 4, depth.height() + 1)) + x0;
+    for (int i = 0; i < width; i += kLine) __builtin_prefetch(next + i);
+    if (!look_through(rows, width, deeper, through)) continue;
+    for (int x = 0; x < width; ++x) {
+      if (through[x]) found.push_back(static_cast<std::uint32_t>(y * depth.width() + x0 + x));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> find_see_through(const PixelBox& box, const SkinDepth& depth,
+                                            float deeper_mm) {
+  if (box.empty()) return {};
+  const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
+  const auto deeper = static_cast<Level>(std::lround(levels));
+  constexpr int kRows = 32;  // at once
+  std::vector<std::vector<std::uint32_t>> found((box.height() + kRows - 1) / kRows);
+  parallel_for(0, static_cast<int>(found.size()), [&](int rows) {
+    const int first = box.y0 + rows * kRows;
+    for (int y = first; y < std::min(first + kRows, box.y1); ++y)
+      find_in_row(box, y, depth, deeper, found[rows]);
+  });
+  std::vector<std::uint32_t> all;
+  for (const auto& rows : found) all.insert(all.end(), rows.begin(), rows.end());
+  return all;
+}
+
+}  // namespace organbake

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// The normals of the base layer's lattice at rest, and how they turn with a bent shell.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "light/relit_skin.h"
+#include "organbake/core/parallel.h"
+#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/shell_map.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// One face's alone, not of unit length, added to its nodes'.
+void add_face(const BaseLayer& layer, const ShellMatrix& shell, const float* height_mm,
+              Vector3d* normals) {
+  const std::uint32_t n = layer.steps;
+  std::vector<Vector3d> points(layer.nodes_per_face());
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    points[node] = shell_point(shell, double(i) / n, double(j) / n, height_mm[node]);
+  });
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vector3d normal = (points[b] - points[a]).cross(points[c] - points[a]);
+    for (const std::uint32_t node : {a, b, c}) normals[node] += normal;
+  };
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    if (i + j + 1 > n) return;
+    const std::uint32_t down = base_node_index(n, i + 1, j), right = base_node_index(n, i, j + 1);
+    add(node, down, right);
+    if (i + j + 2 <= n) add(down, base_node_index(n, i + 1, j + 1), right);
+  });
+}
+
+// Narrower than this share of a usual face, lattice triangles are so small that the rounding of
+// their heights turns them about.
+constexpr double kNarrow = 1.0 / 8;
+
+double altitude(const TriangleMesh& proxy, std::uint32_t face) {
+  const Face& f = proxy.faces[face];
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, (proxy.vertices[f[k]] - proxy.vertices[f[(k + 1) % 3]]).norm());
+  return longest > 0 ? 2 * face_area(proxy, face) / longest : 0;
+}
+
+double usual_size(const TriangleMesh& proxy) {
+  return std::sqrt(2 * surface_area(proxy) / double(std::max<std::size_t>(1, proxy.faces.size())));
+}
+
+// Spreads the normals on a face's rim over its inner nodes, each of which becomes the mean of its
+// neighbours.
+void spread_rim(std::uint32_t steps, Vector3d* normals) {
+  const auto at = [&](std::uint32_t i, std::uint32_t j) -> Vector3d& {
+    return normals[base_node_index(steps, i, j)];
+  };
+  const auto each_inner = [&](auto&& visit) {
+    for (std::uint32_t i = 1; i < steps; ++i)
+      for (std::uint32_t j = 1; i + j < steps; ++j) visit(i, j);
+  };
+  const Vector3d corners = at(0, 0) + at(steps, 0) + at(0, steps);
+  each_inner([&](std::uint32_t i, std::uint32_t j) { at(i, j) = corners.stableNormalized(); });
+  for (std::uint32_t sweep = 0; sweep < steps; ++sweep) {
+    each_inner([&](std::uint32_t i, std::uint32_t j) {
+      at(i, j) = (at(i + 1, j) + at(i - 1, j) + at(i, j + 1) + at(i, j - 1) + at(i + 1, j - 1) +
+                  at(i - 1, j + 1))
+                     .stableNormalized();
+    });
+  }
+}
+
+}  // namespace
+
+std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& whole,
+                                      std::uint32_t first_face) {
+  const std::size_t per_face = layer.nodes_per_face();
+  TriangleMesh proxy;
+  proxy.vertices = whole.vertices;
+  proxy.faces.assign(whole.faces.begin() + first_face, whole.faces.end());
+  const auto count = static_cast<std::uint32_t>(proxy.faces.size());
+  const std::vector<ShellMatrix> shells = shell_matrices(proxy);
+  const Lattice lattice(proxy, layer.steps);
+  std::vector<Vector3d> joined(lattice.node_count(), Vector3d::Zero());
+  for (std::uint32_t f = 0; f < count; ++f) {
+    std::vector<Vector3d> own(per_face, Vector3d::Zero());
+    add_face(layer, shells[f], &layer.height_mm[(first_face + f) * per_face], own.data());
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      joined[lattice.node(f, i, j)] += own[node];
+    });
+  }
+  for (Vector3d& normal : joined) normal.stableNormalize();
+  std::vector<Vector3d> normals(first_face * per_face, Vector3d::Zero());
+  normals.reserve(layer.face_count * per_face);
+  for (std::uint32_t f = 0; f < count; ++f) {
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      normals.push_back(joined[lattice.node(f, i, j)]);
+    });
+  }
+  const double narrow_mm = kNarrow * usual_size(whole);
+  for (std::uint32_t f = first_face; f < layer.face_count; ++f)
+    if (altitude(whole, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
+  return normals;
+}
+
+std::uint32_t first_wall(std::size_t uncut_faces, const CutOrgan::FaceParts& parts) {
+  auto first = static_cast<std::uint32_t>(uncut_faces);
+  for (const auto& [face, pieces] : parts)
+    for (const CutOrgan::FacePart& part : pieces) first = std::max(first, part.face + 1);
+  return first;
+}
+
+void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
+                        const BaseLayer& layer, std::vector<Vector3d>& normals) {
+  const std::size_t per_face = layer.nodes_per_face();
+  for (std::size_t node = 0; node < uncut.size(); ++node)
+    normals[node] = uncut[node].cast<double>();
+  for (const auto& [face, pieces] : parts) {
+    const Eigen::Vector3f* whole = &uncut[face * per_face];
+    for (const CutOrgan::FacePart& part : pieces) {
+      CutOrgan::each_mixed_node(layer.steps, part, [&](std::uint32_t node, const LatticeMix& mix) {
+        Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+        for (int k = 0; k < 3; ++k) normal += mix.weights[k] * whole[mix.nodes[k]];
+        normals[part.face * per_face + node] = normal.cast<double>().stableNormalized();
+      });
+    }
+  }
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kCorners = 3, kMostPlaces = 6;
+
+// b1, b2 of a face's places.
+Vector2d place_on_face(int place) {
+  static const std::array<Vector2d, kMostPlaces> places = {
+      {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
+  return places[place];
+}
+
+// (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
+Matrix3d tangents(const ShellMatrix& m, int place) {
+  const Vector2d b = place_on_face(place);
+  return shell_jacobian(m, b.x(), b.y(), 0);
+}
+
+Matrix3d cofactor(const Matrix3d& m) {
+  Matrix3d columns;
+  columns << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+  return columns;
+}
+
+}  // namespace
+
+NormalTransport::NormalTransport(const ShellSurface& shell)
+    : places_(shell.skin() ? kCorners : kMostPlaces),
+      rest_(shell_matrices(shell.at_rest())),
+      knots_of_face_(shell.at_rest().faces.size()) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;  // by its two vertices
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    const Face& face = shell.at_rest().faces[f];
+    for (int place = 0; place < places_; ++place) {
+      const bool corner = place < kCorners;
+      const std::uint32_t a = face[corner ? place : (place + 1) % 3];
+      const std::uint32_t b = face[corner ? place : (place + 2) % 3];
+      const auto next = static_cast<std::uint32_t>(numbers.size());
+      knots_of_face_[f][place] = numbers.try_emplace(std::minmax(a, b), next).first->second;
+    }
+  }
+  knots_.resize(numbers.size());
+  add_shares();
+}
+
+void NormalTransport::add_shares() {
+  std::vector<double> areas(knots_.size(), 0);
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    for (int place = 0; place < places_; ++place) {
+      const Matrix3d rest = tangents(rest_[f], place);
+      // Twice the area along the skin: a face folded over, or of no area, tells nothing.
+      const double area = rest.determinant();
+      if (!(area > 0)) continue;
+      areas[knots_of_face_[f][place]] += area;
+      knots_[knots_of_face_[f][place]].shares.push_back({f, place, rest.transpose()});
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k)
+    for (Share& share : knots_[k].shares) share.of_rest /= areas[k];
+  borrow_shares();
+}
+
+// A knot between slivers alone goes with the other knots of its faces.
+void NormalTransport::borrow_shares() {
+  std::vector<std::vector<std::uint32_t>> lenders(knots_.size());
+  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+    const auto own = knots_of(f);
+    for (const std::uint32_t knot : own) {
+      if (!knots_[knot].shares.empty()) continue;
+      std::copy_if(own.begin(), own.end(), std::back_inserter(lenders[knot]),
+                   [&](std::uint32_t other) { return !knots_[other].shares.empty(); });
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    for (const std::uint32_t lender : lenders[k]) {
+      for (Share share : knots_[lender].shares) {
+        share.of_rest /= double(lenders[k].size());
+        knots_[k].shares.push_back(share);
+      }
+    }
+  }
+}
+
+void NormalTransport::place(const std::vector<ShellMatrix>& deformed,
+                            const std::vector<std::uint8_t>& changed,
+                            std::vector<std::uint8_t>& turned) {
+  constexpr std::size_t kKnotGrain = 64, kFaceGrain = 1024;
+  std::vector<std::uint8_t> knot_turned(knots_.size());
+  const auto turn_knot = [&](std::size_t k) {
+    Knot& knot = knots_[k];
+    const auto has_changed = [&](const Share& s) { return changed[s.face] != 0; };
+    if (std::none_of(knot.shares.begin(), knot.shares.end(), has_changed)) return;
+    const Turn turn = mean_turn(knot, deformed);
+    knot_turned[k] = turn != knot.turn;
+    knot.turn = turn;
+  };
+  parallel_pieces(std::size_t{0}, knots_.size(), kKnotGrain, [&](std::size_t k, std::size_t last) {
+    for (; k < last; ++k) turn_knot(k);
+  });
+  const auto any_turned = [&](std::size_t f) {
+    const auto own = knots_of(f);
+    return std::any_of(own.begin(), own.end(),
+                       [&](std::uint32_t k) { return knot_turned[k] != 0; });
+  };
+  parallel_pieces(std::size_t{0}, turned.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
+    for (; f < last; ++f) turned[f] = any_turned(f);
+  });
+}
+
+NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
+                                                 const std::vector<ShellMatrix>& deformed) const {
+  // To the bit, so that skin which stays keeps its light.
+  const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
+  if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
+  Turn mean = Turn::Zero();
+  for (const Share& s : knot.shares)
+    mean.topRows<3>() += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
+  return mean;
+}
+
+bool NormalTransport::at_rest(std::uint32_t face) const {
+  const auto own = knots_of(face);
+  return std::all_of(own.begin(), own.end(),
+                     [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
+}
+
+NormalTransport::OnFace NormalTransport::on(std::uint32_t face) const {
+  OnFace on;
+  on.places_ = places_;
+  for (int place = 0; place < places_; ++place)
+    on.turns_[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
+  return on;
+}
+
+NormalTransport::FloatTurn NormalTransport::OnFace::at(float b1, float b2) const {
+  const std::array<float, kCorners> b = {1 - b1 - b2, b1, b2};
+  if (places_ == kCorners) return b[0] * turns_[0] + b[1] * turns_[1] + b[2] * turns_[2];
+  FloatTurn sum = FloatTurn::Zero();
+  for (int k = 0; k < kCorners; ++k) {
+    sum += b[k] * (2 * b[k] - 1) * turns_[k];
+    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turns_[kCorners + k];
+  }
+  return sum;
+}
+
+}  // namespace organbake

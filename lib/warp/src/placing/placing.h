@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/vertex_gradients.h"
+#include "organbake/warp/view.h"
+#include "picture/tiles.h"
+#include "samples/samples.h"
+
+namespace organbake {
+
+// A bundle's shell as the proxy carries it now, and what drawing it asks of every face. Kept from
+// one pose to the next: a poke moves few faces, and only they are worked out anew.
+class PosedShell {
+ public:
+  explicit PosedShell(ShellSurface shell);
+
+  // Takes the proxy's vertices (mm), of which there must be as many as at rest.
+  void pose(const std::vector<Eigen::Vector3d>& proxy_positions);
+
+  const ShellSurface& shell() const { return shell_; }
+  const TriangleMesh& at_rest() const { return shell_.at_rest(); }
+  const std::vector<Eigen::Vector3d>& proxy_positions() const { return proxy_positions_; }
+  const std::vector<ShellMatrix>& matrices() const { return matrices_; }  // by face, world
+  // By face, another number whenever it may lie otherwise than before.
+  const std::vector<std::uint32_t>& revisions() const { return revisions_; }
+  // Whether a face is pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a
+  // coarse proxy over. Both its sides are skin then, or the fold would be a hole.
+  bool two_sided(std::size_t face) const { return two_sided_[face] != 0; }
+  const std::vector<std::uint8_t>& two_sided() const { return two_sided_; }  // by face
+
+ private:
+  bool bent_over(std::uint32_t face) const;
+  void set_vertex(std::uint32_t vertex);
+  void set_normal(std::uint32_t vertex);
+  void set_face(std::uint32_t face);
+
+  ShellSurface shell_;
+  double pushed_mm_;
+  std::vector<Eigen::Vector3d> proxy_positions_, next_vertices_;
+  TriangleMesh posed_;
+  std::vector<Eigen::Vector3d> normals_;           // by vertex
+  std::optional<VertexGradients> gradients_;       // of a smooth skin
+  std::vector<Eigen::Matrix3d> gradient_changes_;  // by vertex
+  std::vector<ShellMatrix> matrices_;
+  std::vector<std::uint32_t> revisions_;
+  std::vector<std::uint8_t> two_sided_;
+  VertexFaces faces_of_;
+  std::vector<std::uint8_t> vertex_changed_, face_changed_;  // of scratch
+};
+
+// A shell matrix, each column in a register of its own: the fourth row is zero.
+using ShellColumns = Eigen::Matrix<float, 4, 9>;
+
+// One face of the shell's surface in one frame: its deformed shell matrix in the view's frame, in
+// millimetres and multiplied by the intrinsics, so that a sample of a flat face lands with 15
+// multiply-adds and one reciprocal.
+struct FaceFrame {
+  ShellColumns metric;     // camera millimetres
+  ShellColumns pixel;      // pixel × depth, pixel × depth, depth
+  bool bent = false;       // the last three columns are not zero
+  bool two_sided = false;  // see PosedShell
+};
+
+// All faces of the shell in one frame, and which of them moved since the last.
+class PlacedFaces {
+ public:
+  // continued: the last placing was of the same shell for the same view, and its frame is gone on
+  // with. Faces that stayed are not placed anew.
+  void place(const PosedShell& shell, const View& view, bool continued);
+  // Faces that look otherwise although they stayed where they were: set in `changed`, by face.
+  void add_moved(std::span<const std::uint8_t> changed);
+
+  std::size_t size() const { return frames_.size(); }
+  const FaceFrame& operator[](std::size_t face) const { return frames_[face]; }
+  std::span<const FaceFrame> all() const { return frames_; }
+  // Whether only what moved is to be drawn, and whether a face did.
+  bool continued() const { return continued_; }
+  bool moved(std::size_t face) const { return !continued_ || moved_[face] != 0; }
+  // Whether one of some patches' faces did.
+  bool any_moved(const PatchTable& patches, std::size_t first, std::size_t last) const {
+    for (; first < last; ++first)
+      if (moved(patches.face(first))) return true;
+    return false;
+  }
+
+ private:
+  std::vector<FaceFrame> frames_;
+  std::vector<std::uint32_t> revisions_;  // of the faces as they are placed
+  std::vector<std::uint8_t> moved_;
+  bool continued_ = false;
+};
+
+// A sample stands for pixels up to this many texels away along each map axis. Half a texel reaches
+// the neighbour; the rest forgives a patch's plane for not being its surface. More would thicken
+// silhouettes, which costs more than all that happens inside them: at 0.75 texels, or with half a
+// pixel where texels are smaller than that, 5 dB over the union of both silhouettes.
+inline constexpr float kReach = 0.65f;
+
+enum class ChunkVisibility : std::uint8_t { drawn, faces_away, outside_view };
+
+// One chunk in one frame. Offsets from a sample to a pixel's centre are shares of the sample's
+// reach (kReach), so that −1…1 is what a sample stands for.
+struct ChunkFrame {
+  float u_x, u_y, v_x, v_y;  // offset per pixel
+  float z_u, z_v;            // depth per offset
+  int columns, rows;         // pixels to try per sample, ≥ 1
+  PixelBox box;              // of all pixels it may touch, clipped to the view
+  ChunkVisibility visibility;
+  bool uncut;  // neither the view's border nor its near plane cuts it
+
+  bool operator==(const ChunkFrame&) const = default;
+};
+
+// A texel is drawn over at most this many pixels along each axis; nearer still, the base layer
+// shows between the samples.
+inline constexpr int kMostSplat = 64;
+
+// Pixels of a texel along its longest side from which on its face counts as seen from near.
+inline constexpr int kNearSplat = 12;
+
+// Where patches lie in a frame, whichever their faces are: `count` of them from `first` on, at most
+// kPatchBatch.
+inline constexpr int kPatchBatch = 64;
+void place_patches(const PatchTable& patches, std::size_t first, int count,
+                   std::span<const FaceFrame> faces, const View& view, ChunkFrame* frames);
+
+// The patch's outward normal at its middle, unnormalised, where a face's shell matrix puts it.
+Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face);
+
+// Which parts of the last frame, of the same view, have to be drawn again: those that something
+// that moved touches where it was or where it is now. In cells much smaller than tiles.
+class DirtyCells {
+ public:
+  static constexpr int kCell_px = 16;
+
+  void reset(int width, int height, bool all) {
+    columns_ = (width + kCell_px - 1) / kCell_px;
+    moved_.assign(std::size_t(columns_) * ((height + kCell_px - 1) / kCell_px), all);
+  }
+  // box: clipped to the picture. From any thread.
+  void mark(const PixelBox& box) {
+    each(box, [&](int, int, std::uint8_t& cell) {
+      // As std::atomic_ref, which not every standard library has yet.
+      __atomic_store_n(&cell, std::uint8_t{1}, __ATOMIC_RELAXED);
+    });
+  }
+  // Round all moved cells within `tile`.
+  PixelBox within(const PixelBox& tile) {
+    PixelBox moved;
+    each(tile, [&](int x, int y, std::uint8_t& cell) {
+      if (cell) moved = united(moved, {x, y, x + kCell_px, y + kCell_px});
+    });
+    return intersected(moved, tile);
+  }
+
+ private:
+  template <class Visit>
+  void each(const PixelBox& box, Visit&& visit) {
+    if (box.empty()) return;
+    for (int y = box.y0 / kCell_px; y <= (box.y1 - 1) / kCell_px; ++y) {
+      for (int x = box.x0 / kCell_px; x <= (box.x1 - 1) / kCell_px; ++x) {
+        visit(x * kCell_px, y * kCell_px, moved_[std::size_t(y) * columns_ + x]);
+      }
+    }
+  }
+
+  int columns_ = 0;
+  std::vector<std::uint8_t> moved_;
+};
+
+struct DrawReport;
+
+// What one camera does in one frame.
+struct ActiveCamera {
+  const SampleSet* set = nullptr;
+  float weight = 0;  // its share in the view
+  std::vector<ChunkFrame> chunks;
+  TileLists tiles;  // chunks drawn, by tile
+};
+
+// What of the organ a frame shows.
+struct VisibilitySummary {
+  PixelBox box;  // of all pixels that may show some
+  // By face: whether any of it is drawn, and some of that seen from near (kNearSplat).
+  std::vector<std::uint8_t> shown, near;
+};
+
+// The up to three cameras that the viewing manifold names for a view, their chunks placed, culled
+// and listed by tile. Kept between frames for its memory.
+class ActiveCameras {
+ public:
+  // Those of used_cameras(weights), which the store must have.
+  void choose(const SampleStore& store, const ViewWeights& weights);
+  // Where faces are continued, the last placing was for the same cameras and view: chunks of those
+  // that did not move stay, and what the others leave or enter is marked.
+  void place(const PlacedFaces& faces, const View& view, const TileGrid& grid, DirtyCells& cells);
+
+  std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
+  // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
+  // without a step. 1 when there are no samples.
+  float texel_mm() const;
+  // What becomes of the chunks of all faces; samples and faces drawn and skipped are added to the
+  // report.
+  VisibilitySummary summarise(std::size_t faces, DrawReport& report) const;
+
+ private:
+  std::array<ActiveCamera, 3> cameras_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace organbake

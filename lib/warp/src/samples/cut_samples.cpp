@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples after blades have cut: each goes with the part of its face that holds it, and those
+// beside a lip are wet.
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "samples/samples.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kWidestMove = 0.5;  // of a part
+
+// From places in a face to places in a part of it.
+struct IntoPart {
+  std::uint32_t face;
+  Eigen::Vector2d origin;
+  Eigen::Matrix2d turn;
+  std::array<bool, 3> lip;
+
+  explicit IntoPart(const CutOrgan::FacePart& part)
+      : face(part.face), origin(part.at[0]), lip(part.lip) {
+    Eigen::Matrix2d sides;
+    sides << part.at[1] - part.at[0], part.at[2] - part.at[0];
+    turn = sides.inverse();
+  }
+  Eigen::Vector2d operator()(const Eigen::Vector2d& at) const { return turn * (at - origin); }
+  // The least of the three weights: not below 0 inside.
+  double depth(const Eigen::Vector2d& at) const {
+    const Eigen::Vector2d b = (*this)(at);
+    return std::min({b.x(), b.y(), 1 - b.sum()});
+  }
+};
+
+// The weights of a part's corners at a place, or how they change along a way.
+Eigen::Vector3d weights_at(const Eigen::Vector2d& b) { return {1 - b.sum(), b.x(), b.y()}; }
+Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(), b.y()}; }
+
+// A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
+// them; where a part is too narrow for that it stays. along_u, along_v: of a texel, in the part.
+Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
+                            const Eigen::Vector2d& along_u, const Eigen::Vector2d& along_v) {
+  Eigen::Vector3d weights = weights_at(at);
+  const Eigen::Vector3d half =
+      0.5 * (weights_along(along_u).cwiseAbs() + weights_along(along_v).cwiseAbs());
+  for (int k = 0; k < 3; ++k) {
+    if (!part.lip[k] || weights[k] >= half[k] || half[k] > kWidestMove) continue;
+    // Toward the corner across from the lip.
+    weights *= (1 - half[k]) / (1 - weights[k]);
+    weights[k] = half[k];
+  }
+  return {weights[1], weights[2]};
+}
+
+// Samples of a chunk that lie in one part.
+struct Group {
+  std::vector<Eigen::Array3f> bound;
+  std::vector<PackedDetail> detail;
+  std::vector<SmoothDetail> smooth;
+};
+
+class ChunkSplitter {
+ public:
+  explicit ChunkSplitter(SampleSet& set) : set_(set) {}
+
+  void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
+    std::vector<Group> groups(parts.size());
+    const Patch patch = set_.chunks[chunk].patch;
+    const Eigen::Vector2d along_u(patch.along_u[0], patch.along_u[1]),
+        along_v(patch.along_v[0], patch.along_v[1]);
+    for (std::uint32_t i = 0; i < set_.chunks[chunk].count; ++i) {
+      const std::uint32_t slot = chunk * kChunk + i;
+      const std::array<float, 3> bound = set_.bound(slot);
+      const Eigen::Vector2d at(bound[0], bound[1]);
+      std::size_t best = 0;
+      double deepest = -std::numeric_limits<double>::infinity();
+      for (std::size_t p = 0; p < parts.size(); ++p) {
+        const double depth = parts[p].depth(at);
+        if (depth > deepest) deepest = depth, best = p;
+      }
+      const Eigen::Vector2d in_part = within_lips(
+          parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
+      groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
+                                      static_cast<float>(in_part.y()), bound[2]);
+      groups[best].detail.push_back(set_.detail[slot]);
+      if (!set_.smooth.empty()) groups[best].smooth.push_back(set_.smooth[slot]);
+    }
+    bool own = true;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (groups[p].bound.empty()) continue;
+      const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
+      put(at, patch, parts[p], groups[p]);
+    }
+  }
+
+ private:
+  std::uint32_t add_chunk() {
+    set_.chunks.emplace_back();
+    const std::size_t slots = set_.chunks.size() * kChunk;
+    set_.b1.resize(slots), set_.b2.resize(slots), set_.h.resize(slots), set_.detail.resize(slots);
+    if (!set_.smooth.empty()) set_.smooth.resize(slots);
+    return static_cast<std::uint32_t>(set_.chunks.size() - 1);
+  }
+
+  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part, const Group& group) {
+    Chunk& made = set_.chunks[chunk];
+    made.count = static_cast<std::uint32_t>(group.bound.size());
+    Patch& patch = made.patch;
+    patch = was;
+    patch.face = part.face;
+    const auto turn = [&](const float(&along)[3], float(&out)[3]) {
+      const Eigen::Vector2d b = part.turn * Eigen::Vector2d(along[0], along[1]);
+      out[0] = static_cast<float>(b.x()), out[1] = static_cast<float>(b.y()), out[2] = along[2];
+    };
+    turn(was.along_u, patch.along_u);
+    turn(was.along_v, patch.along_v);
+    const std::size_t first = std::size_t{chunk} * kChunk;
+    for (std::vector<PatchCoordinate>* places : {&set_.b1, &set_.b2, &set_.h})
+      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
+    set_.put(group.bound, first, patch);
+    const auto at = static_cast<std::ptrdiff_t>(first);
+    std::copy(group.detail.begin(), group.detail.end(), set_.detail.begin() + at);
+    std::copy(group.smooth.begin(), group.smooth.end(), set_.smooth.begin() + at);
+  }
+
+  SampleSet& set_;
+};
+
+}  // namespace
+
+void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
+  ChunkSplitter splitter(set);
+  const std::size_t uncut = set.chunks.size();
+  for (std::uint32_t c = 0; c < uncut; ++c) {
+    const auto found = parts.find(set.chunks[c].patch.face);
+    if (found == parts.end()) continue;
+    const std::vector<IntoPart> into(found->second.begin(), found->second.end());
+    splitter.split(c, into);
+  }
+  set.copy_patches();
+}
+
+namespace {
+
+std::uint8_t dimmed(std::uint32_t value, double kept) {
+  return static_cast<std::uint8_t>(std::lround(kept * value));
+}
+
+// The parabola of a texel's brightness through its neighbours' along one axis, once a film leaves
+// of the three these shares.
+void dim_terms(double brightness, double before, double here, double after, std::int8_t& along,
+               std::int8_t& curve) {
+  const double last = (brightness - along + curve) * before,
+               next = (brightness + along + curve) * after;
+  const auto to_int8 = [](double v) {
+    return static_cast<std::int8_t>(std::lround(std::clamp(v, -127.0, 127.0)));
+  };
+  along = to_int8((next - last) / 2);
+  curve = to_int8((next + last) / 2 - brightness * here);
+}
+
+// The film on the texels of one patch.
+class PatchFilm {
+ public:
+  PatchFilm(const TriangleMesh& skin, const Patch& patch, double texel_mm,
+            const std::vector<WetRim::Lip>& lips)
+      : texel_mm_(texel_mm) {
+    const Face& corners = skin.faces[patch.face];
+    origin_mm_ = skin.vertices[corners[0]];
+    for (int k = 0; k < 2; ++k) sides_mm_.col(k) = skin.vertices[corners[k + 1]] - origin_mm_;
+    along_u_mm_ = sides_mm_ * Eigen::Vector2d(patch.along_u[0], patch.along_u[1]);
+    along_v_mm_ = sides_mm_ * Eigen::Vector2d(patch.along_v[0], patch.along_v[1]);
+    const double radius_mm = sides_mm_.col(0).norm() * patch.extent[0] +
+                             sides_mm_.col(1).norm() * patch.extent[1] + along_u_mm_.norm() +
+                             along_v_mm_.norm();
+    lips_ = WetRim::near(lips, place_mm({patch.center[0], patch.center[1]}),
+                         radius_mm + WetRim::reach_mm(texel_mm));
+  }
+  bool none() const { return lips_.empty(); }
+
+  // Each texel is dimmed by what lies on its middle, its neighbours and its corners: texels that
+  // are dark as a whole would show as steps. at: b1, b2.
+  void cover(const Eigen::Vector2d& at, PackedDetail& detail) const {
+    const Eigen::Vector3d middle_mm = place_mm(at);
+    const Eigen::Array3d kept = kept_at(middle_mm, 0, 0);
+    const auto mean_at = [&](int u, int v) { return kept_at(middle_mm, u, v).mean(); };
+    auto texel = __builtin_bit_cast(TexelDetail, detail);
+    const double brightness = (texel.red + texel.green + texel.blue) / 3.0;
+    dim_terms(brightness, mean_at(-1, 0), kept.mean(), mean_at(1, 0), texel.along_u, texel.curve_u);
+    dim_terms(brightness, mean_at(0, -1), kept.mean(), mean_at(0, 1), texel.along_v, texel.curve_v);
+    texel.red = dimmed(texel.red, kept[0]);
+    texel.green = dimmed(texel.green, kept[1]);
+    texel.blue = dimmed(texel.blue, kept[2]);
+    detail = __builtin_bit_cast(PackedDetail, texel);
+  }
+  void cover(const Eigen::Vector2d& at, SmoothDetail& smooth) const {
+    const Eigen::Vector3d middle_mm = place_mm(at);
+    const Eigen::Array3d in_middle = kept_at(middle_mm, 0, 0);
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Array3d at_corner = kept_at(middle_mm, k % 2 - 0.5, k / 2 - 0.5);
+      std::uint32_t middle = smooth[k] >> 24, corner = 0;
+      if (k < 3) middle = dimmed(middle, in_middle[k]);
+      for (int c = 0; c < 3; ++c)
+        corner |= std::uint32_t{dimmed(smooth[k] >> (8 * c) & 255u, at_corner[c])} << (8 * c);
+      smooth[k] = corner | middle << 24;
+    }
+  }
+
+ private:
+  Eigen::Vector3d place_mm(const Eigen::Vector2d& at) const { return origin_mm_ + sides_mm_ * at; }
+  // Of square-root light.
+  Eigen::Array3d kept_at(const Eigen::Vector3d& middle_mm, double texels_u, double texels_v) const {
+    const Eigen::Vector3d there_mm = middle_mm + texels_u * along_u_mm_ + texels_v * along_v_mm_;
+    return WetRim::kept(WetRim::share(lips_, there_mm, texel_mm_)).sqrt();
+  }
+
+  double texel_mm_;
+  std::vector<WetRim::Lip> lips_;
+  Eigen::Vector3d origin_mm_;
+  Eigen::Matrix<double, 3, 2> sides_mm_;
+  Eigen::Vector3d along_u_mm_, along_v_mm_;  // of a texel
+};
+
+}  // namespace
+
+void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples) {
+  for (std::uint32_t c = 0; c < samples.chunks.size(); ++c) {
+    const Chunk& chunk = samples.chunks[c];
+    const std::vector<WetRim::Lip>& lips = rim.lips()[chunk.patch.face];
+    if (lips.empty()) continue;
+    const PatchFilm film(skin, chunk.patch, samples.texel_mm, lips);
+    if (film.none()) continue;
+    for (std::size_t slot = std::size_t{c} * kChunk, i = 0; i < chunk.count; ++i, ++slot) {
+      const std::array<float, 3> bound = samples.bound(slot);
+      const Eigen::Vector2d at(bound[0], bound[1]);
+      film.cover(at, samples.detail[slot]);
+      if (!samples.smooth.empty()) film.cover(at, samples.smooth[slot]);
+    }
+  }
+}
+
+}  // namespace organbake

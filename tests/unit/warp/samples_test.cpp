@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "samples/samples.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <set>
+
+#include "drawing/splat.h"
+#include "organbake/core/error.h"
+#include "organbake/warp/warper.h"
+#include "support/synthetic_bundle.h"
+#include "views_round.h"
+
+namespace organbake {
+namespace {
+
+const Bundle& organ() {
+  static const Bundle bundle = [] {
+    SyntheticOptions options;
+    options.map_size = 96;
+    options.organ.lump_share = 0.03;
+    return make_synthetic_bundle(options);
+  }();
+  return bundle;
+}
+
+std::vector<ShellMatrix> rest_matrices(const Bundle& bundle, std::size_t camera) {
+  const RigidTransform& pose = bundle.cameras.cameras[camera].camera_from_world;
+  const auto normals = vertex_normals(bundle.proxy);
+  std::vector<ShellMatrix> rest;
+  for (std::uint32_t f = 0; f < bundle.proxy.faces.size(); ++f) {
+    rest.push_back(pose.rotation * shell_matrix(bundle.proxy, normals, f));
+    rest.back().col(0) += pose.translation;
+  }
+  return rest;
+}
+
+TEST(TexelOrder, UsesEveryConfidentTexelOnceInCompactRuns) {
+  const CameraMaps& maps = organ().maps[0];
+  const TexelOrder order = order_texels(maps);
+  std::size_t wanted = 0;
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    wanted += maps.face[i] != kNoFace && maps.confidence[i] >= 0.5f / 255;
+  }
+  EXPECT_EQ(std::set(order.texels.begin(), order.texels.end()).size(), wanted);
+  std::uint32_t next = 0;
+  for (const TexelRun& run : order.runs) {
+    EXPECT_EQ(run.first, next);
+    EXPECT_GE(run.count, 1u);
+    EXPECT_LE(run.count, kChunk);
+    for (std::uint32_t i = run.first; i < run.first + run.count; ++i) {
+      EXPECT_EQ(maps.face[order.texels[i]], run.face);
+    }
+    next += run.count;
+  }
+  EXPECT_EQ(next, order.texels.size());
+}
+
+TEST(TexelOrder, AnEmptyMapHasNoRuns) {
+  CameraMaps maps = organ().maps[0];
+  std::fill(maps.face.begin(), maps.face.end(), kNoFace);
+  EXPECT_TRUE(order_texels(maps).runs.empty());
+}
+
+TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
+  const Bundle& bundle = organ();
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    const CameraMaps& maps = bundle.maps[c];
+    const PosedCamera& camera = bundle.cameras.cameras[c];
+    const auto rest = rest_matrices(bundle, c);
+    const SampleSet set = build_sample_set(maps, camera, rest);
+    const TexelOrder order = order_texels(maps);
+    ASSERT_EQ(set.sample_count, order.texels.size());
+    ASSERT_EQ(set.chunks.size(), order.runs.size());
+    for (std::size_t r = 0; r < order.runs.size(); ++r) {
+      for (std::uint32_t i = 0; i < order.runs[r].count; ++i) {
+        const std::uint32_t texel = order.texels[order.runs[r].first + i];
+        const std::size_t slot = r * kChunk + i;
+        const std::array<float, 3> bound = set.bound(slot);
+        const Eigen::Vector3d point =
+            shell_point(rest[set.chunks[r].patch.face], bound[0], bound[1], bound[2]);
+        const Eigen::Vector3d expected =
+            double(maps.depth_mm[texel]) *
+            unproject(camera.intrinsics,
+                      {texel % maps.width + 0.5, double(texel / maps.width) + 0.5});
+        constexpr double kFloatsMm = 1e-3;  // b and h are floats on prisms of some 40 mm
+        ASSERT_LT((point - expected).norm(), kFloatsMm);
+      }
+    }
+  }
+}
+
+TEST(SampleSet, PatchesBoundTheirSamples) {
+  const SampleSet set =
+      build_sample_set(organ().maps[1], organ().cameras.cameras[1], rest_matrices(organ(), 1));
+  constexpr float kRounding = 1e-5f;
+  for (std::size_t c = 0; c < set.chunks.size(); ++c) {
+    const Chunk& chunk = set.chunks[c];
+    for (std::size_t i = c * kChunk; i < c * kChunk + chunk.count; ++i) {
+      const std::array<float, 3> at = set.bound(i);
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_LE(std::abs(at[k] - chunk.patch.center[k]), chunk.patch.extent[k] + kRounding);
+      }
+    }
+  }
+}
+
+// A flat map, facing the camera, of square-root light given by a formula of the column and row.
+template <class Light>
+CameraMaps flat_map(Light&& light) {
+  CameraMaps maps;
+  maps.width = maps.height = 8;
+  maps.depth_mm.assign(64, 100);
+  maps.height_mm.assign(64, 0);
+  maps.face.assign(64, 0);
+  maps.confidence.assign(64, 1);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const float s = light(x, y) / 255.0f;
+      maps.color.emplace_back(s * s, s * s, s * s);
+    }
+  }
+  return maps;
+}
+
+TEST(TexelDetail, DifferencesOfARampAndAParabolaAreExact) {
+  const CameraMaps maps =
+      flat_map([](int x, int y) { return 20.0f + 6.0f * x + 2.0f * static_cast<float>(y * y); });
+  const MapDetail all(maps, 100);
+  const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);  // row 3, column 4
+  EXPECT_EQ(detail.red, 20 + 24 + 18);
+  EXPECT_EQ(detail.confidence, 255);
+  EXPECT_EQ(detail.along_u, 6);
+  EXPECT_EQ(detail.curve_u, 0);
+  EXPECT_EQ(detail.along_v, 12);
+  EXPECT_EQ(detail.curve_v, 2);
+}
+
+TEST(TexelDetail, TermsAreOfTheMeanOfTheChannels) {
+  CameraMaps maps = flat_map([](int x, int) { return 20.0f + 9.0f * x; });
+  for (Eigen::Vector3f& color : maps.color) color[1] = color[2] = 0.25f;  // red alone changes
+  const auto detail = std::bit_cast<TexelDetail>(MapDetail(maps, 100).texels[3 * 8 + 4]);
+  EXPECT_EQ(detail.red, 56);
+  EXPECT_EQ(detail.green, 128);
+  EXPECT_EQ(detail.along_u, 3);
+  EXPECT_EQ(detail.along_v, 0);
+  const auto first = std::bit_cast<TexelDetail>(MapDetail(maps, 100).texels[3 * 8]);
+  EXPECT_EQ(first.along_u, 3);  // from its one neighbour
+}
+
+TEST(TexelDetail, NoDifferenceCrossesADepthEdge) {
+  CameraMaps maps = flat_map([](int x, int) { return x < 4 ? 40.0f : 200.0f; });
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 4; x < 8; ++x) maps.depth_mm[8 * y + x] = 150;
+  }
+  maps.depth_mm[2 * 8 + 2] = 99;
+  const MapDetail all(maps, 100);
+  const std::size_t texel = 2 * 8 + 3;  // the last before the edge
+  EXPECT_EQ(std::bit_cast<TexelDetail>(all.texels[texel]).along_u, 0);
+  EXPECT_EQ(all.slope_u[texel], 1);  // from its left neighbour alone
+}
+
+TEST(TexelDetail, ATexelAloneHasNoSlopeAndBackgroundIsNoNeighbour) {
+  CameraMaps maps = flat_map([](int x, int) { return 20.0f + 10.0f * x; });
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    if (i == 3 * 8 + 4) continue;
+    maps.face[i] = kNoFace;
+    maps.depth_mm[i] = std::numeric_limits<float>::infinity();
+  }
+  const MapDetail all(maps, 100);
+  EXPECT_TRUE(std::isnan(all.slope_u[3 * 8 + 4]));
+  EXPECT_TRUE(std::isnan(all.slope_v[3 * 8 + 4]));
+  const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);
+  EXPECT_EQ(detail.red, 60);
+  EXPECT_EQ(detail.along_u, 0);
+  EXPECT_EQ(detail.curve_u, 0);
+}
+
+TEST(PixelKey, KeepsDepthOffsetsAndSlot) {
+  for (const float depth : {0.5f, 7.25f, 199.5f, 4000.0f}) {
+    for (const float share : {-1.0f, -0.3f, 0.0f, 0.6f, 1.0f}) {
+      for (const std::uint32_t slot : {0u, 77u, kMostSlots - 1}) {
+        const std::uint32_t u = offset_bits(share), v = offset_bits(-share);
+        const std::uint32_t high = key_high(depth, v), low = key_low(u, v, slot);
+        EXPECT_NEAR(depth_of(high), depth, depth * 2e-6f);
+        constexpr float kStep = 0.5f / 31 + 1e-6f;
+        EXPECT_NEAR(offset_share(u_bits_of(low)), share, kStep);
+        EXPECT_NEAR(offset_share(v_bits_of(high, low)), -share, kStep);
+        EXPECT_EQ(slot_of(low), slot);
+        EXPECT_LT(std::uint64_t(high) << 32 | low, kEmptyKey);
+      }
+    }
+  }
+  EXPECT_EQ(offset_share(offset_bits(0)), 0);
+  EXPECT_TRUE(std::isinf(depth_of(static_cast<std::uint32_t>(kEmptyKey >> 32))));
+  EXPECT_LT(key_high(99.9f, 63), key_high(100.1f, 0));
+}
+
+}  // namespace
+
+// The film of blood along a lip from (10, 0) to (10, 10) mm on a flat square of two faces.
+namespace {
+
+constexpr int kAcross = 8;  // texels of a chunk
+constexpr double kTexel_mm = 0.4;
+constexpr std::uint8_t kGrey = 200;
+
+const TriangleMesh kSquare = {
+    {{0, 0, 0}, {20, 0, 0}, {0, 20, 0}, {20, 20, 0}}, {{0, 1, 2}, {1, 3, 2}}, {}};
+const CutOrgan::FaceParts kParts = {
+    {0, {{0, {{{0.5, 0}, {0.5, 0.5}, {0, 0}}}, {false, false, true}}}}};
+
+// One chunk of grey texels on a face, whose first texel's middle lies at (x, y) mm.
+SampleSet grey_texels(std::uint32_t face, double x_mm, double y_mm) {
+  const auto [a, b, c] = kSquare.faces[face];
+  Eigen::Matrix2d sides;
+  sides << (kSquare.vertices[b] - kSquare.vertices[a]).head<2>(),
+      (kSquare.vertices[c] - kSquare.vertices[a]).head<2>();
+  const Eigen::Matrix2d into_face = sides.inverse();
+  SampleSet set;
+  set.texel_mm = kTexel_mm;
+  set.chunks.resize(1);
+  set.chunks[0].count = kChunk;
+  set.b1.resize(kChunk), set.b2.resize(kChunk), set.h.resize(kChunk);
+  Patch& patch = set.chunks[0].patch;
+  patch.face = face;
+  for (int k = 0; k < 2; ++k) {
+    patch.along_u[k] = static_cast<float>(kTexel_mm * into_face(k, 0));
+    patch.along_v[k] = static_cast<float>(kTexel_mm * into_face(k, 1));
+  }
+  std::vector<Eigen::Array3f> bound;
+  for (int i = 0; i < kAcross * kAcross; ++i) {
+    const Eigen::Vector2d place_mm(x_mm + kTexel_mm * (i % kAcross),
+                                   y_mm + kTexel_mm * (i / kAcross));
+    const Eigen::Vector2d at = into_face * (place_mm - kSquare.vertices[a].head<2>());
+    bound.emplace_back(float(at[0]), float(at[1]), 0.0f);
+  }
+  set.put(bound, 0, patch);
+  const TexelDetail grey{kGrey, kGrey, kGrey, 255, 0, 0, 0, 0};
+  set.detail.assign(kChunk, __builtin_bit_cast(PackedDetail, grey));
+  set.smooth.assign(kChunk, {0xc8c8c8c8u, 0xc8c8c8c8u, 0xc8c8c8c8u, 0xffc8c8c8u});
+  return set;
+}
+
+TexelDetail texel(const SampleSet& set, int i) {
+  return __builtin_bit_cast(TexelDetail, set.detail[i]);
+}
+
+TEST(LipFilm, WetsTheRimAndNothingElse) {
+  SampleSet set = grey_texels(0, 8, 2);
+  const SampleSet dry = set;
+  wet_samples(kSquare, WetRim(kSquare, kParts), set);
+  for (int i = 0; i < kAcross * kAcross; ++i) {
+    const double from_lip_mm = std::abs(8 + kTexel_mm * (i % kAcross) - 10);
+    if (from_lip_mm > WetRim::reach_mm(kTexel_mm) + kTexel_mm) {
+      EXPECT_EQ(set.detail[i], dry.detail[i]);
+      EXPECT_EQ(set.smooth[i], dry.smooth[i]);
+    }
+    if (from_lip_mm < 0.45) {
+      EXPECT_EQ(texel(set, i).red, std::lround(kGrey * std::sqrt(WetRim::kept(1)[0])));
+      EXPECT_LT(texel(set, i).blue, texel(set, i).red);
+    }
+  }
+}
+
+// Texels that are dark as a whole would step by what `deepest` tells.
+TEST(LipFilm, RunsOnFromTexelToTexel) {
+  constexpr double kStep = 12;  // parabolas round the bends off in which the film begins and ends
+  SampleSet set = grey_texels(0, 8, 2);
+  wet_samples(kSquare, WetRim(kSquare, kParts), set);
+  const auto brightness = [&](int i, double u) {
+    const TexelDetail t = texel(set, i);
+    return (t.red + t.green + t.blue) / 3.0 + u * t.along_u + u * u * t.curve_u;
+  };
+  double deepest = 0;
+  for (int i = 0; i + 1 < kAcross * kAcross; ++i) {
+    if (i % kAcross == kAcross - 1) continue;
+    EXPECT_NEAR(brightness(i, 0.5), brightness(i + 1, -0.5), kStep);
+    EXPECT_EQ(set.smooth[i][1] & 0xffffffu, set.smooth[i + 1][0] & 0xffffffu);
+    EXPECT_EQ(set.smooth[i][3] & 0xffffffu, set.smooth[i + 1][2] & 0xffffffu);
+    deepest = std::max(deepest, std::abs(brightness(i, 0) - brightness(i + 1, 0)));
+  }
+  EXPECT_GT(deepest, 5 * kStep);
+}
+
+// Around the lip's end, and on a face that is not cut itself.
+TEST(LipFilm, RunsOnToTheFacesBesideACutOne) {
+  SampleSet set = grey_texels(1, 10.2, 10.2);
+  wet_samples(kSquare, WetRim(kSquare, kParts), set);
+  EXPECT_EQ(texel(set, 0).red, std::lround(kGrey * std::sqrt(WetRim::kept(1)[0])));
+  EXPECT_EQ(texel(set, kAcross * kAcross - 1).red, kGrey);
+}
+
+}  // namespace
+
+// A warper that reads its cameras as views need them.
+namespace {
+
+const Bundle& late_organ() {
+  static const Bundle bundle = make_synthetic_bundle({});
+  return bundle;
+}
+
+// Hands out the organ's maps and remembers which were asked for.
+struct Source {
+  std::mutex mutex;
+  std::multiset<std::size_t> asked;
+  std::atomic<bool> broken{false};
+
+  Warper::ReadMaps reader() {
+    return [this](std::size_t camera) {
+      const std::scoped_lock lock(mutex);
+      asked.insert(camera);
+      if (broken) throw BadDataError("cam: damaged");
+      return late_organ().maps[camera];
+    };
+  }
+};
+
+Bundle without_maps() {
+  Bundle frame = late_organ();
+  for (CameraMaps& maps : frame.maps) maps = {};
+  return frame;
+}
+
+TEST(LateCameras, AreReadWhenAViewNeedsThemAndOnce) {
+  Source source;
+  Warper late(without_maps(), source.reader()), early(late_organ());
+  EXPECT_TRUE(source.asked.empty());
+  Frame a, b;
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.4, -1, 0.3), {0.4, -1, 0.3}, {-1, 0.5, 0}}) {
+    const View view = view_from(late_organ(), eye, 96);
+    const DrawReport report = late.draw(late_organ().proxy.vertices, view, {}, a);
+    early.draw(late_organ().proxy.vertices, view, {}, b);
+    EXPECT_EQ(a.color.pixels, b.color.pixels);
+    for (int i = 0; i < 3; ++i) {
+      if (report.weights.weights[i] <= 0) continue;
+      EXPECT_EQ(source.asked.count(report.weights.cameras[i]), 1u);
+    }
+  }
+  EXPECT_LT(source.asked.size(), late_organ().maps.size());
+}
+
+TEST(LateCameras, AreAllReadOnceWhenReadAhead) {
+  Source source;
+  Warper warper(without_maps(), source.reader());
+  warper.bind_ahead();
+  warper.bind_ahead();
+  warper.bind_all();  // beside the thread
+  EXPECT_EQ(source.asked.size(), late_organ().maps.size());
+  EXPECT_EQ(std::set(source.asked.begin(), source.asked.end()).size(), late_organ().maps.size());
+}
+
+TEST(LateCameras, ADamagedOneIsSaidByTheViewThatNeedsItAndTriedAgain) {
+  Source source;
+  source.broken = true;
+  Warper warper(without_maps(), source.reader());
+  warper.bind_ahead();  // fails quietly
+  const View view = view_from(late_organ(), {0.4, -1, 0.3}, 96);
+  Frame frame;
+  EXPECT_THROW(warper.draw(late_organ().proxy.vertices, view, {}, frame), BadDataError);
+  source.broken = false;
+  EXPECT_GT(warper.draw(late_organ().proxy.vertices, view, {}, frame).sample_pixels, 0u);
+}
+
+}  // namespace
+}  // namespace organbake
