@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places one patch of samples, as lib/warp's placing/patch_frames.cpp and drawing/landing.cpp do:
+// Places one patch of samples, as lib/warp's placing/patch_frames.cpp and drawing/splat.cpp do:
 // what its samples land by is captured for splat.vert, and the face's largest splat drawn into the
 // table of faces, a point each.
 uniform highp usampler2D samples;
@@ -66,8 +66,10 @@ void main() {
   vec2 y = interval(center.y, extent.y, z0, z1, lens.y, lens.w, cells.y);
   bool seen = z1 >= near_mm && floor(clamp(x.y, 0.0, picture.x)) > floor(clamp(x.x, 0.0, picture.x)) &&
               floor(clamp(y.y, 0.0, picture.y)) > floor(clamp(y.x, 0.0, picture.y));
-  if (!s.two_sided && faces_away(center, extent, bend, cross(s_v, s_u), p.sine, p.cosine)) seen = false;
-  splat = vec4(kReach * s_u.z, kReach * s_v.z, seen ? cells : vec2(0.0));
+  vec3 normal = cross(s_v, s_u);
+  if (!s.two_sided && faces_away(center, extent, bend, normal, p.sine, p.cosine)) seen = false;
+  bool turned = !s.two_sided && dot(normal, center) > 0.0 && max(cells.x, cells.y) >= kNearSplat;
+  splat = vec4(kReach * s_u.z, kReach * s_v.z, seen && !turned ? cells : vec2(0.0));
   largest = max(cells.x, cells.y) / 255.0;
 
   // The face's matrix for this patch: from its samples' coordinates instead of b1, b2 and h.

@@ -103,6 +103,35 @@ TEST(NearViews, ShowSkinWhereverTheOrganIs) {
   EXPECT_EQ(all.far_side, 0);
 }
 
+// From within an organ that has no folds all of its skin faces away. Samples of it that were drawn
+// from near would hang before whatever lies behind as loose texels.
+TEST(NearViews, ShowNoLooseTexelsFromWithin) {
+  const SyntheticOptions options;
+  const Bundle bundle = make_synthetic_bundle(options);
+  Warper warper(bundle);
+  const SyntheticOrgan& organ = options.organ;
+  DrawOptions with_depth;
+  with_depth.keep_depth = true;
+  constexpr double kFocal_px = 260;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    RandomStream random(seed);
+    const Vector3d out = any_direction(random), ahead = any_direction(random);
+    const double deep_mm = random.uniform(3, 25);
+    const Vector3d eye = organ.center + (organ.radius(out) - deep_mm) * out;
+    View view;
+    view.camera.camera_from_world = look_at(eye, eye + ahead, ahead.unitOrthogonal());
+    view.camera.intrinsics = {320, 240, kFocal_px, kFocal_px, 160, 120};
+    Frame frame;
+    const DrawReport report = warper.draw(bundle.proxy.vertices, view, with_depth, frame);
+    // There a texel covers twice kNearSplat, however it is turned.
+    const double near_mm = kFocal_px * report.texel_mm / (2 * kNearSplat);
+    EXPECT_EQ(std::count_if(frame.depth_mm.begin(), frame.depth_mm.end(),
+                            [&](float depth) { return depth < near_mm; }),
+              0)
+        << "seed " << seed << ", " << deep_mm << " mm below the skin";
+  }
+}
+
 // Pixels farther than a quarter of the picture from where a point is seen that differ.
 int differ_away_from(const Vector3d& point, const View& view, const Frame& a, const Frame& b) {
   const Vector3d at = view.camera.camera_from_world * point;

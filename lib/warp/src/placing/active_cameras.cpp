@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The shell as it is posed, and the cameras that draw it in a view: their patches placed, culled
+// and counted.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <mutex>
@@ -127,6 +129,17 @@ float ActiveCameras::texel_mm() const {
   return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
 
+namespace {
+
+// What of a chunk is drawn as samples. From near, or from within the organ, those that face away
+// would hang before what lies behind as loose texels; the base layer draws what of their faces does
+// not.
+PixelBox splatted(const ChunkFrame& chunk) {
+  return chunk.turned && chunk.is_near() ? PixelBox() : chunk.box;
+}
+
+}  // namespace
+
 void ActiveCameras::place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
                           DirtyCells& cells) {
   parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
@@ -152,7 +165,7 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
                         place_batch(c, std::min(last, c + kPatchBatch));
                     });
     camera.tiles.build(grid, static_cast<std::uint32_t>(camera.chunks.size()),
-                       [&](std::uint32_t c) { return camera.chunks[c].box; });
+                       [&](std::uint32_t c) { return splatted(camera.chunks[c]); });
   });
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Where a view sees faces and the patches of samples on them, by whole vectors, with bounds that
+// hold all of a patch.
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -195,6 +197,7 @@ struct PlacedChunk {
   Footprint footprint;
   int x0, y0, x1, y1;
   int away, uncut;  // flags
+  int turned;       // whether its middle faces away, even if not all of it does
 
   [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
                                      const Triple& s_v, const Placing& to)
@@ -211,7 +214,9 @@ struct PlacedChunk {
     uncut = (front - to.near > 0) & (x.low >= 0) & (y.low >= 0) &
             (x.high <= static_cast<float>(to.width)) & (y.high <= static_cast<float>(to.height));
     // Columns run right, rows down, so v × u points out of the surface.
-    away = faces_away(p, s_v.cross(s_u), patch.sine, patch.cosine);
+    const Triple normal = s_v.cross(s_u);
+    away = faces_away(p, normal, patch.sine, patch.cosine);
+    turned = normal.dot(p.center) > 0;
   }
 };
 
@@ -221,7 +226,7 @@ struct Batch {
   using Each = std::array<Number, kPatchBatch>;
   static_assert(kPatchBatch % kLanes == 0);
   alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v;
-  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, uncut;
+  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned, uncut;
 };
 
 using Numbers = std::array<const float*, PatchTable::kNumbers>;
@@ -260,7 +265,7 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
     out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v;
     out.columns[i] = foot.columns, out.rows[i] = foot.rows;
     out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
-    out.away[i] = c.away, out.uncut[i] = c.uncut;
+    out.away[i] = c.away, out.turned[i] = c.turned, out.uncut[i] = c.uncut;
   }
 }
 
@@ -275,6 +280,7 @@ ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
   out.columns = b.columns[i], out.rows = b.rows[i];
   out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
   out.uncut = b.uncut[i] != 0;
+  out.turned = b.turned[i] && !two_sided;
   out.visibility = out.box.empty() ? ChunkVisibility::outside_view : ChunkVisibility::drawn;
   return out;
 }

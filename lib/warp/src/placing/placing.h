@@ -118,8 +118,10 @@ struct ChunkFrame {
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
   ChunkVisibility visibility;
-  bool uncut;  // neither the view's border nor its near plane cuts it
+  bool uncut;   // neither the view's border nor its near plane cuts it
+  bool turned;  // its middle faces away, even where not all of it does
 
+  bool is_near() const;  // a texel covers kNearSplat pixels
   bool operator==(const ChunkFrame&) const = default;
 };
 
@@ -129,6 +131,7 @@ inline constexpr int kMostSplat = 64;
 
 // Pixels of a texel along its longest side from which on its face counts as seen from near.
 inline constexpr int kNearSplat = 12;
+inline bool ChunkFrame::is_near() const { return std::max(columns, rows) >= kNearSplat; }
 
 // Where patches lie in a frame, whichever their faces are: `count` of them from `first` on, at most
 // kPatchBatch.
