@@ -13,7 +13,6 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/isosurface/label_surface.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/player/player.h"
 #include "organbake/viewpoints/placement.h"

@@ -12,7 +12,6 @@
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/image/srgb.h"
-#include "organbake/isosurface/label_surface.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"

@@ -12,7 +12,6 @@
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/isosurface/label_surface.h"
 
 namespace organbake {
 namespace py = pybind11;

@@ -2,7 +2,7 @@
 // Where the end of a volume cuts an organ, and domes that end it there. The dome's height follows
 // the section's distance transform, so that it has the section's own outline, however concave that
 // is.
-#include "cut_sides.h"
+#include "surface_steps.h"
 
 #include <vtkImageData.h>
 #include <vtkImageEuclideanDistance.h>

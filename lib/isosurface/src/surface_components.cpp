@@ -2,7 +2,7 @@
 // Connected pieces of a contour, by union of vertices, and which of them are kept. All in place: a
 // contour may be as large as memory allows. A closed piece is its outer wall with the walls of the
 // cavities that lie in it.
-#include "surface_components.h"
+#include "surface_steps.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

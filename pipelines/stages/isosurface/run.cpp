@@ -9,7 +9,6 @@
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/isosurface/label_surface.h"
 #include "organbake/pipelines/stage.h"
 #include "organbake/volume/label_box.h"
 #include "organbake/volume/label_names_file.h"

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The surface of a CT: the level, its place between voxels, what is closed and what is refused.
 #include "organbake/isosurface/isosurface.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
@@ -10,7 +12,9 @@
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
+#include "organbake/phantom/known_answers.h"
 #include "shape_volumes.h"
+#include "surface_steps.h"
 
 namespace organbake {
 namespace {
@@ -234,6 +238,106 @@ TEST(Isosurface, CanBeCancelled) {
   const RunContext context({}, {}, &cancel);
   const Volume ct = scan_of(ball({0, 0, 0}, 8), grid_around_origin({1, 1, 1}, 24));
   EXPECT_THROW(extract_isosurface(ct, at_edge(), context), CancelledError);
+}
+
+TEST(ProposedLevel, LiesHalfWayBetweenAirAndTissue) {
+  RandomStream random(3);
+  Volume ct = scan_of(ball({0, 0, 0}, 15), grid_around_origin({1, 1, 1}, 50));
+  for (std::int16_t& value : ct.voxels) {
+    value = static_cast<std::int16_t>(value + std::lround(20 * random.normal()));
+  }
+  ct.voxels[7] = 3000;  // a clip of metal
+  const ProposedLevel proposed = propose_level(ct);
+  constexpr double kPeakWidth_hu = 10;  // of 20 HU of noise
+  EXPECT_NEAR(proposed.low_peak_hu, -1000, kPeakWidth_hu);
+  EXPECT_NEAR(proposed.high_peak_hu, 100, kPeakWidth_hu);
+  EXPECT_NEAR(proposed.level_hu, -450, kPeakWidth_hu);
+  EXPECT_THAT(proposed.reason(), ::testing::HasSubstr("half-way between the peaks at −"));
+}
+
+TEST(ProposedLevel, OfTwoSharpValuesIsTheirMiddle) {
+  Volume ct;
+  ct.size = {2, 2, 2};
+  ct.voxels = {-1000, -1000, -1000, -1000, -1000, 61, 61, 61};
+  EXPECT_EQ(propose_level(ct).low_peak_hu, -1000);
+  EXPECT_EQ(propose_level(ct).high_peak_hu, 61);
+  EXPECT_EQ(propose_level(ct).level_hu, -469.5);
+}
+
+TEST(ProposedLevel, NeedsTwoValues) {
+  Volume ct;
+  ct.size = {2, 2, 2};
+  ct.voxels.assign(8, 40);
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { propose_level(ct); }),
+              ::testing::HasSubstr("no level to propose"));
+}
+
+TEST(ProposedLevel, IsTakenAndTold) {
+  std::string told;
+  const RunContext context([&](LogLevel, std::string_view text) { told += text; }, {}, nullptr);
+  const Volume ct = scan_of(ball({0, 0, 0}, 15), grid_around_origin({1, 1, 1}, 50));
+  IsosurfaceOptions options;
+  options.iso_hu = std::nullopt;
+  const Isosurface surface = extract_isosurface(ct, options, context);
+  EXPECT_NEAR(surface.level_hu, -450, 1);
+  EXPECT_THAT(told, ::testing::HasSubstr("level −450, half-way between the peaks"));
+  constexpr double kRadiusTolerance_mm = 0.02;  // as in isosurface_test
+  EXPECT_LT(radius_rms(surface.mesh, 15), kRadiusTolerance_mm);
+}
+
+TriangleMesh surface_of(const Volume& ct, bool refine) {
+  IsosurfaceOptions options;
+  options.iso_hu = kBallHalfWay_hu;
+  options.refine = refine;
+  return extract_isosurface(ct, options).mesh;
+}
+
+TEST(RefineCrossings, PutsABallInThickSlicesInItsPlace) {
+  constexpr double kRadius = 20;
+  const Volume ct = scan_ball(kRadius, {0.7, 0.7, 3});
+  const double linear = linear_crossing_rms_mm(ct, kRadius);
+  EXPECT_GT(linear, 0.1);  // plain marching cubes: about 0.11 mm
+  EXPECT_LE(radius_rms(surface_of(ct, false), kRadius), 1.02 * linear);
+  const TriangleMesh refined = surface_of(ct, true);
+  expect_closed_and_sound(refined);
+  EXPECT_LE(radius_rms(refined, kRadius), 0.05);
+}
+
+// One row of voxels along z, repeated: the refined height of the surface between tissue and air.
+double refined_height(const std::vector<std::int16_t>& column, double level) {
+  Volume ct;
+  ct.size = {2, 2, static_cast<int>(column.size())};
+  for (const std::int16_t value : column) ct.voxels.insert(ct.voxels.end(), 4, value);
+  TriangleMesh mesh = contour(std::span<const std::int16_t>(ct.voxels), ct.size, level);
+  refine_crossings(mesh, ct, level);
+  return mesh.vertices.front().z();
+}
+
+TEST(RefineCrossings, KnowsHowFullAVoxelIs) {
+  constexpr double kExact = 1e-6;
+  // Voxel 2 is full up to its share; its lower side lies at 1.5.
+  for (const std::int16_t share : {60, 70, 90}) {
+    EXPECT_NEAR(refined_height({100, 100, share, 0, 0}, 50), 1.5 + share / 100.0, kExact);
+    EXPECT_NEAR(refined_height({0, 0, share, 100, 100}, 50), 2.5 - share / 100.0, kExact);
+  }
+  // Blurred alike to both sides, the edge stays where it was.
+  EXPECT_NEAR(refined_height({100, 100, 80, 20, 0, 0}, 50), 2.5, kExact);
+  // A level that is not half-way lies towards its own plateau: a voxel's ramp, 0.1 of it.
+  EXPECT_NEAR(refined_height({100, 100, 70, 0, 0}, 60), 1.5 + 0.7 - 0.1, kExact);
+}
+
+TEST(RefineCrossings, LeavesWhatHasNoPlateaus) {
+  const auto unrefined = [](double below, double above, double at) {
+    return at + (below - 50) / (below - above);
+  };
+  constexpr double kSingle = 1e-6;
+  // A wall thinner than a voxel, and a long slope.
+  EXPECT_NEAR(refined_height({0, 60, 0, 0}, 50), unrefined(0, 60, 0), kSingle);
+  std::vector<std::int16_t> slope;
+  for (int i = 0; i < 14; ++i) slope.push_back(static_cast<std::int16_t>(113 - 9 * i));
+  const int last_above = 7;
+  EXPECT_NEAR(refined_height(slope, 49.5),
+              last_above + (slope[7] - 49.5) / double(slope[7] - slope[8]) - 1 + 1, kSingle);
 }
 
 }  // namespace

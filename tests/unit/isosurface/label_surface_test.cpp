@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The surface of a label: its volume and place, its stairs, and the blur that takes them away.
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <numeric>
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/isosurface/label_surface.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
+#include "surface_steps.h"
 
 namespace organbake {
 namespace {
@@ -186,6 +191,136 @@ TEST(LabelSurface, SameBytesForAnyNumberOfThreads) {
     if (first.empty()) first = bytes;
     EXPECT_EQ(bytes, first);
   }
+}
+
+Eigen::Vector3d stairs(const Volume& mask) {
+  return stair_height_voxels(mask, 1, bounding_box(mask, 1));
+}
+
+TEST(MaskStairs, OfAMaskOnItsOwnGridAreOneVoxelHigh) {
+  for (const Shape& shape : {ball({0, 0, 0}, 20), asymmetric_organ()}) {
+    const Volume mask = mask_of(shape, grid_around_origin({1, 1, 1}, 56));
+    EXPECT_EQ(stairs(mask), Eigen::Vector3d(1, 1, 1));
+  }
+}
+
+TEST(MaskStairs, OfAResampledMaskAreThoseOfItsFirstGrid) {
+  const Volume coarse = mask_of(asymmetric_organ(), grid_around_origin({3, 3, 4}, 60));
+  const Shape nearest = [&](const Eigen::Vector3d& world) {
+    const Eigen::Vector3d index = coarse.index_from_world(world).array().round();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (index[axis] < 0 || index[axis] >= coarse.size[axis]) return -1.0;
+    }
+    const Eigen::Vector3i at = index.cast<int>();
+    return coarse.at(at.x(), at.y(), at.z()) - 0.5;
+  };
+  const Volume resampled = mask_of(nearest, grid_around_origin({0.977, 1.5, 4}, 56));
+  EXPECT_EQ(stairs(resampled), Eigen::Vector3d(3, 2, 1));
+}
+
+TEST(MaskStairs, ABoxHasNone) {
+  const Shape box = [](const Eigen::Vector3d& at) { return 9.6 - at.cwiseAbs().maxCoeff(); };
+  EXPECT_EQ(stairs(mask_of(box, grid_around_origin({1, 1, 1}, 30))), Eigen::Vector3d(1, 1, 1));
+}
+
+// Two ellipsoids of the size of a small liver, as analytic truth on a grid of 0.5 mm.
+double organ(const Eigen::Vector3d& at) {
+  const auto inside = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& radii) {
+    return 1 - (at - centre).cwiseQuotient(radii).norm();
+  };
+  return std::max(inside({-8, 2, -4}, {30, 22, 18}), inside({14, -10, 8}, {14, 12, 12}));
+}
+
+Volume turned(Volume grid, const Eigen::Matrix3d& axes) {
+  grid.direction = grid.direction * axes;
+  const Eigen::Vector3d last(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
+  grid.origin_mm = grid.origin_mm - grid.world_from_index(last / 2) + Eigen::Vector3d(0.1, 0, 0.2);
+  return grid;
+}
+
+struct NamedGrid {
+  const char* name;
+  Volume grid;
+};
+
+std::vector<NamedGrid> six_grids() {
+  const Volume scan = grid_around_origin({1.2, 1.2, 2.5}, 100);
+  Volume shifted = scan;
+  shifted.origin_mm += Eigen::Vector3d(0.5, -0.3, 1.2);
+  Eigen::Matrix3d permuted;
+  permuted << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return {{"shifted", shifted},
+          {"finer", grid_around_origin({0.6, 0.6, 0.8}, 100)},
+          {"coarser", grid_around_origin({2, 2, 3}, 100)},
+          {"oblique", grid_around_origin({1.2, 1.2, 2.5}, 100, oblique_direction())},
+          {"flipped", turned(scan, Eigen::Vector3d(1, -1, -1).asDiagonal())},
+          {"permuted", turned(scan, permuted)}};
+}
+
+TEST(MaskOnOwnGrid, TheOrganLiesWhereItIsAndHasItsVolume) {
+  const Volume truth = mask_of(organ, grid_around_origin({0.4, 0.4, 0.4}, 90));
+  const TriangleMesh right = extract_label_surface(truth, {}).mesh;
+  const Volume scan = scan_of(organ, grid_around_origin({1.2, 1.2, 2.5}, 100));
+  for (const NamedGrid& one : six_grids()) {
+    const Volume mask = mask_of(organ, one.grid);
+    const Isosurface surface = extract_label_surface(mask, {}, {}, &scan);
+    expect_closed_and_sound(surface.mesh);
+    EXPECT_LT((centroid(surface.mesh) - centroid(right)).norm(), 0.1) << one.name;
+    // The voxels of the coarser grid themselves miss 0.5 % of the organ.
+    const double voxels = double(count_labels(mask)[0].voxels) * mask.spacing_mm.prod();
+    EXPECT_NEAR(signed_volume(surface.mesh) / voxels, 1, 0.0011) << one.name;
+    EXPECT_NEAR(signed_volume(surface.mesh) / signed_volume(right), 1, 0.006) << one.name;
+    EXPECT_EQ(surface.cut_area_mm2, 0) << one.name;
+  }
+}
+
+constexpr std::array<int, 3> kSize = {41, 43, 45};
+constexpr std::size_t kCount = 41 * 43 * 45;
+
+std::size_t at(int i, int j, int k) { return (std::size_t(k) * kSize[1] + j) * kSize[0] + i; }
+
+TEST(GaussianBlur, OfAPointHasTheVariancesAskedFor) {
+  std::vector<float> values(kCount, 0.0f);
+  values[at(20, 21, 22)] = 1;
+  const Eigen::Vector3d sigma(2, 1, 3);
+  gaussian_blur(values, kSize, sigma);
+  Eigen::Vector3d variance = Eigen::Vector3d::Zero();
+  double sum = 0;
+  for (int k = 0; k < kSize[2]; ++k) {
+    for (int j = 0; j < kSize[1]; ++j) {
+      for (int i = 0; i < kSize[0]; ++i) {
+        const Eigen::Vector3d d(i - 20, j - 21, k - 22);
+        sum += values[at(i, j, k)];
+        variance += values[at(i, j, k)] * d.cwiseAbs2();
+      }
+    }
+  }
+  EXPECT_NEAR(sum, 1, 1e-5);
+  for (int axis = 0; axis < 3; ++axis) {
+    // The voxel's own width adds 1/12; the cut at 3 σ takes 3 % off.
+    EXPECT_NEAR(variance[axis], sigma[axis] * sigma[axis], 0.04 * sigma[axis] * sigma[axis] + 0.09);
+  }
+}
+
+TEST(GaussianBlur, KeepsConstantsToTheBorder) {
+  std::vector<float> values(kCount, 0.75f);
+  gaussian_blur(values, kSize, {2, 0.8, 5});
+  for (const float v : values) ASSERT_NEAR(v, 0.75f, 1e-5);
+}
+
+TEST(GaussianBlur, OfAStepIsHalfAtTheStep) {
+  std::vector<float> values(kCount, 0.0f);
+  for (std::size_t v = 0; v < kCount; ++v) values[v] = v % kSize[0] >= 20 ? 1.0f : 0.0f;
+  gaussian_blur(values, kSize, {1.5, 1.5, 1.5});
+  EXPECT_NEAR(0.5 * (values[at(19, 21, 22)] + values[at(20, 21, 22)]), 0.5, 1e-5);
+}
+
+TEST(GaussianBlur, SigmaOfZeroChangesNothing) {
+  std::vector<float> values(kCount);
+  std::iota(values.begin(), values.end(), 0.0f);
+  const std::vector<float> before = values;
+  gaussian_blur(values, kSize, {0, 0, 0});
+  EXPECT_EQ(values, before);
 }
 
 }  // namespace
