@@ -14,7 +14,6 @@
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/volume/read_volume.h"
-#include "organbake/volume/write_volume.h"
 #include "probes.h"
 #include "support/mesh_texts.h"
 #include "support/ramp_volume.h"

@@ -16,7 +16,7 @@
 #include "organbake/player/player.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/volume/read_volume.h"
-#include "organbake/volume/region.h"
+#include "organbake/volume/volume.h"
 #include "promises.h"
 
 // What a scene does not need is left out, and what comes of it is the same to the byte.

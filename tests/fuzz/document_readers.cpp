@@ -11,7 +11,7 @@
 #include "organbake/pipelines/recipe.h"
 #include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
-#include "organbake/volume/label_names_file.h"
+#include "organbake/volume/labels.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

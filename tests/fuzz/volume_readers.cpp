@@ -4,11 +4,9 @@
 #include <filesystem>
 #include <string>
 
-#include "dicom/dicom_codec.h"
+#include "dicom/dicom.h"
 #include "fuzz/readers.h"
 #include "fuzz/seeds.h"
-#include "organbake/volume/dicom_folder.h"
-#include "organbake/volume/dicom_series.h"
 #include "organbake/volume/read_volume.h"
 
 namespace organbake {

@@ -10,7 +10,7 @@
 #include "fuzz/seeds.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/write_volume.h"
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

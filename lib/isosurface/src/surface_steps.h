@@ -17,7 +17,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/volume/label_box.h"
+#include "organbake/volume/labels.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

@@ -184,8 +184,8 @@ Rgb8Image aligned(const Rgb8Image& right, const Intrinsics& right_camera,
                                      cy - s * cx - c * cy + alignment.shift_px);
   Rgb8Image result(right.width, right.height);
   cv::Mat to = cv_view(result);
-  cv::warpAffine(cv_view(right), to, seen_from_aligned, to.size(), cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_CONSTANT);
+  cv::warpAffine(cv_view(right), to, seen_from_aligned, to.size(),
+                 cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
   return result;
 }
 

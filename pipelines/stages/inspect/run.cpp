@@ -7,10 +7,9 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/volume/describe.h"
-#include "organbake/volume/dicom_series.h"
-#include "organbake/volume/label_figures.h"
+#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
+#include "organbake/volume/volume.h"
 #include "stages/inspect/options.h"
 
 namespace organbake {
@@ -100,26 +99,12 @@ std::string suspected_unit(const TriangleMesh& mesh, const MeshFrame& taken) {
   return fitting ? name_of(*fitting) : "none";
 }
 
-// What a DICOM folder holds, whether or not one of its series is a CT volume.
-std::size_t describe_folder(const std::filesystem::path& folder, StageReport& report) {
-  const DicomFolder found = scan_dicom_folder(folder);
-  std::vector<std::string> series, others;
-  for (const DicomSeries& one : list_series(found)) series.push_back(one.line());
-  for (const ScannedFile& other : found.others) {
-    others.push_back(other.file.filename().string() + ": " + other.reason);
-  }
-  report.add("series", series);
-  report.add("other_files", others);
-  return series.size();
-}
-
 void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
                         StageReport& report) {
   const ReadStageOptions reading = call.options_as<InspectStageOptions>().reading;
   const bool folder = std::filesystem::is_directory(path);
-  StageReport listed;
-  const std::size_t series =
-      folder && !is_folder_of_masks(path) ? describe_folder(path, listed) : 0;
+  DicomContents listed;
+  if (folder && !is_folder_of_masks(path)) listed = dicom_contents(path);
   try {
     VolumeReadOptions options = reading.resolved();
     options.any_time = true;
@@ -131,11 +116,13 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
     }
   } catch (const BadDataError& error) {
     // A list of series is an answer of its own; one series that cannot be read is an error.
-    if (series < 2 || !reading.series.empty()) throw;
+    if (listed.series.size() < 2 || !reading.series.empty()) throw;
     report.add("kind", "dicom-folder");
     report.add("no_volume", std::string(error.what()));
   }
-  report.figures.insert(report.figures.end(), listed.figures.begin(), listed.figures.end());
+  if (listed.series.empty()) return;
+  report.add("series", listed.series);
+  report.add("other_files", listed.other_files);
 }
 
 StageReport run(const StageCall& call) {

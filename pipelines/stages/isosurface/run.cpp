@@ -10,9 +10,7 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/volume/label_box.h"
-#include "organbake/volume/label_names_file.h"
-#include "organbake/volume/mask_check.h"
+#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "stages/isosurface/options.h"
 

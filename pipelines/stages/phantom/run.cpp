@@ -17,7 +17,7 @@
 #include "organbake/image/video_pipe.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/volume/write_volume.h"
+#include "organbake/volume/read_volume.h"
 #include "stages/phantom/options.h"
 
 namespace organbake {

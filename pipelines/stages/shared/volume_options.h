@@ -4,7 +4,7 @@
 #include <string>
 
 #include "organbake/options/options.h"
-#include "organbake/volume/read_options.h"
+#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 

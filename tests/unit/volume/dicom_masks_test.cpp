@@ -1,14 +1,93 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_masks.h"
+// DICOM files that are sound and such that are not, and the masks in them: segments, contours and
+// their holes.
+#include "dicom/dicom.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 #include "dicom_folder_fixture.h"
-#include "organbake/volume/label_figures.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/labels.h"
 #include "support/dicom_bytes.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
+
+using ::testing::HasSubstr;
+
+class DicomStructure : public ::testing::Test {
+ protected:
+  std::string flaw(const std::string& bytes) {
+    write_bytes(file_, bytes);
+    return flaw_of_dicom(file_);
+  }
+  // A segmentation whose pixels are compressed: sequences within sequences, then fragments.
+  static std::string segmentation() {
+    return SegBytes{"FRACTIONAL", 8, {{1, 0, std::vector<int>(35, 150)}}, true}.bytes();
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "a.dcm";
+};
+
+TEST_F(DicomStructure, SoundFilesHaveNoFlaw) {
+  DicomBytes slice;
+  slice.pixels.assign(12, 1000);
+  EXPECT_EQ(flaw(slice.bytes()), "");
+  EXPECT_EQ(flaw(enhanced_ct({slice, slice})), "");
+  EXPECT_EQ(flaw(segmentation()), "");
+  EXPECT_EQ(flaw(structure_set({{"liver", {{0, {{0, 0}, {9, 0}, {9, 9}}}}}})), "");
+}
+
+// A padding value's kind hangs on whether pixels are signed: nobody is to hear of that.
+TEST_F(DicomStructure, NothingIsSaidOnTheTerminal) {
+  DicomBytes slice;
+  slice.pixels.assign(12, 1000);
+  slice.padding = 900;
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(flaw(slice.bytes()), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(DicomStructure, RealFilesInEveryTransferSyntaxHaveNone) {
+  REQUIRE_SHARED_DATA("dicom/transfer_syntaxes");
+  for (const auto& entry :
+       std::filesystem::directory_iterator(shared_data("dicom/transfer_syntaxes"))) {
+    // Deflated ones are inflated before anybody looks.
+    if (entry.path().filename().string().find("Deflated") != std::string::npos) continue;
+    EXPECT_EQ(flaw_of_dicom(entry.path()), "") << entry.path();
+  }
+}
+
+// Wherever a file ends too early, but between two elements that nothing holds together.
+TEST_F(DicomStructure, WhatIsCutOffIsAFlaw) {
+  const std::string whole = segmentation();
+  const std::size_t sequences = whole.find(std::string("\x62\0\2\0SQ", 6));
+  ASSERT_NE(sequences, whole.npos);
+  int unseen = 0;
+  for (std::size_t length = sequences; length < whole.size(); ++length)
+    unseen += flaw(whole.substr(0, length)).empty();
+  // Before each of the five elements from there on, and up to seven bytes into them.
+  EXPECT_LE(unseen, 5 * 8);
+}
+
+TEST_F(DicomStructure, LyingLengthsAndEndlessNestingAreFlaws) {
+  const std::string head = dicom_head("1.2.840.10008.5.1.4.1.1.66.4");
+  EXPECT_THAT(flaw(head + dicom_element(0x62, 1, "CS", "BINARY").replace(6, 2, "\xF0\xFF")),
+              HasSubstr("reaches beyond"));
+  const std::string inner = dicom_element(0x62, 4, "US", "\1");
+  std::string sequence = dicom_sequence(0x62, 2, {inner});
+  EXPECT_EQ(flaw(head + sequence), "");
+  EXPECT_THAT(flaw(head + dicom_sequence(0x62, 2, {inner}).replace(12, 4, "oops")),
+              HasSubstr("something else than items"));
+  for (int depth = 0; depth < 40; ++depth) sequence = dicom_sequence(0x62, 2, {sequence});
+  EXPECT_THAT(flaw(head + sequence), HasSubstr("nested too deeply"));
+}
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
@@ -195,6 +274,68 @@ TEST_F(DicomMasks, WithoutClosedContoursThereIsNoMask) {
               HasSubstr("no closed contour"));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(structure_set(tubes()), "liver"); }),
               HasSubstr("4 own hole, 5 keyhole"));
+}
+
+Polygon2 disc_of(double x, double radius, bool backward = false) {
+  Polygon2 points;
+  constexpr int kPoints = 720;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = (backward ? -2 : 2) * M_PI * i / kPoints;
+    points.emplace_back(x + radius * std::cos(angle), radius * std::sin(angle));
+  }
+  return points;
+}
+
+double area(const ContourRegion& region) {
+  constexpr double kStep = 0.05;
+  double sum = 0;
+  for (double y = -60 + kStep / 2; y < 60; y += kStep) {
+    for (const auto& [from, to] : region.row(y)) sum += kStep * (to - from);
+  }
+  return sum;
+}
+
+double disc(double radius) { return M_PI * radius * radius; }
+
+// Of 180 points and rows: 1e-3 of the area.
+constexpr double kTolerance = 1e-3;
+
+TEST(ContourRegion, OverlappingContoursAreUnited) {
+  const ContourRegion region({{disc_of(0, 25)}, {disc_of(25, 15)}});
+  // Two circles' union, by the formula of their lens.
+  const double r = 25, s = 15, d = 25;
+  const double lens = r * r * std::acos((d * d + r * r - s * s) / (2 * d * r)) +
+                      s * s * std::acos((d * d + s * s - r * r) / (2 * d * s)) -
+                      0.5 * std::sqrt((-d + r + s) * (d + r - s) * (d - r + s) * (d + r + s));
+  const double right = disc(25) + disc(15) - lens;
+  EXPECT_NEAR(area(region) / right, 1, kTolerance);
+  EXPECT_EQ(region.holes(), 0u);
+}
+
+TEST(ContourRegion, OneInsideAnotherIsAHoleAndOneInsideThatAnIsland) {
+  const ContourRegion region({{disc_of(0, 10)}, {disc_of(0, 25)}, {disc_of(2, 4)}});
+  EXPECT_NEAR(area(region) / (disc(25) - disc(10) + disc(4)), 1, kTolerance);
+  EXPECT_EQ(region.holes(), 1u);
+}
+
+TEST(ContourRegion, AHoleInTwoThatOverlapIsAHole) {
+  const ContourRegion region({{disc_of(-5, 25)}, {disc_of(5, 25)}, {disc_of(0, 6)}});
+  const ContourRegion filled({{disc_of(-5, 25)}, {disc_of(5, 25)}});
+  EXPECT_NEAR((area(filled) - area(region)) / disc(6), 1, kTolerance);
+}
+
+TEST(ContourRegion, TheSameContourTwiceCountsOnce) {
+  Polygon2 again = disc_of(0, 25, true);
+  std::rotate(again.begin(), again.begin() + 100, again.end());
+  const ContourRegion region({{disc_of(0, 25)}, {again}});
+  EXPECT_NEAR(area(region) / disc(25), 1, kTolerance);
+  EXPECT_EQ(region.repeated(), 1u);
+  EXPECT_EQ(region.holes(), 0u);
+}
+
+TEST(ContourRegion, ContoursOfOneEvenOddSetCutEachOther) {
+  const ContourRegion region({{disc_of(0, 25), disc_of(0, 10)}});
+  EXPECT_NEAR(area(region) / (disc(25) - disc(10)), 1, kTolerance);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/label_figures.h"
+#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/contour_region.h"
+// What closed contours in one plane enclose (PS3.3, C.8.8.6.3), row by row: in, polygons; out, the
+// stretches of a row that lie inside.
+#include "dicom/dicom.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -8,17 +8,15 @@
 #include <limits>
 #include <map>
 
-#include "dicom/contour_region.h"
+#include "dicom/dicom.h"
 #include "dicom/dicom_document.h"
-#include "dicom/dicom_masks.h"
-#include "grid/affine_grid.h"
-#include "grid/planes.h"
+#include "grid/grids.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/rotation_between.h"
-#include "organbake/volume/label_names_file.h"
-#include "organbake/volume/region.h"
+#include "organbake/volume/labels.h"
+#include "organbake/volume/volume.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_pixels.h"
+// Stored pixels to Hounsfield units (PS3.3, C.7.6.3 and C.11.1): each slice's rescale, padding to
+// air, in parallel. In, slices; out, voxels of 16 bits, or real ones where these do not do.
+#include "dicom/dicom.h"
 
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
@@ -12,11 +14,8 @@
 #include <cstring>
 #include <optional>
 
-#include "dicom/dicom_codec.h"
-#include "dicom/inflated_dicom.h"
-#include "dicom/vtk_error_log.h"
-#include "files/byte_stream.h"
-#include "files/voxel_decoding.h"
+#include "dicom/dicom_document.h"
+#include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"

@@ -9,18 +9,13 @@
 #include <numeric>
 #include <set>
 
-#include "dicom/dicom_codec.h"
-#include "dicom/dicom_codestream.h"
-#include "dicom/dicom_copies.h"
+#include "dicom/dicom.h"
 #include "dicom/dicom_document.h"
-#include "dicom/dicom_masks.h"
-#include "files/byte_stream.h"
-#include "files/time_points.h"
-#include "grid/affine_grid.h"
-#include "grid/planes.h"
+#include "files/volume_files.h"
+#include "grid/grids.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
-#include "organbake/volume/region.h"
+#include "organbake/volume/volume.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_structure.h"
+// Looks a DICOM file's structure over (PS3.5, 7) before the parser reads it, which trusts lengths
+// and nesting. In, a file; out, its first flaw.
+#include "dicom/dicom_document.h"
 
 #include <vtkDICOMDictionary.h>
 
@@ -8,7 +10,7 @@
 #include <span>
 #include <string_view>
 
-#include "files/byte_stream.h"
+#include "files/volume_files.h"
 
 namespace organbake {
 namespace {

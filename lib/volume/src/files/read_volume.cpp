@@ -1,26 +1,188 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The door of all volumes: tells a file's kind by its content, a folder's by what lies in it, a
+// zip's by what it holds unpacked, and chooses the time and the label that were asked for.
 #include "organbake/volume/read_volume.h"
 
+#include <minizip/unzip.h>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstring>
+#include <memory>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
-#include "dicom/dicom_masks.h"
-#include "dicom/dicom_reader.h"
-#include "files/byte_stream.h"
-#include "files/header_text.h"
-#include "files/metaimage_reader.h"
-#include "files/nifti_reader.h"
-#include "files/nrrd_reader.h"
-#include "files/unzipped_folder.h"
-#include "files/vti_reader.h"
+#include "dicom/dicom.h"
+#include "files/volume_files.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
-#include "organbake/volume/dicom_folder.h"
-#include "organbake/volume/label_names_file.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/labels.h"
 
 namespace organbake {
+namespace {
+
+// The label of each name is its channel, counted from 1. Classes count from 0, the background;
+// where there is a name for every channel, from the first.
+std::vector<LabelName> channel_names(std::int64_t count, const VolumeReadOptions& options) {
+  std::vector<LabelName> names;
+  const bool has_background = std::cmp_not_equal(options.label_names.size(), count);
+  for (const LabelName& known : options.label_names) {
+    const int channel = known.label + (has_background ? 1 : 0);
+    if (channel < 1 || channel > count) continue;
+    names.push_back({channel, known.name, static_cast<int>(names.size())});
+  }
+  if (!names.empty()) return names;
+  for (std::int64_t layer = 0; layer < count; ++layer) {
+    const int number = static_cast<int>(layer) + 1;
+    names.push_back({number, "channel " + std::to_string(number), static_cast<int>(layer)});
+  }
+  return names;
+}
+
+std::string channel_advice(std::int64_t count, const std::vector<LabelName>& names,
+                           bool may_be_times) {
+  const std::string all = std::to_string(count);
+  return "holds " + all + " volumes of one place. If each is a mask of its own, choose one with " +
+         "--label \"" + names.front().name + "\" … \"" + names.back().name + "\"" +
+         (may_be_times ? "; if they are labels over time, with --time 1…" + all : "");
+}
+
+}  // namespace
+
+std::int64_t chosen_time(const TimePoints& times, const VolumeReadOptions& options,
+                         const std::string& name) {
+  if (times.count < 1) {
+    throw BadDataError(name + ": holds " + std::to_string(times.count) + " time points");
+  }
+  if (times.count == 1 && (options.is_mask || options.lasting)) return 0;
+  if (options.time > times.count) {
+    throw UsageError(name + ": holds " + std::to_string(times.count) +
+                     (times.count == 1 ? " time point" : " time points") + ", no --time " +
+                     std::to_string(options.time));
+  }
+  if (options.time > 0) return options.time - 1;
+  if (times.count == 1 || options.any_time) return 0;
+  throw BadDataError(name + ": holds " + std::to_string(times.count) + " time points" +
+                     (times.step.empty() ? "" : ", " + times.step) + "; choose one with --time 1…" +
+                     std::to_string(times.count));
+}
+
+Volume read_one_of(const TimePoints& times, const VolumeReadOptions& options,
+                   const std::string& name, const std::function<Volume(std::int64_t)>& read_one) {
+  constexpr std::int64_t kMostChannels = 1000;
+  const bool channels = options.is_mask && times.count > 1 && times.count <= kMostChannels &&
+                        !options.any_time && (options.time == 0 || options.only_channels);
+  if (!channels) return read_one(chosen_time(times, options, name));
+  const std::vector<LabelName> names = channel_names(times.count, options);
+  return read_separate_masks(options, name, names,
+                             channel_advice(times.count, names, !options.only_channels),
+                             [&](std::int64_t layer) {
+                               return read_one(names[static_cast<std::size_t>(layer)].label - 1);
+                             });
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMostUnpackedBytes = std::uint64_t{1} << 34;  // 16 GiB
+constexpr std::size_t kMostFiles = 100'000;
+constexpr int kNumberDigits = 6;
+
+struct CloseZip {
+  void operator()(void* zip) const { unzClose(zip); }
+};
+
+[[noreturn]] void damaged(const fs::path& zip) { throw BadDataError(zip, "is a damaged zip"); }
+
+struct Entry {
+  std::string name;  // with its folders
+  std::uint64_t bytes = 0;
+  bool encrypted = false;
+
+  std::string base() const { return name.substr(name.find_last_of("/\\") + 1); }
+  bool wanted() const {
+    return bytes > 0 && !base().empty() && !base().starts_with("._") &&
+           name.find("__MACOSX/") == std::string::npos;
+  }
+};
+
+Entry entry_of(void* zip, const fs::path& path) {
+  unz_file_info64 info{};
+  if (unzGetCurrentFileInfo64(zip, &info, nullptr, 0, nullptr, 0, nullptr, 0) != UNZ_OK)
+    damaged(path);
+  Entry entry;
+  entry.name.resize(info.size_filename);
+  if (unzGetCurrentFileInfo64(zip, nullptr, entry.name.data(), info.size_filename, nullptr, 0,
+                              nullptr, 0) != UNZ_OK)
+    damaged(path);
+  entry.bytes = info.uncompressed_size;
+  entry.encrypted = info.flag & 1;
+  return entry;
+}
+
+std::vector<std::byte> content_of(void* zip, const Entry& entry, const fs::path& path) {
+  if (unzOpenCurrentFile(zip) != UNZ_OK) damaged(path);
+  constexpr std::size_t kPiece = 1 << 20;
+  std::vector<std::byte> bytes;
+  // What the entry claims is not trusted with memory before it is there.
+  for (;;) {
+    const std::size_t had = bytes.size();
+    bytes.resize(had + kPiece);
+    const int got = unzReadCurrentFile(zip, bytes.data() + had, kPiece);
+    if (got < 0) damaged(path);
+    bytes.resize(had + static_cast<std::size_t>(got));
+    if (got == 0) break;
+    if (bytes.size() > entry.bytes) damaged(path);
+  }
+  // Closing compares the checksum.
+  if (unzCloseCurrentFile(zip) != UNZ_OK || bytes.size() != entry.bytes) damaged(path);
+  return bytes;
+}
+
+}  // namespace
+
+bool starts_zip(std::string_view first_bytes) { return first_bytes.starts_with("PK\x03\x04"); }
+
+UnzippedFolder::UnzippedFolder(const fs::path& zip) : zip_(zip) {
+  const std::unique_ptr<void, CloseZip> open(unzOpen64(zip.c_str()));
+  if (!open) damaged(zip);
+  std::uint64_t total = 0;
+  std::size_t files = 0;
+  for (int at = unzGoToFirstFile(open.get()); at == UNZ_OK; at = unzGoToNextFile(open.get())) {
+    const Entry entry = entry_of(open.get(), zip);
+    if (!entry.wanted()) continue;
+    if (entry.encrypted) throw BadDataError(zip, "is encrypted; unpack it first");
+    total += entry.bytes;
+    if (++files > kMostFiles || total > kMostUnpackedBytes) {
+      throw BadDataError(zip, "holds more than a scan would (" + std::to_string(total >> 20) +
+                                  " MB in " + std::to_string(files) +
+                                  " files so far); unpack it and give the folder of one series");
+    }
+    // Numbers keep apart what has the same name in two folders, and keep the zip's order.
+    path_ = folder_.path() / (padded(files, kNumberDigits) + "_" + entry.base());
+    const std::vector<std::byte> content = content_of(open.get(), entry, zip);
+    // A zip may hold itself without end.
+    if (starts_zip({reinterpret_cast<const char*>(content.data()), content.size()}))
+      throw BadDataError(zip, "holds another zip (" + entry.name + "); unpack it first");
+    write_file_atomically(path_, content);
+  }
+  if (files == 0) throw BadDataError(zip, "is a zip without files");
+  if (files > 1) path_ = folder_.path();
+}
+
+std::string UnzippedFolder::about_the_zip(const std::string& message) const {
+  std::string text = message;
+  const std::string inside = folder_.path().string();
+  for (std::size_t at; (at = text.find(inside)) != std::string::npos;)
+    text.replace(at, inside.size(), zip_.string());
+  return text;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Turns parallel planes, as scanners and segmentation programs write them, into voxels of a regular
-// grid. In: the corner of every plane (PS3.3, C.7.6.2: ImagePositionPatient and
-// ImageOrientationPatient alone tell where pixels lie), and what a file says of their distance.
-// Out: for images an upright grid that is interpolated between planes, for masks a grid that takes
-// each plane's pixels as they are, as thick as the plane stands for.
-#include "grid/planes.h"
+// Turns parallel planes, as scanners and segmentation programs write them, into slices of a grid.
+// In: the corner of every plane (PS3.3, C.7.6.2: ImagePositionPatient and ImageOrientationPatient
+// alone tell where pixels lie), and what a file says of their distance. Out: how thick each plane
+// is, and for masks a grid that takes each plane's pixels as they are.
+#include "grid/grids.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "dicom/dicom_pixels.h"
-#include "grid/affine_grid.h"
 #include "organbake/core/error.h"
-#include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -205,42 +201,6 @@ Eigen::Vector2d lattice_for(const std::vector<Eigen::Vector2d>& drifts) {
   return begin;
 }
 
-// Bilinear sample of plane k at a continuous (column, row); `air` beyond its pixels.
-double sample(const Volume& stack, int k, double x, double y, double air) {
-  const double left = std::floor(x), top = std::floor(y);
-  const double fx = x - left, fy = y - top;
-  const auto pixel = [&](double column, double row) -> double {
-    if (column < 0 || row < 0 || column >= stack.size[0] || row >= stack.size[1]) return air;
-    return stack.at(static_cast<int>(column), static_cast<int>(row), k);
-  };
-  // A whole-pixel position takes its one pixel, so that the last column is not mixed with air.
-  const double right = fx > 0 ? left + 1 : left, bottom = fy > 0 ? top + 1 : top;
-  const double upper = (1 - fx) * pixel(left, top) + fx * pixel(right, top);
-  const double lower = (1 - fx) * pixel(left, bottom) + fx * pixel(right, bottom);
-  return (1 - fy) * upper + fy * lower;
-}
-
-// The plane below a place along the normal, and how far it lies towards the next.
-struct Between {
-  int below = 0;
-  double share = 0;
-};
-
-Between find_between(const std::vector<double>& along_mm, double at_mm) {
-  const auto above = std::upper_bound(along_mm.begin(), along_mm.end(), at_mm);
-  const auto last = static_cast<std::ptrdiff_t>(along_mm.size()) - 2;
-  const auto below = std::clamp<std::ptrdiff_t>(above - along_mm.begin() - 1, 0, last);
-  const double gap = along_mm[below + 1] - along_mm[below];
-  return {static_cast<int>(below), std::clamp((at_mm - along_mm[below]) / gap, 0.0, 1.0)};
-}
-
-// Whole pixels that hold all drifts, the first and the last.
-Eigen::Vector2d least_px(const std::vector<Eigen::Vector2d>& drifts) {
-  Eigen::Vector2d least = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& drift : drifts) least = least.cwiseMin(drift);
-  return least.array().floor();
-}
-
 }  // namespace
 
 PlaneStack::PlaneStack(const Eigen::Matrix3d& unit_axes, const Eigen::Vector2d& size_mm,
@@ -377,53 +337,6 @@ PlacedPlanes placed(const PlaneStack& stack, const std::vector<Slab>& slabs, int
       stack.corners_mm[lowest] + stack.axes * Eigen::Vector3d(aside_mm.x(), aside_mm.y(), up_mm),
       name);
   return result;
-}
-
-Volume upright_grid(const PlaneStack& stack, const Volume& first, double spacing_mm,
-                    const std::string& name) {
-  const Eigen::Vector2d corner = least_px(stack.drift_px);
-  Eigen::Vector2d most = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& drift : stack.drift_px) most = most.cwiseMax(drift);
-  Volume grid;
-  grid.spacing_mm = first.spacing_mm;
-  grid.spacing_mm[2] = spacing_mm;
-  grid.direction = first.direction;
-  grid.origin_mm = first.world_from_index({corner.x(), corner.y(), 0});
-  constexpr double kRoundingSlack = 1e-6;  // the last slice must not be lost to a last digit
-  const auto slices =
-      static_cast<std::int64_t>(std::floor(stack.along_mm.back() / spacing_mm + kRoundingSlack)) +
-      1;
-  const std::array<std::int64_t, 3> size = {
-      first.size[0] + static_cast<std::int64_t>(std::ceil(most.x()) - corner.x()),
-      first.size[1] + static_cast<std::int64_t>(std::ceil(most.y()) - corner.y()), slices};
-  checked_voxel_count(size, name);
-  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(size[axis]);
-  return grid;
-}
-
-PlaneRange planes_needed(const PlaneStack& stack, double spacing_mm, int k, int k_end) {
-  return {find_between(stack.along_mm, k * spacing_mm).below,
-          find_between(stack.along_mm, (k_end - 1) * spacing_mm).below + 2};
-}
-
-void resample_planes(const PlaneStack& stack, double spacing_mm, const Volume& decoded,
-                     const PlaneRange& range, const IndexBox& box, int k, int count, Volume& out) {
-  const Eigen::Vector2d first =
-      least_px(stack.drift_px) + Eigen::Vector2d(box.first[0], box.first[1]);
-  parallel_for(k, k + count, [&](int slice) {
-    const Between at = find_between(stack.along_mm, (box.first[2] + slice) * spacing_mm);
-    const Eigen::Vector2d below = first - stack.drift_px[at.below];
-    const Eigen::Vector2d above = first - stack.drift_px[at.below + 1];
-    std::size_t voxel = std::size_t(slice) * box.size[0] * box.size[1];
-    for (int j = 0; j < box.size[1]; ++j) {
-      for (int i = 0; i < box.size[0]; ++i, ++voxel) {
-        const int k_below = at.below - range.first;
-        const double a = sample(decoded, k_below, i + below.x(), j + below.y(), kAir_hu);
-        const double b = sample(decoded, k_below + 1, i + above.x(), j + above.y(), kAir_hu);
-        set_value(out, voxel, (1 - at.share) * a + at.share * b);
-      }
-    }
-  });
 }
 
 }  // namespace organbake

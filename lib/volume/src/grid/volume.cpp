@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A volume: its values and labels, the memory that they lie in, a box of it, and its figures.
 #include "organbake/volume/volume.h"
 
+#include <sys/mman.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
-
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <type_traits>
 
+#include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
@@ -160,6 +164,161 @@ bool same_grid(const Volume& a, const Volume& b) {
     if ((a.world_from_index(index) - b.world_from_index(index)).norm() > tolerance) return false;
   }
   return true;
+}
+
+// Large pieces are mapped, in huge pages where the system has them: a volume of half a gigabyte
+// would be asked for in 130,000 small ones.
+namespace {
+
+constexpr std::size_t kMapped = std::size_t{1} << 22;
+
+}  // namespace
+
+void* allocate_zeroed(std::size_t bytes) {
+  if (bytes < kMapped) {
+    void* const memory = std::calloc(bytes > 0 ? bytes : 1, 1);
+    if (!memory) throw std::bad_alloc();
+    return memory;
+  }
+  void* const memory =
+      ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  ::madvise(memory, bytes, MADV_HUGEPAGE);  // a hint
+  return memory;
+}
+
+void free_zeroed(void* memory, std::size_t bytes) noexcept {
+  if (bytes < kMapped) {
+    std::free(memory);
+  } else {
+    ::munmap(memory, bytes);
+  }
+}
+
+namespace {
+
+std::vector<double> six_numbers(const std::string& text, const std::string& where) {
+  std::string spaced = text;
+  std::replace(spaced.begin(), spaced.end(), ',', ' ');
+  std::vector<double> values;
+  try {
+    values = numbers(spaced, where);
+  } catch (const BadDataError&) {
+    values.clear();  // a slip on the command line is a usage error, said below
+  }
+  if (values.size() != 6) {
+    throw UsageError(where + ": '" + text +
+                     "' is not possible; it takes two corners, x0,y0,z0,x1,y1,z1 in mm (LPS)");
+  }
+  return values;
+}
+
+}  // namespace
+
+Region parse_region(const std::string& text, const std::string& where) {
+  const std::vector<double> values = six_numbers(text, where);
+  const Eigen::Vector3d a(values[0], values[1], values[2]), b(values[3], values[4], values[5]);
+  const Region region = {a.cwiseMin(b), a.cwiseMax(b)};
+  if (!((region.max_mm - region.min_mm).minCoeff() > 0)) {
+    throw UsageError(where + ": '" + text + "' is a box without volume");
+  }
+  return region;
+}
+
+std::optional<IndexBox> voxels_within(const Volume& grid, const Region& region) {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d world;
+    for (int axis = 0; axis < 3; ++axis) {
+      world[axis] = (corner >> axis & 1) ? region.max_mm[axis] : region.min_mm[axis];
+    }
+    const Eigen::Vector3d index = grid.index_from_world(world);
+    low = low.cwiseMin(index);
+    high = high.cwiseMax(index);
+  }
+  IndexBox box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double last = grid.size[axis] - 1;
+    const double first = std::clamp(std::floor(low[axis]) - 1, 0.0, last);
+    const double end = std::clamp(std::ceil(high[axis]) + 1, 0.0, last);
+    if (low[axis] > last + 0.5 || high[axis] < -0.5) return std::nullopt;
+    box.first[axis] = static_cast<int>(first);
+    box.size[axis] = static_cast<int>(end - first) + 1;
+  }
+  return box;
+}
+
+IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::string& name) {
+  const std::optional<IndexBox> box = voxels_within(grid, region);
+  if (box) return *box;
+  throw BadDataError(name + ": the region of interest lies outside the volume, which covers " +
+                     world_range_text(grid) + " mm (LPS)");
+}
+
+void crop_grid(Volume& grid, const IndexBox& box) {
+  grid.origin_mm = grid.world_from_index(Eigen::Vector3d(box.first[0], box.first[1], box.first[2]));
+  grid.size = box.size;
+}
+
+Volume cropped(Volume volume, const IndexBox& box) {
+  if (box.is_whole(volume)) return volume;
+  // In place: every row moves towards the front, past what has been read already.
+  with_values(volume, [&](const auto values) {
+    auto to = values.begin();
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const std::size_t row = std::size_t(box.first[2] + k) * volume.size[1] + box.first[1] + j;
+        const auto from = values.subspan(row * volume.size[0] + box.first[0], box.size[0]);
+        to = std::copy(from.begin(), from.end(), to);
+      }
+    }
+  });
+  crop_grid(volume, box);
+  const auto shrink = [&](auto& values) {
+    values.resize(box.voxels());
+    values.shrink_to_fit();
+  };
+  volume.is_real() ? shrink(volume.reals) : shrink(volume.voxels);
+  return volume;
+}
+
+namespace {
+
+char side_towards(const Eigen::Vector3d& axis) {
+  Eigen::Index along = 0;
+  axis.cwiseAbs().maxCoeff(&along);
+  return axis[along] >= 0 ? "LPS"[along] : "RAI"[along];
+}
+
+std::string triple(const Eigen::Vector3d& v) {
+  return to_text(v.x(), 1) + ", " + to_text(v.y(), 1) + ", " + to_text(v.z(), 1);
+}
+
+}  // namespace
+
+VolumeFigures volume_figures(const Volume& volume) {
+  VolumeFigures figures;
+  figures.size = volume.size;
+  figures.spacing_mm = volume.spacing_mm;
+  figures.min_mm = figures.max_mm = volume.origin_mm;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d direction = volume.direction.col(axis);
+    figures.extent_mm[axis] = volume.size[axis] * volume.spacing_mm[axis];
+    figures.orientation += side_towards(direction);
+    const double cosine = std::min(1.0, direction.cwiseAbs().maxCoeff());
+    figures.oblique_degrees = std::max(figures.oblique_degrees, std::acos(cosine) * 180 / M_PI);
+    const Eigen::Vector3d along = direction * volume.spacing_mm[axis] * (volume.size[axis] - 1);
+    figures.min_mm += along.cwiseMin(0);
+    figures.max_mm += along.cwiseMax(0);
+  }
+  figures.left_handed = volume.direction.determinant() < 0;
+  figures.range = value_range(volume);
+  return figures;
+}
+
+std::string world_range_text(const Volume& volume) {
+  const VolumeFigures f = volume_figures(volume);
+  return triple(f.min_mm) + " … " + triple(f.max_mm);
 }
 
 }  // namespace organbake

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/volume/label_names_file.h"
+// Names of labels from the tables that ITK-SNAP, 3D Slicer, atlases and nnU-Net write. In, a text
+// or JSON; out, numbers and names.
+#include "organbake/volume/labels.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "files/header_text.h"
+#include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 

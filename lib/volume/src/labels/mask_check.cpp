@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/volume/mask_check.h"
+// Whether a label sits on the tissue that it claims to mark, by the Hounsfield units below it, and
+// where along the slices it would fit better.
+#include "organbake/volume/labels.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "grid/index_map.h"
+#include "grid/grids.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/describe.h"
-#include "organbake/volume/label_box.h"
-#include "organbake/volume/label_names_file.h"
+#include "organbake/volume/volume.h"
 
 namespace organbake {
 namespace {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Which labels a text asks for, by number or name, and one mask of them out of a file whose
+// segments lie in layers.
 #include "labels/mask_labels.h"
 
 #include <algorithm>
@@ -9,10 +11,10 @@
 #include <span>
 #include <utility>
 
-#include "files/header_text.h"
+#include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/nearest_name.h"
-#include "organbake/volume/label_names_file.h"
+#include "organbake/volume/labels.h"
 
 namespace organbake {
 namespace {

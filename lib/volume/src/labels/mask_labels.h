@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/volume/read_options.h"
+#include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

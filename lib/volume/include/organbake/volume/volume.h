@@ -4,14 +4,47 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <new>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "organbake/volume/zeroed_pages.h"
-
 namespace organbake {
+
+// `bytes` of memory that hold zeros. Pages that are not written take no room. Throws
+// std::bad_alloc.
+void* allocate_zeroed(std::size_t bytes);
+void free_zeroed(void* memory, std::size_t bytes) noexcept;
+
+// An allocator for the voxels of a volume. The system hands out zeros, so new values are not
+// written once more: the background of a mask, most of its voxels, takes neither time nor room. A
+// vector that shrank and grows again finds its old values there.
+template <class Value>
+struct ZeroedPages {
+  using value_type = Value;
+
+  ZeroedPages() = default;
+  template <class Other>
+  ZeroedPages(const ZeroedPages<Other>&) noexcept {}  // implicit, as allocators have to be
+
+  Value* allocate(std::size_t count) {
+    if (count > static_cast<std::size_t>(-1) / sizeof(Value)) throw std::bad_array_new_length();
+    return static_cast<Value*>(allocate_zeroed(count * sizeof(Value)));
+  }
+  void deallocate(Value* values, std::size_t count) noexcept {
+    free_zeroed(values, count * sizeof(Value));
+  }
+  void construct(Value*) const noexcept {}  // 0 already
+  template <class From>
+  void construct(Value* at, From&& from) const {
+    ::new (static_cast<void*>(at)) Value(std::forward<From>(from));
+  }
+  friend bool operator==(const ZeroedPages&, const ZeroedPages&) { return true; }
+};
 
 // What a mask calls one of its labels.
 struct LabelName {
@@ -116,5 +149,55 @@ bool same_grid(const Volume& a, const Volume& b);
 
 // Throws BadDataError: sizes, spacing > 0, orthonormal direction, voxel count.
 void check_volume(const Volume& volume, const std::string& name);
+
+// A box of the world, LPS millimetres, along the patient's axes.
+struct Region {
+  Eigen::Vector3d min_mm = Eigen::Vector3d::Zero(), max_mm = Eigen::Vector3d::Zero();
+};
+
+// "x0,y0,z0,x1,y1,z1": two opposite corners in any order. Throws UsageError naming `where`.
+Region parse_region(const std::string& text, const std::string& where);
+
+// A box of voxels.
+struct IndexBox {
+  std::array<int, 3> first{}, size{};
+
+  static IndexBox whole(const Volume& grid) { return {{0, 0, 0}, grid.size}; }
+  bool is_whole(const Volume& grid) const { return size == grid.size; }
+  std::size_t voxels() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
+};
+
+// The smallest box of voxels that holds all of the region that lies in the grid, and one voxel
+// around it, so that a surface inside is the same with and without cropping. Only the grid's size
+// and place count, not its voxels. None where the region misses the grid.
+std::optional<IndexBox> voxels_within(const Volume& grid, const Region& region);
+// The same; throws BadDataError when the region misses the grid.
+IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::string& name);
+
+// Makes the grid (size and origin) that of the box; the voxels are left alone.
+void crop_grid(Volume& grid, const IndexBox& box);
+
+// The box's part of a whole volume.
+Volume cropped(Volume volume, const IndexBox& box);
+
+// The figures of a volume that `inspect` prints.
+struct VolumeFigures {
+  std::array<int, 3> size{};
+  Eigen::Vector3d spacing_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d extent_mm = Eigen::Vector3d::Zero();  // size ∘ spacing
+  Eigen::Vector3d min_mm = Eigen::Vector3d::Zero();     // of the voxel centres, LPS
+  Eigen::Vector3d max_mm = Eigen::Vector3d::Zero();
+  // The patient's side that each index axis runs towards: "LPS" for a plain axial CT, "LAS" for
+  // one with its rows from posterior to anterior. (ITK names the sides it comes from: "RAI".)
+  std::string orientation;
+  double oblique_degrees = 0;  // largest angle between an index axis and a patient axis
+  bool left_handed = false;
+  ValueRange range;
+};
+
+VolumeFigures volume_figures(const Volume& volume);
+
+// "-149.5, -61.5, -842.5 … 249.5, …": the box of the voxel centres in world millimetres.
+std::string world_range_text(const Volume& volume);
 
 }  // namespace organbake
