@@ -143,29 +143,38 @@ ContourPlanes planes_of(const ContouredRegion& region, const Eigen::Matrix3d& ax
   return planes;
 }
 
+// Whether the scan's grid is that of the slices as they were taken, in which contours lie.
+bool has_own_slices(const Volume& scan) {
+  constexpr double kOffSlice = 0.05;
+  for (const double gap : slice_gaps_mm(scan))
+    if (std::abs(gap / scan.spacing_mm.z() - 1) > kOffSlice) return false;
+  return scan.gantry_tilt_degrees == 0;
+}
+
+// The corner of the slice, as it was taken, that lies nearest to a point.
+const Eigen::Vector3d& slice_at(const Volume& scan, const Eigen::Vector3d& point) {
+  const std::vector<Eigen::Vector3d>& corners = scan.slices.corners_mm;
+  const auto off = [&](const Eigen::Vector3d& corner) {
+    return std::abs((corner - point).dot(scan.direction.col(2)));
+  };
+  return *std::min_element(
+      corners.begin(), corners.end(),
+      [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return off(a) < off(b); });
+}
+
 // Whether every point lies in a slice of the scan, and in it at a corner of a voxel, in the middle
 // of an edge or at a centre: a program drew the contours round voxels, no hand did.
-bool follow_voxels(const ContouredRegion& region, const Volume& scan) {
+bool follow_voxels(const ContouredRegion& region, const Volume& scan, bool own_slices) {
   constexpr double kRounded = 0.03;  // of a voxel: positions are decimal text
   for (const DrawnContour& contour : region.contours) {
+    const Eigen::Vector3d first =
+        own_slices ? scan.origin_mm : slice_at(scan, contour.points.front());
     for (const Eigen::Vector3d& point : contour.points) {
-      Eigen::Vector3d index = scan.index_from_world(point);
+      Eigen::Vector3d index =
+          (scan.direction.transpose() * (point - first)).cwiseQuotient(scan.spacing_mm);
       index.head<2>() *= 2;
       if ((index - index.array().round().matrix()).cwiseAbs().maxCoeff() > kRounded) return false;
     }
-  }
-  return true;
-}
-
-// Whether the scan's grid is that of the slices as they were taken, across which contours lie.
-bool has_own_slices(const Volume& scan, const Eigen::Vector3d& normal) {
-  constexpr double kParallel = 2e-3, kOffSlice = 0.05;
-  if (scan.direction.col(2).cross(normal).norm() > kParallel || scan.gantry_tilt_degrees != 0)
-    return false;
-  const std::vector<Eigen::Vector3d>& corners = scan.slices.corners_mm;
-  for (std::size_t k = 1; k < corners.size(); ++k) {
-    const double gap = (corners[k] - corners[k - 1]).dot(scan.direction.col(2));
-    if (std::abs(gap / scan.spacing_mm.z() - 1) > kOffSlice) return false;
   }
   return true;
 }
@@ -177,6 +186,36 @@ Volume empty_grid_of(const Volume& scan) {
   grid.origin_mm = scan.origin_mm;
   grid.direction = scan.direction;
   return grid;
+}
+
+// Contours round the voxels of slices that the scan's reader resampled: the slices are placed as
+// frames of a segmentation are, and the contours move with them.
+Volume grid_of_slices(std::vector<ContouredRegion>& regions, const Volume& scan,
+                      const std::string& name) {
+  std::vector<Eigen::Vector3d> corners;
+  std::vector<Slab> slabs;
+  std::vector<std::vector<ContourRegion::Contour>*> contours;
+  for (ContouredRegion& region : regions) {
+    if (region.slabs.empty()) continue;
+    slabs.insert(slabs.end(), region.slabs.begin(), region.slabs.end());
+    for (auto& [along, plane] : region.planes) {
+      corners.push_back(slice_at(scan, along * scan.direction.col(2)));
+      contours.push_back(&plane);
+    }
+  }
+  const Eigen::Vector2d pixel_mm = scan.spacing_mm.head<2>();
+  const PlacedPlanes planes = placed({scan.direction, pixel_mm, corners}, slabs,
+                                     scan.slices.columns, scan.slices.rows, name);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector3d from = scan.direction.transpose() * (planes.grid.origin_mm - corners[i]);
+    const PlacedPlanes::Place& place = planes.places[i];
+    const Eigen::Vector2d moved =
+        from.head<2>() + pixel_mm.cwiseProduct(Eigen::Vector2d(place.column, place.row));
+    for (ContourRegion::Contour& contour : *contours[i])
+      for (Polygon2& polygon : contour)
+        for (Eigen::Vector2d& point : polygon) point += moved;
+  }
+  return planes.grid;
 }
 
 // What the contours of each plane enclose. Says what was not simply taken as it is drawn.
@@ -338,15 +377,19 @@ Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& option
   }
   const std::vector<bool> chosen = chosen_regions(names, options, file);
   Eigen::Matrix3d axes = plane_axes(regions);
-  bool by_voxels = options.scan != nullptr && has_own_slices(*options.scan, axes.col(2));
+  constexpr double kParallel = 2e-3;
+  bool by_voxels =
+      options.scan && options.scan->direction.col(2).cross(axes.col(2)).norm() < kParallel;
+  const bool own_slices = by_voxels && has_own_slices(*options.scan);
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    by_voxels = by_voxels && (!chosen[i] || follow_voxels(regions[i], *options.scan));
+    by_voxels = by_voxels && (!chosen[i] || follow_voxels(regions[i], *options.scan, own_slices));
   }
   if (by_voxels) axes = options.scan->direction;
   std::vector<std::string> told;
   set_slabs(regions, chosen, axes, options, file.string(), told);
-  Volume grid =
-      by_voxels ? empty_grid_of(*options.scan) : grid_of_planes(regions, axes, file.string());
+  Volume grid = !by_voxels   ? grid_of_planes(regions, axes, file.string())
+                : own_slices ? empty_grid_of(*options.scan)
+                             : grid_of_slices(regions, *options.scan, file.string());
   const double reach = by_voxels ? kOnEdge_mm : 0;
   grid.label_names = names;
   Volume mask = read_layers(
@@ -360,7 +403,7 @@ Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& option
         return one;
       });
   mask.warnings = told;
-  mask.ends_with_label = !options.region && !by_voxels;
+  mask.ends_with_label = !options.region && !(by_voxels && own_slices);
   if (!options.region) return mask;
   const IndexBox box = voxels_of_region(mask, *options.region, file.string());
   return cropped(std::move(mask), box);

@@ -60,6 +60,7 @@ inline constexpr int kMostLabel = 1 << 24;
 struct ScannedSlices {
   std::string series_uid, frame_of_reference_uid;
   std::vector<Eigen::Vector3d> corners_mm;  // centre of each one's first pixel, by place
+  int columns = 0, rows = 0;                // pixels of each
 };
 
 // A CT in Hounsfield units, a volume of any other numbers, or a label mask, on a regular grid.
