@@ -463,7 +463,9 @@ TEST_F(MaskPlanes, TwoHalvesOfASegmentInOnePlaneAreUnited) {
       (i % Scan::kColumns < 20 ? right : left).values[i] = 0;
     seg.frames.insert(seg.frames.end(), {left, right});
   }
-  expect_like(read(seg.bytes(), nullptr), counted(scan, {4, 5, 6}));
+  const Volume mask = read(seg.bytes(), nullptr);
+  expect_like(mask, counted(scan, {4, 5, 6}));
+  EXPECT_THAT(mask.warnings, Contains(HasSubstr("they were united")));
 }
 
 TEST_F(MaskPlanes, WhatNoGridHoldsIsRefusedByName) {

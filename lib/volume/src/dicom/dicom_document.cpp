@@ -292,6 +292,8 @@ void read_what_tells_apart(vtkDICOMMetaData& data, DicomSlice& slice) {
       {"reconstruction kernel", DC::ConvolutionKernel},
       {"acquisition time", DC::AcquisitionTime},
       {"acquisition time", DC::AcquisitionDateTime},
+      {"acquisition time", DC::FrameAcquisitionDateTime},
+      {"acquisition time", DC::FrameReferenceDateTime},
       {"image type", DC::ImageType}};
   for (const auto& [what, tag] : kTelling) {
     const std::string value = as_text(of_frame(data, slice, tag));

@@ -95,6 +95,12 @@ void read_frames(const DicomDocument& document, Segmentation& seg, const fs::pat
   }
 }
 
+std::vector<std::size_t> all_of(const std::vector<SegmentFrame>& frames) {
+  std::vector<std::size_t> all(frames.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
 // Whether a segment has two frames with one corner.
 bool has_copies(const std::vector<SegmentFrame>& frames, const std::vector<std::size_t>& among) {
   std::set<std::array<long, 4>> corners;
@@ -110,8 +116,7 @@ bool has_copies(const std::vector<SegmentFrame>& frames, const std::vector<std::
 // Frames of several phases of the heart or the breath, by what tells them apart; a time of day does
 // only where it explains why one place is taken twice.
 std::vector<SameValue> phases_of(const std::vector<SegmentFrame>& frames, std::string& what) {
-  std::vector<std::size_t> all(frames.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
+  const std::vector<std::size_t> all = all_of(frames);
   for (const char* name :
        {"temporal position", "phase of the cycle, %", "trigger time, ms", "acquisition time"}) {
     what = name;
@@ -173,6 +178,10 @@ void place_frames(const DicomDocument& document, const VolumeReadOptions& option
                   Segmentation& seg, const fs::path& file) {
   const DicomSlice& first = seg.frames.front().slice;
   const Eigen::Matrix3d axes = first.plane_axes();
+  if (has_copies(seg.frames, all_of(seg.frames)))
+    seg.grid.warnings.push_back(
+        "it has several frames of one segment in one place, and nothing "
+        "tells them apart; they were united");
   std::vector<Eigen::Vector3d> corners;
   std::vector<double> along, places;
   for (const SegmentFrame& frame : seg.frames) {
