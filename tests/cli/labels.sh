@@ -6,7 +6,7 @@ source "$(dirname "$0")/assert.sh"
 # Two boxes of 10 mm voxels in a mask: 64 voxels of label 2, 27 of label 5.
 python3 - <<'END'
 import struct
-def mask(path, times=1):
+def mask(path, times=1, step=10.0):
     size = (12, 8, 8)
     voxels = bytearray()
     for z in range(size[2]):
@@ -26,11 +26,12 @@ def mask(path, times=1):
     h[123] = 2
     struct.pack_into('<h', h, 254, 1)
     for row in range(3):
-        struct.pack_into('<4f', h, 280 + 16 * row, *[10.0 * (row == c) for c in range(3)], 0)
+        struct.pack_into('<4f', h, 280 + 16 * row, *[step * (row == c) for c in range(3)], 0)
     h[344:348] = b'n+1\0'
     open(path, 'wb').write(bytes(h) + b'\1\0\0\0' + struct.pack('<2i', 8 + len(xml), 0) + xml + bytes(voxels) * times)
 mask('mask.nii')
 mask('times.nii', 2)
+mask('lost.nii', 1, 1.0)
 END
 figure() { python3 -c 'import json, sys; print(json.load(open("out"))["report"]["figures"][sys.argv[1]])' "$1"; }
 near() { python3 -c "import sys; sys.exit(not abs($1 - $2) <= 0.005 * $2)" || fail "$1 is not $2"; }
@@ -47,6 +48,13 @@ expect 65 organbake isosurface --mask mask.nii --label 3 -o x.ply
 expect_err "no label 3; it holds 2 liver, 5 gall bladder"
 expect 2 organbake isosurface --mask mask.nii --label 0 -o x.ply
 expect_gone x.ply
+
+# An affine that lost its voxel size is not guessed at.
+expect 65 organbake isosurface --mask lost.nii --label liver -o x.ply
+expect_err "--unit-affine"
+expect 0 organbake isosurface --mask lost.nii --label liver --unit-affine scale -o scaled.ply
+expect_err "pixdim's were taken, as asked for"
+expect_same scaled.ply liver.ply
 
 # Names from a text of one's own.
 printf '# labels\n2 1 2 3 1 1 1 "right lobe"\n' >names.txt

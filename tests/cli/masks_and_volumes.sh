@@ -51,6 +51,8 @@ expect 0 organbake isosurface ct.nii --mask one_hot.nii --label "channel 2" -o o
 near "$(figure volume_ml)" 56.55 0.2
 expect 0 organbake isosurface ct.nii --mask one_hot.nii --time 1 --label "channel 2" -o organ.ply
 expect 65 organbake isosurface ct.nii --mask one_hot.nii --time 1 -o x.ply
+expect 2 organbake isosurface ct.nii --mask one_hot.nii --time 2 --label "channel 2" -o x.ply
+expect_err "no --time 2"
 expect 0 organbake isosurface ct.nii --mask one_hot.nii --label-names dataset.json --label liver -o named.ply
 expect_same named.ply organ.ply
 

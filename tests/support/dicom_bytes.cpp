@@ -176,13 +176,9 @@ std::string SegBytes::bytes() const {
                      {optional_element(0x18, 0x0050, "DS", thickness) +
                       optional_element(0x18, 0x0088, "DS", gap) +
                       dicom_element(0x28, 0x0030, "DS", pixel_spacing)});
-  const std::string series =
-      referenced_series.empty()
-          ? ""
-          : dicom_sequence(8, 0x1115, {dicom_element(0x20, 0x000E, "UI", referenced_series)});
   return dicom_head(kSegmentation, rle ? kRle : "1.2.840.10008.1.2.1") +
          dicom_element(8, 0x0016, "UI", kSegmentation) + dicom_element(8, 0x0060, "CS", "SEG") +
-         series + optional_element(0x20, 0x0052, "UI", frame_of_reference) +
+         optional_element(0x20, 0x0052, "UI", frame_of_reference) +
          dicom_element(0x28, 0x0008, "IS", std::to_string(frames.size())) +
          dicom_element(0x28, 0x0010, "US", us(rows)) +
          dicom_element(0x28, 0x0011, "US", us(columns)) +

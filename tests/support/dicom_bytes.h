@@ -65,7 +65,7 @@ struct SegBytes {
   int columns = 7, rows = 5;
   std::string orientation = "1\\0\\0\\0\\1\\0", pixel_spacing = "0.5\\0.75";
   std::string gap = {}, thickness = {};  // SpacingBetweenSlices, SliceThickness; empty = not told
-  std::string frame_of_reference = {}, referenced_series = {};
+  std::string frame_of_reference = {};
 
   std::string bytes() const;
 

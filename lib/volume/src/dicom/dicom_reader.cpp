@@ -184,8 +184,8 @@ Volume read_dicom(const fs::path& folder, const VolumeReadOptions& options,
   volume.warnings = stack.warnings;
   volume.time_points = stack.time_points;
   volume.gantry_tilt_degrees = stack.tilt_degrees;
-  volume.slices = {stack.slices.front().series_uid, stack.slices.front().frame_of_reference_uid,
-                   stack.planes.corners_mm, scanned.size[0], scanned.size[1]};
+  volume.slices = {stack.slices.front().frame_of_reference_uid, stack.planes.corners_mm,
+                   scanned.size[0], scanned.size[1]};
   const IndexBox box = options.region ? voxels_of_region(volume, *options.region, folder.string())
                                       : IndexBox::whole(volume);
   crop_grid(volume, box);

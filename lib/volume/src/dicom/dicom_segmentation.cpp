@@ -166,11 +166,6 @@ GapClues clues_of(const DicomDocument& document, const VolumeReadOptions& option
   };
   clues.told_mm = positive(DC::SpacingBetweenSlices);
   clues.thickness_mm = positive(DC::SliceThickness);
-  const vtkDICOMValue& series = data.Get(DC::ReferencedSeriesSequence);
-  for (std::size_t i = 0; options.scan && i < series.GetNumberOfValues(); ++i) {
-    const std::string uid = dicom_text(series.GetItem(i).Get(DC::SeriesInstanceUID));
-    clues.of_this_scan |= !uid.empty() && uid == options.scan->slices.series_uid;
-  }
   return clues;
 }
 

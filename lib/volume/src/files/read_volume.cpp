@@ -78,11 +78,13 @@ Volume read_one_of(const TimePoints& times, const VolumeReadOptions& options,
                         !options.any_time && (options.time == 0 || options.only_channels);
   if (!channels) return read_one(chosen_time(times, options, name));
   const std::vector<LabelName> names = channel_names(times.count, options);
-  return read_separate_masks(options, name, names,
-                             channel_advice(times.count, names, !options.only_channels),
-                             [&](std::int64_t layer) {
-                               return read_one(names[static_cast<std::size_t>(layer)].label - 1);
-                             });
+  Volume mask = read_separate_masks(
+      options, name, names, channel_advice(times.count, names, !options.only_channels),
+      [&](std::int64_t layer) {
+        return read_one(names[static_cast<std::size_t>(layer)].label - 1);
+      });
+  mask.time_points = 1;  // they are no times
+  return mask;
 }
 
 namespace {

@@ -124,7 +124,6 @@ struct Slab {
 // What tells how far planes lie apart that need not all be there.
 struct GapClues {
   const Volume* scan = nullptr;  // that they may have been made on
-  bool of_this_scan = false;     // their file names its series
   double told_mm = 0;            // from plane to plane; 0 = not told
   double thickness_mm = 0;       // of a plane; 0 = not told
   bool by_hand = false;          // one plane may be left out, and no gap is wrong

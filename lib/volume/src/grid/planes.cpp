@@ -95,14 +95,15 @@ std::vector<std::size_t> planes_at(const std::vector<double>& planes,
   return found;
 }
 
-// Contours on every third slice of a fine scan, and frames of a thicker reconstruction, mean their
-// own gap, and a file that names the scan means the scan's.
+// Contours on every third slice of a fine scan, and frames that tell the gap that they have, of a
+// thicker reconstruction, mean their own gap.
 bool is_own_gap(double shown, double gap_of_scan, std::size_t steps, const GapClues& clues) {
   constexpr double kOneLeftOut = 2.2, kAlike = 0.05;
-  if (shown == 0 || clues.of_this_scan) return false;
+  if (shown == 0) return false;
   if (clues.by_hand)
     return steps >= 3 && shown > kOneLeftOut * gap_of_scan && shown <= kThickest_mm;
-  return shown > (1 + kAlike) * gap_of_scan && std::abs(clues.told_mm / shown - 1) < kAlike;
+  const double told = clues.told_mm > 0 ? clues.told_mm : clues.thickness_mm;
+  return shown > (1 + kAlike) * gap_of_scan && std::abs(told / shown - 1) < kAlike;
 }
 
 // Half-way to the planes that the scan has beside each; those at its ends are as thick as their

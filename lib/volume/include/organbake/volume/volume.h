@@ -58,7 +58,7 @@ inline constexpr int kMostLabel = 1 << 24;
 
 // The slices of a DICOM series as they were scanned, all of them, whatever part of it was read.
 struct ScannedSlices {
-  std::string series_uid, frame_of_reference_uid;
+  std::string frame_of_reference_uid;
   std::vector<Eigen::Vector3d> corners_mm;  // centre of each one's first pixel, by place
   int columns = 0, rows = 0;                // pixels of each
 };
