@@ -7,7 +7,7 @@
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
-#include "organbake/registration/track.h"
+#include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_depth.h"
 #include "promises.h"
 

@@ -4,7 +4,7 @@
 
 #include "measuring/scenes.h"
 #include "organbake/phantom/known_answers.h"
-#include "organbake/registration/overlay.h"
+#include "organbake/registration/register_photo.h"
 #include "promises.h"
 #include "registration_cases.h"
 #include "support/ramp_volume.h"

@@ -9,7 +9,6 @@
 #include "measuring/scenes.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/registration/overlay.h"
 #include "promises.h"
 #include "registration_cases.h"
 #include "support/ramp_volume.h"

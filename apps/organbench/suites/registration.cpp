@@ -8,7 +8,6 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/register_photo.h"
-#include "organbake/registration/track.h"
 
 namespace organbake {
 namespace {

@@ -10,7 +10,6 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/registration/register_photo.h"
-#include "organbake/registration/seen_depth.h"
 #include "stages/shared/posed_depth.h"
 
 namespace organbake {

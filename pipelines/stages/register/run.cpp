@@ -13,7 +13,7 @@
 #include "organbake/formats/photo.h"
 #include "organbake/image/png.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/registration/overlay.h"
+#include "organbake/registration/register_photo.h"
 #include "stages/register/options.h"
 #include "stages/register/photos.h"
 #include "stages/register/register_clip.h"

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cost_functions/depth_cost.h"
-#include "cost_functions/pose_manifold.h"
-#include "depth/depth_search.h"
+#include "cost_functions/cost_functions.h"
+#include "depth/depth_alignment.h"
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"

@@ -2,11 +2,19 @@
 #include "organbake/registration/register_photo.h"
 
 #include <gtest/gtest.h>
+
 #include <tbb/global_control.h>
-
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "appearance/prediction.h"
+#include "cost_functions/cost_functions.h"
 #include "lamp_studio.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/refine.h"
+#include "organbake/registration/registered_surface.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {
@@ -123,6 +131,181 @@ TEST(RegisterPhoto, SameResultForAnyNumberOfThreads) {
   EXPECT_EQ(many.camera.camera_from_world.rotation, alone.camera.camera_from_world.rotation);
   EXPECT_EQ(many.camera.camera_from_world.translation, alone.camera.camera_from_world.translation);
   EXPECT_EQ(many.quality.surface_sd_mm, alone.quality.surface_sd_mm);
+}
+
+Rgb8Image round_picture(int width, int height, double radius) {
+  Rgb8Image image(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (std::hypot(x + 0.5 - width / 2.0 - 4, y + 0.5 - height / 2.0) < radius)
+        std::fill_n(image.at(x, y), 3, std::uint8_t(90 + (x * 7 + y * 3) % 60));
+  return image;
+}
+
+TEST(RoundField, IsFoundWholeOrCutByTheEdges) {
+  for (const double radius : {140.0, 190.0}) {
+    const Rgb8Image image = round_picture(400, 300, radius);
+    const auto inside = inside_round_field(image);
+    int wrong = 0, in = 0;
+    for (int y = 0; y < 300; ++y)
+      for (int x = 0; x < 400; ++x) {
+        const double r = std::hypot(x + 0.5 - 204, y + 0.5 - 150);
+        in += inside[y * 400 + x];
+        wrong += inside[y * 400 + x] && r > radius;
+        wrong += !inside[y * 400 + x] && r < radius - 6;
+      }
+    EXPECT_EQ(wrong, 0) << "radius " << radius;
+    EXPECT_GT(in, 1000);
+  }
+}
+
+TEST(RoundField, ADarkBackgroundIsNone) {
+  Rgb8Image photo = develop(lamp_studio().plain, {.offset = 0, .noise = 0});
+  const auto inside = inside_round_field(photo);
+  EXPECT_EQ(std::count(inside.begin(), inside.end(), 0), 0);
+}
+
+TEST(ValidPixels, LeaveOutMaskAndBlownOnes) {
+  Rgb8Image photo(40, 30), mask(40, 30);
+  std::fill(photo.pixels.begin(), photo.pixels.end(), 100);
+  std::fill(mask.pixels.begin(), mask.pixels.end(), 255);
+  std::fill_n(photo.at(20, 10), 3, 255);
+  std::fill_n(mask.at(5, 5), 3, 0);
+  const auto valid = valid_pixels(photo, mask);
+  EXPECT_EQ(std::count(valid.begin(), valid.end(), 0), 9 + 1) << "the blown one's neighbours, too";
+  EXPECT_EQ(valid[5 * 40 + 5], 0);
+}
+
+TEST(BorderDistance, ClosedMeshesHaveNone) {
+  EXPECT_TRUE(border_distance_mm(make_icosphere(3)).empty());
+  EXPECT_TRUE(border_distance_mm(soup_of(make_icosphere(3))).empty()) << "corners in one place";
+}
+
+TEST(BorderDistance, GrowsFromTheCutToThePole) {
+  for (const bool loose : {false, true}) {
+    TriangleMesh mesh = cut_in_half(make_icosphere(5), Eigen::Vector3d::UnitZ());
+    if (loose) mesh = soup_of(mesh);
+    const auto distance = border_distance_mm(mesh);
+    ASSERT_EQ(distance.size(), mesh.vertices.size());
+    // A way along edges zigzags: at most 2/√3 as long as the straight one, and the cut is a
+    // triangle's height uneven.
+    constexpr double kZigzag = 1.16, kUneven = 0.06;
+    for (const Face& face : mesh.faces)
+      for (const std::uint32_t v : face) {
+        const double arc = std::asin(std::min(1.0, mesh.vertices[v].z()));
+        EXPECT_LE(distance[v], kZigzag * arc + kUneven);
+        EXPECT_GE(distance[v], arc - 2 * kUneven);
+      }
+  }
+}
+
+class OpenSurface : public testing::Test {
+ protected:
+  const PosedCamera& camera_ = lamp_studio().cameras[0];
+  const Eigen::Vector3d up_ = camera_.camera_from_world.rotation.row(1).transpose();
+  const RegisteredSurface surface_{cut_in_half(lamp_studio().surface.mesh(), up_, -20)};
+};
+
+TEST_F(OpenSurface, WhatLiesBeyondACutIsNoBackground) {
+  ASSERT_TRUE(surface_.open());
+  const PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  const PhotoLevel level = photo_pyramid(photo.image, {}, photo.intrinsics, 256, 256).front();
+  const ShadingBasis basis({}, 200);
+  Prediction p, all;
+  const auto draw = [&](const RegisteredSurface& surface, Prediction& drawn) {
+    predict(surface, level, object_pose(camera_.camera_from_world, surface.center()), 1, basis,
+            basis.first_weights(), {.margin = 8}, drawn);
+  };
+  draw(surface_, p);
+  draw(lamp_studio().surface, all);
+  int beside = 0;
+  for (const WeightedPixel& pixel : overlap(level, p, 5)) {
+    if (p.coverage[p.index(pixel.x, pixel.y)] > 0) continue;
+    ++beside;
+    EXPECT_LT(all.coverage[all.index(pixel.x, pixel.y)], 0.5f)
+        << pixel.x << ", " << pixel.y << ": the organ is there, unseen";
+  }
+  EXPECT_GT(beside, 200) << "beyond the true outline there is background";
+}
+
+TEST_F(OpenSurface, APieceOfTheOrganFindsItsPlace) {
+  PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  constexpr double kPiece_mm = 0.5;  // half a pixel: the cut gives nothing away
+  photo.start = disturbed(surface_, camera_.camera_from_world, 8, 6, 1);
+  RegistrationOptions options;
+  options.light = LightModel::camera;  // else the piece is taken for tissue
+  const auto found = register_photo(surface_, photo, options);
+  EXPECT_LT(mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world),
+            kPiece_mm);
+}
+
+// Told that the organ ends where the mesh does, the search may still find the place by what is left
+// of the true outline; but it never calls another one right.
+TEST_F(OpenSurface, AnOrganThatEndsAtTheBorderIsNeverFalselyOk) {
+  const RegisteredSurface ending(surface_.mesh(), MeshBorders::outlines);
+  EXPECT_FALSE(ending.open());
+  PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  constexpr double kRight_mm = 2;  // the false border draws the pose towards it
+  RegistrationOptions options;
+  options.fallbacks = false;  // what they find is never ok
+  options.light = LightModel::camera;
+  for (const std::uint64_t seed : {2}) {
+    photo.start = disturbed(surface_, camera_.camera_from_world, 8, 6, seed);
+    const auto found = register_photo(ending, photo, options);
+    const double error_mm =
+        mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world);
+    EXPECT_TRUE(found.quality.verdict != Verdict::ok || error_mm < kRight_mm) << error_mm << " mm";
+  }
+}
+
+constexpr double kTracked_mm = 0.3;  // a third of a pixel
+
+// Frame by frame 2° and 2 mm on.
+PosedCamera camera_at(int frame) {
+  PosedCamera camera = lamp_studio().cameras[0];
+  Motion motion;
+  motion << 0.02 * frame, -0.02 * frame, 0.02 * frame, frame, frame, -frame;
+  const Eigen::Vector3d center = lamp_studio().surface.center();
+  camera.camera_from_world =
+      rigid_transform(moved(object_pose(camera.camera_from_world, center), motion), center);
+  return camera;
+}
+
+Rgb8Image frame_at(int frame) {
+  return develop(picture_of_mesh_by_lamp(lamp_studio().surface.mesh(), camera_at(frame)),
+                 {.noise = 0.01, .seed = static_cast<std::uint64_t>(frame)});
+}
+
+Rgb8Image nothing() {
+  Rgb8Image image = frame_at(0);
+  std::fill(image.pixels.begin(), image.pixels.end(), std::uint8_t{100});
+  return image;
+}
+
+double frame_error_mm(int frame, const RegisteredPhoto& found) {
+  return mtre_mm(lamp_studio().surface, camera_at(frame).camera_from_world,
+                 found.camera.camera_from_world);
+}
+
+TEST(PoseTracker, FollowsAndFindsAgainWhatWasLost) {
+  RegistrationOptions options;
+  options.light = LightModel::camera;
+  PoseTracker tracker(lamp_studio().surface, lamp_studio().cameras[0].intrinsics, options);
+  tracker.start_from(camera_at(0).camera_from_world);
+  for (int i = 0; i < 4; ++i) {
+    const auto found = tracker.next(frame_at(i));
+    EXPECT_EQ(found.quality.verdict, Verdict::ok) << i << ": " << found.quality.reason;
+    EXPECT_LT(frame_error_mm(i, found), kTracked_mm) << i;
+  }
+  for (int i = 0; i < 2; ++i) EXPECT_NE(tracker.next(nothing()).quality.verdict, Verdict::ok);
+  const auto again = tracker.next(frame_at(6));
+  EXPECT_EQ(again.quality.verdict, Verdict::ok) << again.quality.reason;
+  EXPECT_LT(frame_error_mm(6, again), kTracked_mm);
+}
+
+TEST(PoseTracker, RefusesFramesOfAnotherSize) {
+  PoseTracker tracker(lamp_studio().surface, lamp_studio().cameras[0].intrinsics, {});
+  EXPECT_THROW(tracker.next(Rgb8Image(64, 48)), BadDataError);
 }
 
 }  // namespace

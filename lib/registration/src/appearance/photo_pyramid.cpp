@@ -2,7 +2,7 @@
 // A photograph's pyramid of linear luminance and of the pixels that count: not blown out, nor in
 // the black border, which is found as a circle (Kåsa's fit, 1976) and not by its colour, for
 // backgrounds are black, too.
-#include "appearance/photo_pyramid.h"
+#include "appearance/prediction.h"
 
 #include <Eigen/Core>
 #include <algorithm>

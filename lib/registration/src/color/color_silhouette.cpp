@@ -2,7 +2,7 @@
 // Registration by silhouette: Levenberg–Marquardt of the organ's cover against what colours say,
 // from blurred to sharp, the colours learnt anew at each blur. The start is a prior whose weight
 // falls as colours become known.
-#include "color/color_silhouette.h"
+#include "color/tissue.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,7 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/dense_solve.h"
-#include "pose/pose_quality.h"
-#include "pose/verdict_rule.h"
+#include "pose/poses.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One level's problem for Ceres: patches of the overlap, each with a robust loss of its own, so
 // that an instrument or a vignette costs the patches that it covers and no more.
-#include "cost_functions/level_problem.h"
+#include "cost_functions/cost_functions.h"
 
 #include <ceres/ceres.h>
 

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "appearance/appearance.h"
+#include "cost_functions/cost_functions.h"
 #include "organbake/core/median.h"
 #include "organbake/geometry/dense_solve.h"
 

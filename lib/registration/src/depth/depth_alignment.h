@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "organbake/core/run_context.h"
 #include "organbake/registration/object_pose.h"
+#include "organbake/registration/register_photo.h"
 #include "organbake/registration/registered_surface.h"
-#include "organbake/registration/seen_depth.h"
 
 namespace organbake {
 
@@ -64,5 +66,49 @@ struct AlignOptions {
 // distance, or not. Costs of one depth, stride and reach compare.
 double align_depth(const RegisteredSurface& surface, const SeenDepth& depth,
                    const ScalePrior& prior, const AlignOptions& options, DepthState& state);
+
+// What a composite likelihood says of its parameters: the curvature of its logarithm, and how much
+// its slope varies. Where its parts were independent the two would be one.
+struct CompositeEvidence {
+  Eigen::MatrixXd information, variability;
+
+  // By what the logarithm has to be multiplied so that it tells no more than it knows: the
+  // magnitude adjustment of Pauli, Racugno & Ventura 2011.
+  double magnitude() const;
+};
+
+// The depth at a pose: what it is matched with, what each point weighs, and what that is worth.
+struct WeighedDepth {
+  std::vector<DepthMatch> matches;
+  std::vector<double> weights;  // of squared distances; 0 where nothing matches
+  double noise = 0;             // of a distance, share of the point's distance from the camera
+  CompositeEvidence evidence;   // by motion (6) and log scale
+  double trust = 1;             // its magnitude, at most 1
+};
+
+// Neighbouring points err alike: smooth errors of depth are told from how much the slopes of parts
+// of the view vary, with those of neighbouring parts correlated (Bartlett's window, Conley 1999).
+WeighedDepth weigh_depth(const RegisteredSurface& surface, const SeenDepth& depth,
+                         const DepthState& state);
+
+struct FoundByDepth {
+  DepthState state;
+  ScalePrior prior;
+  double cost = 2;
+  // By what share less the pose costs than the best one elsewhere; 1 without one.
+  double runner_up_margin = 1;
+};
+
+// The pose of the surface in a photograph whose depth is known, near a start that is up to about 35
+// mm and 20° off: alignments from places all round the start by few of the points, of which the
+// best are followed with more. Threads across starts; ordered and seeded, so repeatable.
+FoundByDepth search_by_depth(const RegisteredSurface& surface, const SeenDepth& depth,
+                             const ObjectPose& start, const RunContext& context);
+
+// The pose of a photograph that came with depth, near `start`: by depth alone first, then both in
+// one problem, each with the weight that its own scatter says it has.
+RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                                    const RigidTransform& start, const RegistrationOptions& options,
+                                    const RunContext& context);
 
 }  // namespace organbake

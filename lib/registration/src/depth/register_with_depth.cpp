@@ -1,28 +1,110 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A photograph tells an organ's place across the view well and its distance badly, its depth the
-// other way round. Both are composite likelihoods, whose neighbouring parts err alike; so that they
-// can be added, each is multiplied by what its own scatter says that it is worth (Pauli, Racugno &
-// Ventura 2011), and the covariance is the sandwich of both.
-#include "depth/register_with_depth.h"
-
+// The pose by photograph and depth together. A photograph tells an organ's place across the view
+// well and its distance badly, its depth the other way round. Both are composite likelihoods, whose
+// neighbouring parts err alike; so that they can be added, each is multiplied by what its own
+// scatter says that it is worth (Pauli, Racugno & Ventura 2011), and the covariance is the sandwich
+// of both.
 #include <algorithm>
 #include <cmath>
 
-#include "appearance/light_choice.h"
-#include "cost_functions/depth_cost.h"
-#include "cost_functions/level_problem.h"
-#include "depth/depth_search.h"
-#include "depth/depth_verdict.h"
-#include "depth/weighed_depth.h"
+#include "cost_functions/cost_functions.h"
+#include "depth/depth_alignment.h"
+#include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/random.h"
+#include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
-#include "pose/pose_quality.h"
+#include "organbake/registration/register_photo.h"
+#include "pose/poses.h"
 
 namespace organbake {
 namespace {
 
+// What is asked of a pose that depth took part in. The surface is seen where the depth lies on it;
+// where something lies before it, that says nothing; where the depth lies beyond it, the surface
+// cannot be there.
+
+using Eigen::Vector3d;
+
+// Bounds of the verdict, set on seeded patches with the faults of real depth, and on other organs'
+// depth, so that no wrong one passes (tests/acceptance, RegistrationDepth).
+constexpr double kDepthAgrees = 0.025;  // of the distance
+
+constexpr double kDepthLeastShare = 0.35, kDepthSureShare = 0.6;
+constexpr double kDepthMostPierced = 0.25, kDepthSurePierced = 0.1;
+constexpr double kDepthLargestNoise = 0.0125, kDepthLargestSurfaceSd_mm = 1.0;
+constexpr double kDepthLeastMargin = 0.06;
+constexpr double kDepthLeastVisible = 0.1, kDepthSureVisible = 0.25;
+
+// How the depth lies to the surface at a pose.
+DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
+                   const DepthState& state) {
+  const RigidTransform world_from_camera = rigid_transform(state.pose, surface.center()).inverse();
+  DepthFit fit;
+  fit.scale = std::exp(state.log_scale);
+  std::vector<Ray> rays;
+  for (const SeenDepth::Point& point : depth.points) {
+    Ray ray;
+    ray.origin = world_from_camera.translation;
+    ray.direction = world_from_camera.rotation * (fit.scale * point.place);
+    rays.push_back(ray);
+  }
+  std::vector<RayHit> hits(rays.size());
+  surface.scene().first_hits(rays, hits);
+  double covered = 0, agreeing = 0, pierced = 0;
+  std::vector<double> off_mm;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i].face == kNoHit) continue;
+    ++covered;
+    const double farther = hits[i].t - 1;  // the surface than what is seen, share
+    pierced += farther < -kDepthAgrees;
+    if (std::abs(farther) > kDepthAgrees) continue;
+    ++agreeing;
+    const Vector3d normal = surface.skin(hits[i], rays[i].direction).normal;
+    off_mm.push_back(std::abs(farther * rays[i].direction.dot(normal)));
+  }
+  fit.share = agreeing / std::max(1.0, covered);
+  fit.pierced_share = pierced / std::max(1.0, covered);
+  fit.noise_mm = kSigmaOfMedianDeviation * median(std::move(off_mm));
+  fit.noise_share = fit.noise_mm / std::max(1e-9, state.pose.center_camera_mm.z());
+  return fit;
+}
+
+// The verdict of a pose that depth took part in, by `quality.depth`, the standard deviations and
+// what of the surface is in view.
+void judge_with_depth(PoseQuality& q) {
+  const DepthFit& d = *q.depth;
+  const VerdictRule rules[] = {
+      {!(q.visible_share >= kDepthLeastVisible), Verdict::failed,
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(kDepthLeastVisible) + " are needed"},
+      {!(d.share >= kDepthLeastShare), Verdict::failed,
+       "the depth lies elsewhere than the surface: " + percent(d.share) + " of it fits"},
+      {!(d.pierced_share <= kDepthMostPierced), Verdict::failed,
+       "the surface would stand before what is seen in " + percent(d.pierced_share) +
+           " of where it lies"},
+      {!(q.visible_share >= kDepthSureVisible), Verdict::doubtful,
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(kDepthSureVisible) + " are sure"},
+      {!(d.share >= kDepthSureShare), Verdict::doubtful,
+       "only " + percent(d.share) + " of the surface in view lies where the depth is, " +
+           percent(kDepthSureShare) + " should"},
+      {!(d.pierced_share <= kDepthSurePierced), Verdict::doubtful,
+       "the surface would stand before what is seen in " + percent(d.pierced_share) +
+           " of where it lies"},
+      {!(d.noise_share <= kDepthLargestNoise), Verdict::doubtful,
+       "the depth lies " + to_text(d.noise_mm, 1) + " mm off the surface: is it this organ's?"},
+      {!(d.runner_up_margin >= kDepthLeastMargin), Verdict::doubtful,
+       "another pose fits the depth almost as well"},
+      {!(q.surface_sd_mm <= kDepthLargestSurfaceSd_mm), Verdict::doubtful,
+       "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
+  };
+  judge_by(rules, q);
+}
+
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr int kFinestSide = 640, kCoarsestSide = 160;  // pixels: depth is no finer
+constexpr int kFinestDepthSide = 640, kCoarsestDepthSide = 160;  // pixels: depth is no finer
 
 DepthState depth_state(const RefineState& state) {
   return {state.solver.object_pose(), state.solver.log_depth_scale};
@@ -101,6 +183,92 @@ LightModel choose_light(const RegisteredSurface& surface, const std::vector<Phot
       .model;
 }
 
+struct Candidate {
+  DepthState state;
+  double cost = 2;
+};
+
+// By how much the surface lies farther than the depth has it, where rays through both meet it: the
+// scale that a pose asks for. Nothing where none does.
+std::optional<double> log_scale_at(const RegisteredSurface& surface, const SeenDepth& depth,
+                                   const ObjectPose& pose) {
+  constexpr std::size_t kRays = 150;
+  const RigidTransform world_from_camera = rigid_transform(pose, surface.center()).inverse();
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < depth.points.size(); i += 1 + depth.points.size() / kRays)
+    rays.push_back(
+        {world_from_camera.translation, world_from_camera.rotation * depth.points[i].place});
+  std::vector<RayHit> hits(rays.size());
+  surface.scene().first_hits(rays, hits);
+  std::vector<double> ratios;
+  for (const RayHit& hit : hits)
+    if (hit.face != kNoHit) ratios.push_back(hit.t);
+  if (ratios.empty()) return std::nullopt;
+  return std::log(median(std::move(ratios)));
+}
+
+// Metric depth has a bias of a percent or two; of relative depth the start says as much as it says
+// of the distance.
+ScalePrior prior_of(const RegisteredSurface& surface, const SeenDepth& depth,
+                    const ObjectPose& start) {
+  constexpr double kBias = 0.01, kStart_mm = 15, kLeast = 0.03, kMost = 0.2;
+  if (!depth.relative) return {0, kBias};
+  const double distance_mm = start.center_camera_mm.norm();
+  return {log_scale_at(surface, depth, start).value_or(0),
+          std::clamp(kStart_mm / std::max(1.0, distance_mm), kLeast, kMost)};
+}
+
+std::vector<Candidate> places_round(const RegisteredSurface& surface, const SeenDepth& depth,
+                                    const ObjectPose& start, double log_scale) {
+  constexpr int kPlaces = 90;
+  constexpr double kFarthest_mm = 30, kLargest_rad = 0.35;
+  RandomStream random(19580321);
+  std::vector<Candidate> places = {{{start, log_scale}, 2}};
+  for (int i = 0; i < kPlaces; ++i) {
+    Motion motion;
+    for (int j = 0; j < 6; ++j) motion[j] = random.normal();
+    const double far = std::sqrt((i + 0.5) / kPlaces);
+    motion.head<3>() *= far * kLargest_rad / motion.head<3>().norm();
+    motion.tail<3>() *= far * kFarthest_mm / motion.tail<3>().norm();
+    const ObjectPose pose = moved(start, motion);
+    const double own =
+        depth.relative ? log_scale_at(surface, depth, pose).value_or(log_scale) : log_scale;
+    places.push_back({{pose, own}, 2});
+  }
+  return places;
+}
+
+// Where a start says nothing any more. A surface that is free to come nearer, with all that is
+// seen, would cover more of it.
+bool strayed(const ObjectPose& start, const ScalePrior& prior, const DepthState& state) {
+  constexpr double kFarthest_mm = 45, kFarthest_rad = 0.5, kFarthest_sd = 3;
+  const Motion motion = motion_between(start, state.pose);
+  return motion.tail<3>().norm() > kFarthest_mm || motion.head<3>().norm() > kFarthest_rad ||
+         std::abs(state.log_scale - prior.log_mean) > kFarthest_sd * prior.log_sd;
+}
+
+double apart_mm(const RegisteredSurface& surface, const DepthState& a, const DepthState& b) {
+  const Motion motion = motion_between(a.pose, b.pose);
+  return motion.tail<3>().norm() + motion.head<3>().norm() * surface.radius_mm() / 2;
+}
+
+// The best of those that are apart, best first.
+std::vector<Candidate> best_distinct(const RegisteredSurface& surface,
+                                     std::vector<Candidate> candidates, std::size_t count) {
+  constexpr double kApart_mm = 3;
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  std::vector<Candidate> best;
+  for (const Candidate& candidate : candidates) {
+    if (best.size() == count) break;
+    if (std::all_of(best.begin(), best.end(), [&](const Candidate& known) {
+          return apart_mm(surface, known.state, candidate.state) > kApart_mm;
+        }))
+      best.push_back(candidate);
+  }
+  return best;
+}
+
 }  // namespace
 
 RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const PhotoToRegister& photo,
@@ -113,7 +281,7 @@ RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const Phot
   context.progress(0.5);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics,
-                    std::min(o.finest_side_px, kFinestSide), kCoarsestSide);
+                    std::min(o.finest_side_px, kFinestDepthSide), kCoarsestDepthSide);
   RefineState state;
   state.solver.pose = found.state.pose.to_array();
   state.solver.log_depth_scale = found.state.log_scale;
@@ -144,6 +312,47 @@ RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const Phot
   judge_with_depth(result.quality);
   result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
   return result;
+}
+
+// Smooth organs have many places that fit a little: alignments from seeded starts, thinned to
+// distinct ones round by round.
+
+FoundByDepth search_by_depth(const RegisteredSurface& surface, const SeenDepth& depth,
+                             const ObjectPose& start, const RunContext& context) {
+  struct Round {
+    AlignOptions align;
+    std::size_t kept;
+  };
+  const std::size_t all = depth.points.size();
+  // Most starts show within a few steps that they lead nowhere.
+  const AlignOptions few{
+      .stride = std::max<std::size_t>(1, all / 150), .iterations = 4, .last_reach = 0.05};
+  const Round rounds[] = {
+      {few, 30},
+      {{.stride = few.stride, .iterations = 6, .first_reach = few.last_reach}, 12},
+      {{.stride = std::max<std::size_t>(1, all / 400),
+        .iterations = 8,
+        .first_reach = 0.04,
+        .last_reach = 0.015},
+       4},
+      {{.stride = 1, .iterations = 8, .first_reach = 0.03, .last_reach = 0.01}, 4}};
+  FoundByDepth found;
+  found.prior = prior_of(surface, depth, start);
+  std::vector<Candidate> candidates = places_round(surface, depth, start, found.prior.log_mean);
+  for (const Round& round : rounds) {
+    parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+      context.throw_if_cancelled();
+      candidates[i].cost =
+          align_depth(surface, depth, found.prior, round.align, candidates[i].state);
+      if (strayed(start, found.prior, candidates[i].state)) candidates[i].cost = 2;
+    });
+    candidates = best_distinct(surface, std::move(candidates), round.kept);
+  }
+  found.state = candidates.front().state;
+  found.cost = candidates.front().cost;
+  if (candidates.size() > 1)
+    found.runner_up_margin = 1 - found.cost / std::max(1e-9, candidates[1].cost);
+  return found;
 }
 
 }  // namespace organbake

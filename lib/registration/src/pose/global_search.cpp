@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Poses without a start: candidates are scored, thinned to distinct ones and refined level by
 // level. The runner-up's margin tells how unique the answer is.
-#include "pose/global_search.h"
+#include "pose/poses.h"
 
 #include <algorithm>
 #include <numeric>
 #include <optional>
 
 #include "organbake/core/parallel.h"
-#include "pose/pose_candidates.h"
 
 namespace organbake {
 namespace {

@@ -2,7 +2,7 @@
 // Poses to try: directions spread over the sphere times rolls. Where the organ stands out from a
 // plain background, its area and centre fix distance and place, which leaves three of six
 // dimensions to search.
-#include "pose/pose_candidates.h"
+#include "pose/poses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "appearance/appearance.h"
+#include "cost_functions/cost_functions.h"
 #include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/dense_solve.h"

@@ -9,12 +9,54 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
-#include "organbake/registration/light_model.h"
 #include "organbake/registration/registered_surface.h"
-#include "organbake/registration/seen_depth.h"
-#include "organbake/registration/similarity.h"
 
 namespace organbake {
+
+// What of the pictures is correlated.
+enum class Similarity {
+  radiance,    // the paper's NCC
+  gradient,    // of their slopes by x and y: blind to what varies slowly, such as vignetting
+  silhouette,  // of the surface's cover with what has the organ's colours; needs a start
+};
+
+// Whether one correlation stands for the picture, or one per patch with a robust loss on 1 − R_k:
+// patches shrug off vignetting, albedo and instruments.
+enum class SimilarityWindow { whole, patches };
+
+// What lights the organ in a photograph. Lambertian; gain and offset are NCC's own.
+enum class LightModel {
+  automatic,  // one of those below but `direction`, by what the photograph tells
+  camera,     // at the camera's centre: cos θ / r²
+  beam,       // near the lens; place, fall-off and beam or vignette are estimated with the pose
+  direction,  // from a given direction (camera axes), far away, with some ambient light
+  estimated,  // unknown and far, estimated with the pose
+};
+const char* name_of(LightModel model);
+
+// What is known of the distance of things in a photograph, of the organ and of others: points about
+// evenly spread over the view, each the mean of what its neighbourhood shows.
+struct SeenDepth {
+  struct Point {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // camera axes of the photograph
+    // Of what is seen there, towards the camera; zero where too few neighbours tell it.
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double trust = 1;         // 0…1
+    int column = 0, row = 0;  // of the neighbourhood in the view's grid
+  };
+  std::vector<Point> points;
+  int columns = 0, rows = 0;
+  bool relative = false;  // places are in a unit of their own; else mm
+
+  bool empty() const { return points.empty(); }
+};
+
+// Thins points that are seen from the camera's centre, in its axes, to some 1,500 neighbourhoods of
+// the view; points that are not before the camera or not finite count as none, and neighbourhoods
+// of few points or with a step of depth are left out. `trust` (0…1) has one number a point, or
+// none.
+SeenDepth thin_depth(const std::vector<Eigen::Vector3d>& points, const std::vector<float>& trust,
+                     bool relative);
 
 // How far from a start the pose is looked for.
 enum class SearchRange {
@@ -100,12 +142,44 @@ struct RegisteredPhoto {
 // Aligns the photograph with the surface by maximising the normalised cross-correlation of photo
 // and predicted shading (the paper, 2.1.1); where that fails near a start, or when
 // Similarity::silhouette asks for it, the surface's silhouette with what has its colours
-// (color_silhouette.h). Depth, where it is known, is sought for first, and then photograph and
+// (color_silhouette.cpp). Depth, where it is known, is sought for first, and then photograph and
 // depth tell the pose together. Never throws for not finding the pose: that is what the verdict
 // says. Throws BadDataError when intrinsics, image and mask do not fit together, UsageError for too
 // few point pairs, and for a silhouette without a start or of an open surface. The same result for
 // any number of threads.
 RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
                                const RegistrationOptions& options, const RunContext& context = {});
+
+// What a person judges a pose by at a glance: the photograph with the organ's outline in green
+// (yellow when doubtful, red when failed), and on the organ a checkerboard that shows the predicted
+// shading in every other field. At most 1600 pixels a side.
+Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
+                       const RegisteredPhoto& registered, const RegistrationOptions& options);
+
+// A clip's poses, frame by frame: each starts from the last good one, and looks no farther than a
+// frame's motion while that holds. A frame whose pose is not ok is sought for from the last good
+// one in a wider circle, and every so often all round, until the organ is found again.
+class PoseTracker {
+ public:
+  // The surface outlives the tracker. Throws UsageError, BadDataError for bad intrinsics.
+  PoseTracker(const RegisteredSurface& surface, const Intrinsics& intrinsics,
+              const RegistrationOptions& options);
+
+  // The next frame's pose, of the intrinsics' size; `mask` as of a photograph, or empty.
+  RegisteredPhoto next(const Rgb8Image& frame, const Rgb8Image& mask = {},
+                       const RunContext& context = {});
+  // Where the first frame is looked for; all round without.
+  void start_from(const RigidTransform& camera_from_world) { last_ = camera_from_world; }
+
+ private:
+  RegisteredPhoto seek(const PhotoToRegister& photo, const RunContext& context);
+
+  const RegisteredSurface& surface_;
+  Intrinsics intrinsics_;
+  RegistrationOptions options_;
+  std::optional<RigidTransform> last_;  // the last good pose
+  std::optional<LightModel> light_;     // that it was found under
+  int lost_frames_ = 0;                 // since it
+};
 
 }  // namespace organbake

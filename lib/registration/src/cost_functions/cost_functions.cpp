@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is minimised over a pose: the correlation of photograph and rendering, and the agreement
+// with depth, each as a cost function of Ceres over one rendering that they share. Rotations are
+// unit quaternions moved by rotation vectors, so that no pose is singular and none is counted
+// twice.
+#include "cost_functions/cost_functions.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/core/parallel.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::VectorXd;
+
+// Below this share of the values' own size, what varies is rounding.
+constexpr double kConstant = 1e-9;
+
+using RowMajor = NccBlock::RowMajor;
+
+// Linearization of a block: one a pixel, or its two slopes.
+int rows_per_pixel(Similarity similarity) { return similarity == Similarity::gradient ? 2 : 1; }
+
+// Calls row(i, of) for each row, `of` turning a function of the pixel into the row's value.
+template <class Values, class Row>
+void for_rows(const std::vector<WeightedPixel>& pixels, Similarity similarity, const Values& value,
+              const Row& row) {
+  Eigen::Index i = 0;
+  for (const WeightedPixel& p : pixels) {
+    if (similarity == Similarity::radiance) {
+      row(i++, value(p.x, p.y));
+    } else {
+      row(i++, (value(p.x + 1, p.y) - value(p.x - 1, p.y)).eval());
+      row(i++, (value(p.x, p.y + 1) - value(p.x, p.y - 1)).eval());
+    }
+  }
+}
+
+using Scalar = Eigen::Matrix<double, 1, 1>;
+
+// Slopes at the level's edge take the edge's own value for what lies beyond.
+double luminance(const PhotoLevel& level, int x, int y) {
+  const int u = std::clamp(x, 0, level.intrinsics.width - 1);
+  const int v = std::clamp(y, 0, level.intrinsics.height - 1);
+  return level.luminance[level.index(u, v)];
+}
+
+NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& pixels,
+                     Similarity similarity) {
+  const std::size_t rows = pixels.size() * rows_per_pixel(similarity);
+  std::vector<double> values(rows), weights(rows);
+  for_rows(
+      pixels, similarity, [&](int x, int y) { return Scalar(luminance(level, x, y)); },
+      [&](Eigen::Index i, const Scalar& value) { values[i] = value[0]; });
+  for (std::size_t i = 0; i < rows; ++i) weights[i] = pixels[i / rows_per_pixel(similarity)].weight;
+  return NccBlock(values, weights);
+}
+
+}  // namespace
+
+// d (Exp(ω) q) / d ω at ω = 0: half the quaternion product (ω, 0) q.
+PoseManifold::PlusMatrix PoseManifold::plus_jacobian(const double* q) {
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
+  PlusMatrix j = PlusMatrix::Zero();
+  j.topLeftCorner<4, 3>() << w, z, -y, -z, w, x, y, -x, w, -x, -y, -z;
+  j.topLeftCorner<4, 3>() *= 0.5;
+  j.bottomRightCorner<3, 3>().setIdentity();
+  return j;
+}
+
+Eigen::Matrix<double, 6, 7, Eigen::RowMajor> PoseManifold::minus_jacobian(const double* x) {
+  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> inverse = plus_jacobian(x).transpose();
+  inverse.topRows<3>() *= 4;  // the columns of the rotation part have length ½
+  return inverse;
+}
+
+bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  const auto sum = moved(ObjectPose::from_array(x), Motion::Map(delta)).to_array();
+  std::copy(sum.begin(), sum.end(), x_plus_delta);
+  return true;
+}
+
+bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
+  PlusMatrix::Map(jacobian) = plus_jacobian(x);
+  return true;
+}
+
+bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  Motion::Map(y_minus_x) = motion_between(ObjectPose::from_array(x), ObjectPose::from_array(y));
+  return true;
+}
+
+bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Eigen::Matrix<double, 6, 7, Eigen::RowMajor>::Map(jacobian) = minus_jacobian(x);
+  return true;
+}
+
+// Cholesky's way, row by row, past columns that depend on those before.
+Eigen::MatrixXd upper_factor(Eigen::MatrixXd gram) {
+  constexpr double kDependent = 1e-13;  // of the column's own square
+  const Eigen::Index n = gram.rows();
+  Eigen::MatrixXd upper = Eigen::MatrixXd::Zero(n, n);
+  const Eigen::VectorXd own = gram.diagonal();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!(gram(k, k) > kDependent * own[k])) continue;
+    const double pivot = std::sqrt(gram(k, k));
+    for (Eigen::Index j = k; j < n; ++j) upper(k, j) = gram(k, j) / pivot;
+    for (Eigen::Index i = k + 1; i < n; ++i)
+      for (Eigen::Index j = k + 1; j < n; ++j) gram(i, j) -= upper(k, i) * upper(k, j);
+  }
+  return upper;
+}
+
+// The rendering that all cost functions of a problem share, drawn once for each state that the
+// solver visits; tracing rays is what costs.
+
+double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
+                    const SolverState& from, const SolverState& to) {
+  const ObjectPose pose = from.object_pose();
+  const Motion motion = motion_between(pose, to.object_pose());
+  const double depth = std::max(1e-9, pose.center_camera_mm.z());
+  const double mm = motion.head<3>().norm() * surface.radius_mm() + motion.segment<2>(3).norm() +
+                    std::abs(motion[5]) * surface.radius_mm() / depth;
+  return level.intrinsics.fx * mm / depth +
+         std::abs(to.log_focal - from.log_focal) * level.intrinsics.width / 2;
+}
+
+// Tracing is what costs: a state that only differs in its light is lit anew, one that was drawn
+// last is not drawn again.
+void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool) {
+  const bool placed =
+      drawn_ && drawn_state_.pose == state_.pose && drawn_state_.log_focal == state_.log_focal;
+  if (!placed) {
+    constexpr double kClose = 0.7;  // pixels: an outline stays within the pixels next to it
+    settings_.keep_faces = drawn_ && pixels_moved(level_, surface_, traced_state_, state_) < kClose;
+    if (!settings_.keep_faces) traced_state_ = state_;
+    predict(surface_, level_, state_.object_pose(), std::exp(state_.log_focal), basis_,
+            state_.light, settings_, prediction_);
+  } else if (drawn_state_.light != state_.light) {
+    relight(prediction_, state_.light);
+  }
+  if (!placed || drawn_state_.light != state_.light) derived_ = false;
+  drawn_state_ = state_;
+  drawn_ = true;
+  if (!evaluate_jacobians || derived_) return;
+  settled_ = settles();
+  if (!settled_) derive();
+}
+
+bool LivePrediction::settles() const {
+  if (derivations_ == 0) return false;
+  return derivations_ >= most_derivations_ ||
+         pixels_moved(level_, surface_, derived_state_, state_) < settled_px_;
+}
+
+void LivePrediction::derive() {
+  Intrinsics lens = level_.intrinsics;
+  lens.fx *= std::exp(state_.log_focal);
+  lens.fy *= std::exp(state_.log_focal);
+  const Eigen::Vector3d center = state_.object_pose().center_camera_mm;
+  derivatives_.resize(prediction_.radiance.size());
+  parallel_for(0, prediction_.height, [&](int row) {
+    const int y = prediction_.top + row;
+    for (int x = prediction_.left; x < prediction_.left + prediction_.width; ++x) {
+      const PixelDerivative d =
+          pixel_derivative(prediction_, lens, center, basis_, state_.light, x, y);
+      for (int j = 0; j < 7; ++j)
+        derivatives_[prediction_.index(x, y)][j] = static_cast<float>(d[j]);
+    }
+  });
+  derived_ = true;
+  derived_state_ = state_;
+  ++derivations_;
+}
+
+double LivePrediction::radiance(int x, int y) const {
+  if (prediction_.contains(x, y)) return prediction_.radiance[prediction_.index(x, y)];
+  return state_.light[basis_.size() - 1];
+}
+
+double LivePrediction::phi(int x, int y, int j) const {
+  if (prediction_.contains(x, y)) return prediction_.phi_at(prediction_.index(x, y))[j];
+  return j == basis_.size() - 1 ? 1 : 0;
+}
+
+PixelDerivative LivePrediction::derivative(int x, int y) const {
+  PixelDerivative d = PixelDerivative::Zero();
+  if (!prediction_.contains(x, y)) return d;
+  const auto& stored = derivatives_[prediction_.index(x, y)];
+  for (int j = 0; j < 7; ++j) d[j] = stored[j];
+  return d;
+}
+
+// Normalised cross-correlation as a sum of squares, ½‖â − b̂‖² = 1 − R, so that a least-squares
+// solver climbs it, with its derivative by rank-one updates.
+
+NccBlock::NccBlock(const std::vector<double>& a, const std::vector<double>& weights)
+    : weight_(VectorXd::Map(weights.data(), static_cast<Eigen::Index>(weights.size()))),
+      root_weight_(weight_.cwiseSqrt()),
+      weight_sum_(weight_.sum()) {
+  const VectorXd values = VectorXd::Map(a.data(), static_cast<Eigen::Index>(a.size()));
+  double norm = 0;
+  a_hat_ = VectorXd::Zero(values.size());
+  if (!(weight_sum_ > 0)) return;
+  a_hat_ = normalised(values, norm);
+  usable_ = norm > 0;
+}
+
+VectorXd NccBlock::normalised(const VectorXd& b, double& norm) const {
+  const double mean = weight_.dot(b) / weight_sum_;
+  VectorXd hat = root_weight_.cwiseProduct((b.array() - mean).matrix());
+  norm = hat.norm();
+  if (!(norm > kConstant * std::abs(mean) * std::sqrt(weight_sum_)) || !std::isfinite(norm)) {
+    norm = 0;
+    return VectorXd::Zero(b.size());
+  }
+  hat /= norm;
+  return hat;
+}
+
+double NccBlock::correlate(const VectorXd& b, double* residual) const {
+  double norm = 0;
+  const VectorXd b_hat = usable_ ? normalised(b, norm) : VectorXd::Zero(b.size()).eval();
+  if (residual) VectorXd::Map(residual, b.size()) = a_hat_ - b_hat;
+  return a_hat_.dot(b_hat);
+}
+
+void NccBlock::to_residual_derivative(const VectorXd& b, RowMajor& derivative) const {
+  double norm = 0;
+  const VectorXd b_hat = usable_ ? normalised(b, norm) : VectorXd::Zero(b.size()).eval();
+  if (!(norm > 0)) {
+    derivative.setZero();
+    return;
+  }
+  // Without temporaries of the matrix's size: this runs over every pixel of a photograph.
+  const Eigen::RowVectorXd mean = weight_.transpose() * derivative / weight_sum_;
+  Eigen::RowVectorXd along = Eigen::RowVectorXd::Zero(derivative.cols());
+  for (Eigen::Index i = 0; i < derivative.rows(); ++i) {
+    derivative.row(i) = root_weight_[i] * (derivative.row(i) - mean);
+    along += b_hat[i] * derivative.row(i);
+  }
+  for (Eigen::Index i = 0; i < derivative.rows(); ++i)
+    derivative.row(i) = (b_hat[i] * along - derivative.row(i)) / norm;
+}
+
+// The correlation as a Ceres cost function. Residual and Jacobian are handed over as the triangular
+// factor of their QR decomposition: a dozen rows in place of a photograph's, in sums of fixed
+// order.
+
+NccCost::NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels,
+                 Similarity similarity)
+    : live_(live),
+      pixels_(std::move(pixels)),
+      similarity_(similarity),
+      block_(photo_block(live.level(), pixels_, similarity)) {
+  const int basis = live.basis().size();
+  set_num_residuals(1 + 7 + basis);
+  *mutable_parameter_block_sizes() = {7, basis, 1};
+}
+
+Eigen::VectorXd NccCost::predicted() const {
+  Eigen::VectorXd b(block_.size());
+  for_rows(
+      pixels_, similarity_, [&](int x, int y) { return Scalar(live_.radiance(x, y)); },
+      [&](Eigen::Index i, const Scalar& value) { b[i] = value[0]; });
+  return b;
+}
+
+NccCost::Linearization NccCost::linearization() const {
+  constexpr int kMost = 7 + ShadingBasis::kMost;
+  using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMost>;
+  const int basis = live_.basis().size();
+  const auto value = [&](int x, int y) -> Row {
+    Row row(7 + basis);
+    row.head<7>() = live_.derivative(x, y).transpose();
+    for (int j = 0; j < basis; ++j) row[7 + j] = live_.phi(x, y, j);
+    return row;
+  };
+  Linearization both{Eigen::VectorXd(block_.size()), RowMajor(block_.size(), 7 + basis)};
+  for_rows(pixels_, similarity_, value,
+           [&](Eigen::Index i, const Row& row) { both.derivative.row(i) = row; });
+  const Eigen::VectorXd b = predicted();
+  block_.correlate(b, both.residual.data());
+  block_.to_residual_derivative(b, both.derivative);
+  return both;
+}
+
+bool NccCost::Evaluate(double const* const* parameters, double* residuals,
+                       double** jacobians) const {
+  std::fill_n(residuals, num_residuals(), 0.0);
+  if (!jacobians || live_.settled()) {
+    const double correlation = this->correlation();
+    residuals[0] = std::sqrt(std::max(0.0, block_.usable() ? 2 * (1 - correlation) : 0.0));
+    for (std::size_t block = 0; jacobians && block < parameter_block_sizes().size(); ++block)
+      if (jacobians[block])
+        std::fill_n(jacobians[block], num_residuals() * parameter_block_sizes()[block], 0.0);
+    return true;
+  }
+  const Linearization all = linearization();
+  const Eigen::Index n = num_residuals();
+  RowMajor stacked(all.residual.size(), n);
+  stacked << all.residual, all.derivative;
+  const Eigen::MatrixXd upper = upper_factor(stacked.transpose() * stacked);
+  residuals[0] = upper(0, 0);
+  // The solver's own z (SolverState) is the organ's over the focal length's scale.
+  const double scale = std::exp(*parameters[2]);
+  if (jacobians[0]) {
+    Eigen::MatrixXd by_motion = upper.middleCols<6>(1);
+    by_motion.col(5) *= scale;
+    RowMajor::Map(jacobians[0], n, 7) = by_motion * PoseManifold::minus_jacobian(parameters[0]);
+  }
+  const Eigen::Index basis = live_.basis().size();
+  if (jacobians[1]) RowMajor::Map(jacobians[1], n, basis) = upper.rightCols(basis);
+  if (jacobians[2])
+    Eigen::VectorXd::Map(jacobians[2], n) = upper.col(7) + parameters[0][6] * scale * upper.col(6);
+  return true;
+}
+
+// Depth as a Ceres cost function: eight rows, the triangular factor of all of the points'.
+
+DepthCost::DepthCost(const SeenDepth& depth, const WeighedDepth& weighed, const ScalePrior& prior,
+                     const Eigen::Vector3d& center_world_mm, double factor)
+    : depth_(depth),
+      weighed_(weighed),
+      prior_(prior),
+      center_world_mm_(center_world_mm),
+      factor_(factor) {
+  set_num_residuals(8);
+  *mutable_parameter_block_sizes() = {7, 1};
+}
+
+bool DepthCost::Evaluate(double const* const* parameters, double* residuals,
+                         double** jacobians) const {
+  using Row = Eigen::Matrix<double, 8, 1>;  // distance, motion, scale
+  const DepthState state{ObjectPose::from_array(parameters[0]), parameters[1][0]};
+  Eigen::Matrix<double, 8, 8> gram = Eigen::Matrix<double, 8, 8>::Zero();
+  for (std::size_t i = 0; i < weighed_.matches.size(); ++i) {
+    if (!(weighed_.weights[i] > 0)) continue;
+    const DepthRow at = depth_row(depth_.points[i], weighed_.matches[i], state, center_world_mm_);
+    Row row;
+    row << at.distance, at.slope;
+    gram += weighed_.weights[i] * row * row.transpose();
+  }
+  gram *= weighed_.trust;
+  Row expected = Row::Zero();
+  expected[0] = (state.log_scale - prior_.log_mean) / prior_.log_sd;
+  expected[7] = 1 / prior_.log_sd;
+  gram += expected * expected.transpose();
+  const Eigen::MatrixXd upper = upper_factor(factor_ * gram);
+  Row::Map(residuals) = upper.col(0);
+  if (!jacobians) return true;
+  using Slopes = Eigen::Matrix<double, 8, 7, Eigen::RowMajor>;
+  if (jacobians[0])
+    Slopes::Map(jacobians[0]) =
+        upper.middleCols<6>(1) * PoseManifold::minus_jacobian(parameters[0]);
+  if (jacobians[1]) Row::Map(jacobians[1]) = upper.col(7);
+  return true;
+}
+
+}  // namespace organbake
