@@ -12,7 +12,6 @@
 
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/bundle.h"
-#include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"

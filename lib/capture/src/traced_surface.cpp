@@ -12,6 +12,7 @@
 #include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/rigid_transform.h"
+#include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

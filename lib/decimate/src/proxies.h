@@ -9,11 +9,12 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/decimate/decimate.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
+
+struct DecimateOptions;
 
 // Vertex clustering on a regular grid (Rossignac & Borrel 1993): each cell's vertices become their
 // mean; faces that lose a corner or their area are dropped, those with equal corners are added up

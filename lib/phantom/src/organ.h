@@ -12,10 +12,11 @@
 
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/random.h"
-#include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
+
+struct OrganPhantomOptions;
 
 // Which random stream of the phantom's seed belongs to what. Part of the frozen formula: a changed
 // number is another organ.

@@ -4,6 +4,7 @@
 // is decided again in double among the faces near the hit, which makes edges and vertices
 // watertight and the answer independent of the order of search.
 #include "organbake/raycast/ray_scene.h"
+#include "organbake/raycast/face_queries.h"
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/raycast/ray_scene.h"
+#include "organbake/raycast/face_queries.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/raycast/ray_scene.h"
+#include "organbake/raycast/face_queries.h"
 
 namespace organbake {
 

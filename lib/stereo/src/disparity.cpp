@@ -64,13 +64,6 @@ double matched(const EyeImage& left, const EyeImage& right, const DisparityRange
 
 }  // namespace
 
-DisparityRange disparity_range(const RectifiedEyes& eyes, const StereoOptions& options,
-                               double scale) {
-  const double at_one_mm = eyes.camera.fx * eyes.baseline_mm;
-  return {(eyes.disparity_at_infinity + at_one_mm / options.farthest_mm) * scale,
-          (eyes.disparity_at_infinity + at_one_mm / options.nearest_mm) * scale};
-}
-
 std::vector<EyeImage> eye_pyramid(const Rgb8Image& color, const Mask& counts, int longest_px) {
   Plane grey = grey_levels(color);
   Mask used = counts;

@@ -7,9 +7,11 @@
 
 #include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
-#include "organbake/stereo/stereo_depth.h"
+#include "organbake/stereo/stereo_rig.h"
 
 namespace organbake {
+
+struct StereoOptions;
 
 // What one eye sees, as it is matched.
 struct EyeImage {

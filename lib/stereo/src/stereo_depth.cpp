@@ -245,6 +245,13 @@ void StereoOptions::check() const {
     throw UsageError("reach is " + to_text(reach) + "; it must be in 0…0.2");
 }
 
+DisparityRange disparity_range(const RectifiedEyes& eyes, const StereoOptions& options,
+                               double scale) {
+  const double at_one_mm = eyes.camera.fx * eyes.baseline_mm;
+  return {(eyes.disparity_at_infinity + at_one_mm / options.farthest_mm) * scale,
+          (eyes.disparity_at_infinity + at_one_mm / options.nearest_mm) * scale};
+}
+
 StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
                          const RectifiedEyes& eyes, const StereoOptions& options) {
   options.check();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/raycast/ray_scene.h"
+#include "organbake/raycast/face_queries.h"
 
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 #include "cost_functions/cost_functions.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
+#include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/registration/register_photo.h"
 
