@@ -21,7 +21,8 @@ void read_lens(std::span<const std::byte> bytes, const InputFolder& folder) {
 }
 
 const std::vector<std::string> kColmapFiles = {"cameras.txt", "images.txt", "cameras.bin",
-                                               "images.bin"};
+                                               "images.bin",  "rigs.txt",   "frames.txt",
+                                               "rigs.bin",    "frames.bin"};
 
 void read_colmap(std::span<const std::byte> bytes, const InputFolder& folder) {
   read_camera_file(folder.parts(kColmapFiles, bytes));
@@ -115,7 +116,12 @@ std::string colmap_binary() {
   for (const char* name : {"a.png", "b.png"})
     images += little_endian(U32{9}, 1., 0., 0., 0., 1., 2., 300., U32{3}) + name + '\0' +
               little_endian(U64{1}, 5., 6., U64{0});
-  return joined_parts({{2, cameras}, {3, images}});
+  // A rig of that camera and of another sensor, and one frame.
+  const std::string rigs = little_endian(U64{1}, U32{1}, U32{2}, std::int32_t{0}, U32{3},
+                                         std::int32_t{1}, U32{4}, std::uint8_t{0});
+  const std::string frames = little_endian(U64{1}, U32{1}, U32{1}, 1., 0., 0., 0., 1., 2., 300.,
+                                           U32{1}, std::int32_t{0}, U32{3}, U64{9});
+  return joined_parts({{2, cameras}, {3, images}, {6, rigs}, {7, frames}});
 }
 
 Seeds colmap_seeds() {
@@ -124,6 +130,10 @@ Seeds colmap_seeds() {
       colmap_binary(),
 
       joined_parts({{0, colmap_cameras_text(set)}, {1, colmap_images_text(set)}}),
+      joined_parts({{0, colmap_cameras_text(set)},
+                    {1, colmap_images_text(set)},
+                    {4, "1 2 CAMERA 1 CAMERA 2 1 1 0 0 0 -4 0 0\n"},
+                    {5, "1 1 1 0 0 0 1 2 300 2 CAMERA 1 1 CAMERA 2 2\n"}}),
       joined_parts({{0,
                      "# ours\n1 SIMPLE_RADIAL 64 48 50 32 24 0.1\n2 FULL_OPENCV 64 48 50 50 "
                      "32 24 0.1 0 0 0 0 0 0 0\n"},

@@ -189,7 +189,19 @@ const std::string kOneNode = R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"me
 Seeds gltf_seeds() {
   const std::string tree = R"("nodes":[{"children":[1,2]},{"mesh":0,"scale":[1,-1,1]},{"mesh":0,)"
                            R"("translation":[3,0,0]}],"scenes":[{"nodes":[0]}],)";
-  return {gltf_text(R"("indices":0,"mode":5)", kOneNode),
+  std::string skinned =
+      gltf_text(R"("mode":4)", R"("nodes":[{"mesh":0,"skin":0},{"translation":[0,1,0]}],)"
+                               R"("skins":[{"joints":[0,1]}],)");
+  const std::string color = R"("COLOR_0":2)";
+  skinned.replace(skinned.find(color), color.size(), R"("JOINTS_0":2,"WEIGHTS_0":2)");
+  const std::string instances =
+      R"("nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":)"
+      R"({"TRANSLATION":1}},"KHR_node_visibility":{"visible":true}}}],)";
+  return {skinned,
+          gltf_text(R"("indices":0,"mode":5)", instances),
+          gltf_text(R"("mode":4,"targets":[{"POSITION":1}])",
+                    R"("nodes":[{"mesh":0,"weights":[0.5]}],"animations":[{}],)"),
+          gltf_text(R"("indices":0,"mode":5)", kOneNode),
           gltf_text(R"("indices":0,"mode":6)", tree),
           gltf_text(R"("mode":4)", R"("extensionsRequired":["KHR_mesh_quantization"],)"
                                    R"("nodes":[{"children":[1]},{"mesh":0}],)")};
@@ -244,6 +256,10 @@ const Words kGltf = {"\"byteOffset\":",
                      "\"children\":[0]",
                      "\"mode\":5",
                      "\"skin\":0",
+                     "\"joints\":[0]",
+                     "\"targets\":[{\"POSITION\":1}]",
+                     "\"weights\":[1]",
+                     "\"EXT_mesh_gpu_instancing\":",
                      "\"uri\":",
                      "\"images\":",
                      "\"extensions\":",
