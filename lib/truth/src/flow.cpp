@@ -4,7 +4,7 @@
 // round them and by the depth of the other picture.
 #include "organbake/truth/pixel_truth.h"
 
-#include <Eigen/QR>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -43,11 +43,17 @@ Eigen::Vector3d shift_of(const Eigen::Vector3d& point, const Solid& was, const S
   const Eigen::Vector3d axis = was.to - was.from;
   const double length2 = axis.squaredNorm();
   if (was.corner && is.corner) {
-    Eigen::Matrix<double, 3, 2> sides;
-    sides << axis, *was.corner - was.from;
-    const Eigen::Vector2d b = sides.colPivHouseholderQr().solve(point - was.from);
-    return (1 - b.sum()) * (is.from - was.from) + b.x() * (is.to - was.to) +
-           b.y() * (*is.corner - *was.corner);
+    // By least squares; the normal equations, since a triangle's sides are seldom near one line.
+    const Eigen::Vector3d side = *was.corner - was.from, arm = point - was.from;
+    const double side2 = side.squaredNorm(), both = axis.dot(side);
+    constexpr double kOneLine = 1e-12;  // of the square of its area, where a triangle has none
+    const double area2 = length2 * side2 - both * both;
+    if (area2 > kOneLine * length2 * side2) {
+      const double b = (side2 * axis.dot(arm) - both * side.dot(arm)) / area2;
+      const double c = (length2 * side.dot(arm) - both * axis.dot(arm)) / area2;
+      return (1 - b - c) * (is.from - was.from) + b * (is.to - was.to) +
+             c * (*is.corner - *was.corner);
+    }
   }
   const double along =
       length2 > 0 ? std::clamp((point - was.from).dot(axis) / length2, 0.0, 1.0) : 0;
