@@ -4,7 +4,7 @@
 //   A file is opened for what its bytes are, whatever its name. Playlists, lists of files, patterns
 // of names and descriptions of streams lead to other files, which nobody gave and no cache looks
 // at: only containers that hold their own pictures are opened, and no protocol but `file`.
-#include "organbake/shading/video_reader.h"
+#include "video_module.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -18,6 +18,7 @@ extern "C" {
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -118,9 +119,7 @@ Turn turn_of(const std::int32_t* m) {
   return c > 0 ? Turn::counterclockwise : Turn::transverse;
 }
 
-}  // namespace
-
-struct VideoReader::Impl {
+struct OpenVideo {
   std::filesystem::path path;
   Format format;
   Codec codec;
@@ -133,7 +132,7 @@ struct VideoReader::Impl {
   std::size_t count = 0;
   int width = 0, height = 0;
 
-  ~Impl() { sws_freeContext(scaler); }
+  ~OpenVideo() { sws_freeContext(scaler); }
 
   [[noreturn]] void fail(const std::string& why) const {
     throw BadDataError(path, "frame " + std::to_string(count) + ": " + why +
@@ -261,21 +260,25 @@ struct VideoReader::Impl {
   }
 };
 
-VideoReader::VideoReader(const std::filesystem::path& path) : impl_(new Impl) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    throw NoInputError(path, "there is no such file");
-  av_log_set_level(AV_LOG_QUIET);
-  impl_->path = path;
-  impl_->open();
-}
-VideoReader::~VideoReader() = default;
-VideoReader::VideoReader(VideoReader&&) noexcept = default;
+class LibavDecoder final : public VideoDecoder {
+ public:
+  explicit LibavDecoder(const std::filesystem::path& path) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error))
+      throw NoInputError(path, "there is no such file");
+    av_log_set_level(AV_LOG_QUIET);
+    video_.path = path;
+    video_.open();
+  }
+  bool next(StoredPicture& frame) override;
+  std::size_t frames_read() const override { return video_.count; }
 
-std::size_t VideoReader::frames_read() const { return impl_->count; }
+ private:
+  OpenVideo video_;
+};
 
-bool VideoReader::next(StoredPicture& frame) {
-  Impl& r = *impl_;
+bool LibavDecoder::next(StoredPicture& frame) {
+  OpenVideo& r = video_;
   if (!r.receive()) {
     if (!r.damage.empty()) r.fail(r.damage);
     if (r.count == 0) throw BadDataError(r.path, "frame 0: the video holds no frame");
@@ -302,4 +305,10 @@ bool VideoReader::next(StoredPicture& frame) {
   return true;
 }
 
+}  // namespace
+
 }  // namespace organbake
+
+organbake::VideoDecoder* organbake_open_video(const std::filesystem::path& path) {
+  return new organbake::LibavDecoder(path);
+}
