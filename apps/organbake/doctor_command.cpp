@@ -64,9 +64,10 @@ int note_library(dl_phdr_info* info, std::size_t, void* versions) {
 std::vector<UnloadableModule> unloadable_modules() {
   std::vector<std::string> names = {"inspect", "export", "swatches"};
   for (const Stage& stage : all_stages()) names.push_back(stage.name);
+  std::vector<std::filesystem::path> files = {module_folder() / "organbake_video.so"};
+  for (const std::string& name : names) files.push_back(module_file(name));
   std::vector<UnloadableModule> unloadable;
-  for (const std::string& name : names) {
-    const std::filesystem::path file = module_file(name);
+  for (const std::filesystem::path& file : files) {
     // Never closed, as by run_in_module().
     if (::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL)) continue;
     unloadable.push_back({file.string(), ::dlerror()});
