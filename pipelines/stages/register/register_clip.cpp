@@ -92,7 +92,6 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Vector3d;
 
 // Frames are named by their number in the clip.
 std::optional<std::size_t> frame_number(const std::string& name) {
@@ -102,11 +101,8 @@ std::optional<std::size_t> frame_number(const std::string& name) {
   return std::stoul(name);
 }
 
-// Where the scope was, in the scene's own unit of length, by frame.
-using Motions = std::map<std::size_t, RigidTransform>;
-
-Motions read_motion(const fs::path& folder) {
-  Motions motions;
+ScopeMotion read_motion(const fs::path& folder) {
+  ScopeMotion motions;
   for (const PosedCamera& camera : read_cameras(folder / "cameras.json").cameras)
     if (const auto frame = frame_number(camera.name)) motions[*frame] = camera.camera_from_world;
   if (motions.empty())
@@ -121,7 +117,7 @@ struct KeyMap {
 };
 
 // The first, the middle and the last one.
-std::vector<KeyMap> keys_of(const fs::path& folder, const Motions& motions) {
+std::vector<KeyMap> keys_of(const fs::path& folder, const ScopeMotion& motions) {
   std::vector<KeyMap> keys;
   for (const DepthFile& file : depth_files_in(folder))
     if (const auto frame = frame_number(file.depth.stem().string());
@@ -134,19 +130,6 @@ std::vector<KeyMap> keys_of(const fs::path& folder, const Motions& motions) {
     if (chosen.empty() || chosen.back().frame != keys[at].frame) chosen.push_back(keys[at]);
   return chosen;
 }
-
-// A frame's pose of the surface, and how many mm the scene's unit of length has.
-struct ScenePose {
-  std::size_t frame = 0;
-  RegisteredPhoto registered;
-  double scale = 1;
-
-  RigidTransform at(const Motions& motions, std::size_t other) const {
-    RigidTransform moved = motions.at(other) * motions.at(frame).inverse();
-    moved.translation *= scale;
-    return moved * registered.camera.camera_from_world;
-  }
-};
 
 class FollowedVideo {
  public:
@@ -187,7 +170,8 @@ class FollowedVideo {
     write_png(file, draw_overlay(surface_, photo.image, straight, options_), 1);
   }
 
-  RegisteredPhoto at_frame(const ScenePose& pose, const Motions& motions, std::size_t frame) const {
+  RegisteredPhoto at_frame(const ScenePose& pose, const ScopeMotion& motions,
+                           std::size_t frame) const {
     RegisteredPhoto registered = pose.registered;
     registered.camera.camera_from_world = pose.at(motions, frame);
     registered.camera = camera_as_taken(registered, lens_);
@@ -213,79 +197,10 @@ class FollowedVideo {
   std::string damage_;
 };
 
-bool surer(const ScenePose& a, const ScenePose& b) {
-  const PoseQuality &p = a.registered.quality, &q = b.registered.quality;
-  return p.verdict != q.verdict ? p.verdict < q.verdict : p.surface_sd_mm < q.surface_sd_mm;
-}
-
-double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
-                const RigidTransform& b) {
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples())
-    sum += (a * sample.point - b * sample.point).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
-}
-
-// What the key frames' own poses are off the surest one's.
-struct KeySpread {
-  double drift_mm = 0;  // the most
-  double sd_mm = 0;     // of one of them
-};
-
-// What the motion bends or scales wrongly all key frames share, and no difference shows it: a
-// difference's variance stands for one's, of which it would be twice if they erred independently.
-KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePose>& keys,
-                    const ScenePose& surest, const Motions& motions) {
-  KeySpread spread;
-  double squares = 0, count = 0;
-  for (const ScenePose& key : keys) {
-    if (key.registered.quality.verdict == Verdict::failed || key.frame == surest.frame) continue;
-    const double apart =
-        apart_mm(surface, key.registered.camera.camera_from_world, surest.at(motions, key.frame));
-    spread.drift_mm = std::max(spread.drift_mm, apart);
-    squares += apart * apart;
-    ++count;
-  }
-  if (count > 0) spread.sd_mm = std::sqrt(squares / count);
-  return spread;
-}
-
-// A key frame's own scatter does not show what bends all of its depth; that it bends another key
-// frame's otherwise does.
-void widen(double sd_mm, PoseQuality& quality) {
-  constexpr double kSure_mm = 1;
-  if (!(sd_mm > quality.surface_sd_mm) || !(quality.surface_sd_mm > 0)) return;
-  const double factor = sd_mm / quality.surface_sd_mm;
-  quality.position_sd_mm *= factor;
-  quality.rotation_sd_deg *= factor;
-  quality.surface_sd_mm = sd_mm;
-  if (quality.verdict != Verdict::ok || sd_mm <= kSure_mm) return;
-  quality.verdict = Verdict::doubtful;
-  quality.reason = "the pose is uncertain by " + to_text(sd_mm, 2) +
-                   " mm on the surface, by which key frames disagree";
-}
-
-// RMS of what the middle one of three neighbouring frames is off the mean of the others: of errors
-// that are independent from frame to frame, their standard deviation.
-double jitter_mm(const RegisteredSurface& surface, const ScenePose& pose, const Motions& motions) {
-  constexpr double kOfThree = 1.5;  // variance of a middle less half of either neighbour
-  double squares = 0, count = 0;
-  for (const auto& [frame, camera] : motions) {
-    if (!motions.contains(frame + 1) || !motions.contains(frame + 2)) continue;
-    const Vector3d& center = surface.center();
-    const Vector3d off =
-        pose.at(motions, frame + 1) * center -
-        (pose.at(motions, frame) * center + pose.at(motions, frame + 2) * center) / 2;
-    squares += off.squaredNorm() / kOfThree;
-    ++count;
-  }
-  return count > 0 ? std::sqrt(squares / count) : 0;
-}
-
 // First the key frame that a start is nearest to, as long as nobody knows how many mm the scene's
 // unit has; without one the middle, from which the others are near.
 std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<KeyMap>& keys,
-                                     const Motions& motions, const ClipToTrack& clip) {
+                                     const ScopeMotion& motions, const ClipToTrack& clip) {
   std::map<std::size_t, Rgb8Image> pictures;
   video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
     if (std::any_of(keys.begin(), keys.end(),
@@ -320,15 +235,14 @@ std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const Cli
                                      const fs::path& motion, const RegistrationOptions& options,
                                      const fs::path& overlay_folder, const RunContext& context,
                                      StageReport& report) {
-  const Motions motions = read_motion(motion);
+  const ScopeMotion motions = read_motion(motion);
   if (const std::size_t first = motions.begin()->first; clip.start && first > 0)
     context.warn("the start is taken for that of frame " + std::to_string(first) +
                  ", the first one that the motion has a pose of");
   FollowedVideo video(surface, clip, options, context);
   const std::vector<ScenePose> keys = register_keys(video, keys_of(motion, motions), motions, clip);
-  ScenePose surest = *std::min_element(keys.begin(), keys.end(), surer);
-  const KeySpread spread = spread_of(surface, keys, surest, motions);
-  widen(spread.sd_mm, surest.registered.quality);
+  const SettledPose settled = settled_pose(surface, keys, motions);
+  const ScenePose& surest = settled.pose;
   std::vector<NamedPose> poses;
   std::size_t unposed = 0;
   video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
@@ -347,8 +261,8 @@ std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const Cli
   });
   report.bad_data = video.damage();
   report.add("scene_frame", surest.frame);
-  report.add("drift_mm", spread.drift_mm);
-  report.add("jitter_mm", jitter_mm(surface, surest, motions));
+  report.add("drift_mm", settled.drift_mm);
+  report.add("jitter_mm", settled.jitter_mm);
   if (unposed > 0)
     report.skipped.push_back(
         {std::to_string(unposed) + " frames of the video", "the motion has no pose of them"});

@@ -308,5 +308,63 @@ TEST(PoseTracker, RefusesFramesOfAnotherSize) {
   EXPECT_THROW(tracker.next(Rgb8Image(64, 48)), BadDataError);
 }
 
+// A scope that goes 1 unit (2 mm) aside from frame to frame, and trembles by `trembling` of a unit.
+ScopeMotion scope_aside(double trembling) {
+  ScopeMotion motion;
+  for (std::size_t frame = 0; frame < 9; ++frame)
+    motion[frame].translation = {double(frame) + (frame % 2 == 0 ? trembling : -trembling), 0, 0};
+  return motion;
+}
+
+constexpr double kUnit_mm = 2;
+
+// The pose that a frame's own photograph tells, off by so much.
+ScenePose told_by(std::size_t frame, const ScopeMotion& motion, double off_mm, double sd_mm) {
+  ScenePose pose{.frame = frame, .registered = {}, .scale = kUnit_mm};
+  RigidTransform& camera = pose.registered.camera.camera_from_world;
+  camera = camera_at(0).camera_from_world;
+  camera.translation += kUnit_mm * (motion.at(frame).translation - motion.at(0).translation);
+  camera.translation.z() += off_mm;
+  pose.registered.quality.verdict = Verdict::ok;
+  pose.registered.quality.surface_sd_mm = sd_mm;
+  return pose;
+}
+
+// Products of a few rotations and translations of some hundred mm.
+constexpr double kRounded_mm = 1e-9;
+
+TEST(SettledPose, IsTheSurestAndServesAllFrames) {
+  const RegisteredSurface& surface = lamp_studio().surface;
+  const ScopeMotion motion = scope_aside(0);
+  const SettledPose settled =
+      settled_pose(surface, {told_by(0, motion, 0.5, 0.3), told_by(4, motion, 0, 0.2)}, motion);
+  EXPECT_EQ(settled.pose.frame, 4u);
+  EXPECT_NEAR(settled.drift_mm, 0.5, kRounded_mm) << "a shift is the same all over the surface";
+  EXPECT_NEAR(settled.jitter_mm, 0, kRounded_mm);
+  const RigidTransform first = settled.pose.at(motion, 0);
+  EXPECT_NEAR((first.translation - camera_at(0).camera_from_world.translation).norm(), 0,
+              kRounded_mm);
+  EXPECT_EQ(settled.pose.registered.quality.verdict, Verdict::ok);
+  EXPECT_NEAR(settled.pose.registered.quality.surface_sd_mm, 0.5, kRounded_mm);
+}
+
+TEST(SettledPose, IsDoubtfulWhereOthersDisagreeByMoreThanAMillimetre) {
+  const ScopeMotion motion = scope_aside(0);
+  const SettledPose settled = settled_pose(
+      lamp_studio().surface, {told_by(0, motion, 3, 0.3), told_by(4, motion, 0, 0.2)}, motion);
+  EXPECT_EQ(settled.pose.registered.quality.verdict, Verdict::doubtful);
+  EXPECT_NE(settled.pose.registered.quality.reason.find("key frames disagree"), std::string::npos);
+}
+
+// The middle one of three frames lies 2 · trembling off the mean of its neighbours, whose variance
+// is 1.5 times that of one frame.
+TEST(SettledPose, TellsHowUnsteadyTheMotionIs) {
+  constexpr double kTrembling = 0.3;
+  const ScopeMotion motion = scope_aside(kTrembling);
+  const SettledPose settled =
+      settled_pose(lamp_studio().surface, {told_by(0, motion, 0, 0.2)}, motion);
+  EXPECT_NEAR(settled.jitter_mm, 2 * kTrembling * kUnit_mm / std::sqrt(1.5), kRounded_mm);
+}
+
 }  // namespace
 }  // namespace organbake

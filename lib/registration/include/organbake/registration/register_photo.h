@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -181,5 +183,28 @@ class PoseTracker {
   std::optional<LightModel> light_;     // that it was found under
   int lost_frames_ = 0;                 // since it
 };
+
+// Where a scope was, camera_from_scene by frame, in the scene's own unit of length.
+using ScopeMotion = std::map<std::size_t, RigidTransform>;
+
+// A frame's pose of the surface, and how many mm the scene's unit of length has.
+struct ScenePose {
+  std::size_t frame = 0;
+  RegisteredPhoto registered;
+  double scale = 1;
+
+  // camera_from_world at another frame of the motion, as the scene is rigid.
+  RigidTransform at(const ScopeMotion& motion, std::size_t other) const;
+};
+
+// One pose of a rigid scene that serves all frames, and what the others tell of it.
+struct SettledPose {
+  ScenePose pose;        // the surest; as uncertain as the others disagree at least
+  double drift_mm = 0;   // the most that another's own pose lies off it, mean over the surface
+  double jitter_mm = 0;  // of the motion from frame to frame, a standard deviation
+};
+// Of at least one pose, each of a frame that the motion has.
+SettledPose settled_pose(const RegisteredSurface& surface, const std::vector<ScenePose>& poses,
+                         const ScopeMotion& motion);
 
 }  // namespace organbake
