@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // What a recorder lays over a clip of tissue changes nothing of what the tissue tells.
 
-constexpr int kWidth = 480, kHeight = 360, kFrames = 40;
+constexpr int kClipWidth = 480, kClipHeight = 360, kFrames = 40;
 
 // Pixels that the recorder has for itself.
 struct LaidOver {
@@ -95,8 +95,11 @@ struct TrueClip {
   explicit TrueClip(std::uint64_t seed) {
     constexpr std::array kPaths = {ScopePath::slide, ScopePath::tour, ScopePath::orbit};
     MovingClipOptions options;
-    options.view = {
-        .seed = seed, .width = kWidth, .height = kHeight, .frames = kFrames, .instrument = false};
+    options.view = {.seed = seed,
+                    .width = kClipWidth,
+                    .height = kClipHeight,
+                    .frames = kFrames,
+                    .instrument = false};
     options.path = kPaths[seed % kPaths.size()];
     const MovingClip clip(options);
     for (int i = 0; i < kFrames; ++i) frames.push_back(clip.frame(i));
@@ -183,7 +186,7 @@ std::pair<double, double> found_and_lost(const std::vector<Rgb8Image>& frames,
 }
 
 void expect_insets_left_out(std::uint64_t seed) {
-  const double focal_px = 0.5 * kWidth / std::tan(0.5 * LaparoscopyOptions{}.field_of_view_rad);
+  const double focal_px = 0.5 * kClipWidth / std::tan(0.5 * LaparoscopyOptions{}.field_of_view_rad);
   const TrueClip truth(seed), other(seed + 1000);
   std::vector<Rgb8Image> plain_frames;
   for (const LaparoscopyFrame& frame : truth.frames) plain_frames.push_back(frame.image);
