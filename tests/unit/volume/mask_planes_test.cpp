@@ -368,6 +368,15 @@ TEST_F(MaskPlanes, WhatAFileTellsOfItsGapIsHeldAgainstItsPlanes) {
   EXPECT_THAT(stripes.warnings, Contains(HasSubstr("each was taken for 3.00 mm thick")));
   SegBytes alone = seg_of(scan, {9});
   EXPECT_THAT(read(alone.bytes(), nullptr).warnings, Contains(HasSubstr("1 mm was assumed")));
+  alone.gap = "1e30";  // no gap of any scan
+  EXPECT_THAT(read(alone.bytes(), nullptr).warnings, Contains(HasSubstr("1 mm was assumed")));
+  alone.gap.clear();
+  // From head to foot, in thin slices.
+  SegBytes body = seg_of(scan, {1, 18});
+  body.thickness = "0.6";
+  body.frames[0].corner->z() += 1200;
+  EXPECT_NEAR(measured(read(body.bytes(), nullptr)).ml / counted(scan, {1, 18}).ml, 0.2,
+              0.2 * kVolumeShare);
   alone.thickness = "3";
   const Volume thick = read(alone.bytes(), nullptr);
   expect_like(thick, counted(scan, {9}));

@@ -300,6 +300,8 @@ Volume grid_of_planes(const std::vector<ContouredRegion>& regions, const Eigen::
   constexpr double kAlwaysVoxels = 1.5e7, kVoxelsPerPoint = 3000;
   const double most = kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
   const double across = box.sizes().maxCoeff();
+  constexpr double kFarthest_mm = 1e5;
+  if (!(across < kFarthest_mm)) throw BadDataError(name + ": its contours reach beyond any scan");
   Volume grid;
   grid.direction = axes;
   double fine = std::clamp(across / kAcross,

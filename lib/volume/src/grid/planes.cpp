@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
@@ -22,6 +23,8 @@ constexpr double kOffPlane = 0.05;
 // Slices of a CT are not thicker: what lies further apart are two lumps, and no gap.
 constexpr double kThickest_mm = 10;
 constexpr double kAssumed_mm = 1;
+// What a file tells of a gap counts up to here.
+constexpr double kMostTold_mm = 100;
 
 std::vector<double> steps_of(const std::vector<double>& places) {
   std::vector<double> steps;
@@ -39,7 +42,8 @@ double median(std::vector<double> values) {
 // Whether every step is a whole number of gaps, whose last digit may be rounded.
 bool are_multiples(const std::vector<double>& steps, double gap) {
   constexpr double kRoundedGap = 0.005, kMost = 0.25;
-  return gap > 0 && std::all_of(steps.begin(), steps.end(), [&](double step) {
+  return gap > 0 && gap <= kMostTold_mm &&
+         std::all_of(steps.begin(), steps.end(), [&](double step) {
            const double gaps = step / gap, whole = std::round(gaps);
            return whole >= 1 &&
                   std::abs(gaps - whole) <= std::min(kMost, kOffPlane + kRoundedGap * whole);
@@ -169,7 +173,7 @@ double gap_without_scan(const std::vector<double>& places, double gap_of_scan,
   }
   const bool apart = !steps.empty() && *std::min_element(steps.begin(), steps.end()) > kThickest_mm;
   for (const double gap : {clues.told_mm, clues.thickness_mm})
-    if (gap > 0 && (apart || are_multiples(steps, gap))) return gap;
+    if (are_multiples(apart ? std::vector<double>() : steps, gap)) return gap;
   if (clues.by_hand && !steps.empty() && !apart) {
     const double usual = median(steps);
     return usual <= kThickest_mm ? usual : *std::min_element(steps.begin(), steps.end());
@@ -259,7 +263,9 @@ std::pair<int, int> EvenSlices::of(const Slab& slab) const {
 
 EvenSlices slices_for(const std::vector<Slab>& slabs, const std::string& name) {
   double low = HUGE_VAL, high = -HUGE_VAL, thin = HUGE_VAL;
+  std::set<double> borders;
   for (const Slab& slab : slabs) {
+    borders.insert({slab.low_mm, slab.high_mm});
     low = std::min(low, slab.low_mm);
     high = std::max(high, slab.high_mm);
     thin = std::min(thin, slab.thickness_mm());
@@ -267,28 +273,28 @@ EvenSlices slices_for(const std::vector<Slab>& slabs, const std::string& name) {
   const double span = high - low;
   // Where one pair of planes lies close together and all others far apart, the gaps are wrong. Two
   // lumps of one region may well lie a torso apart.
-  constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 1000;
+  constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 4000;
   if (!(span / thin <= kMostSlicesPerPlane * static_cast<double>(slabs.size()) + kAlwaysFit))
     throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(thin, 2) +
                        " mm and more");
   const auto off_border = [&](int count) {
     double off = 0;
-    for (const Slab& slab : slabs) {
-      for (const double border : {slab.low_mm, slab.high_mm}) {
-        const double at = (border - low) / span * count;
-        off = std::max(off, std::abs(at - std::round(at)) / count * span);
-      }
+    for (const double border : borders) {
+      const double at = (border - low) / span * count;
+      off = std::max(off, std::abs(at - std::round(at)) / count * span);
     }
     return off;
   };
   // Positions are decimal text, of two digits at least.
   constexpr double kRounded_mm = 0.011, kRoundedShare = 2.5e-3;
-  constexpr int kFinest = 16;
+  constexpr int kFinest = 16, kMostBorders = 20'000'000;  // looked at in all
   const double slack = std::max(kRounded_mm, kRoundedShare * thin);
   const int least = std::max(1, static_cast<int>(std::lround(span / thin)));
   int best = least;
   double best_off = HUGE_VAL;
-  for (int count = least; best_off > slack && count <= kFinest * least; ++count) {
+  const int most =
+      std::min(kFinest * least, least + kMostBorders / static_cast<int>(borders.size()));
+  for (int count = least; best_off > slack && count <= most; ++count) {
     const double off = off_border(count);
     if (off >= best_off) continue;
     best = count;
