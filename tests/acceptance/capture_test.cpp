@@ -162,7 +162,7 @@ struct ColorProbe {
   bool used = false;      // a photo's colour counts
 };
 
-// From this sum of weights on, the photos decide a colour (surface_color.cpp).
+// From this sum of weights on, the photos decide a colour (make_colors.cpp).
 constexpr float kSeenWeight = 0.02f;
 
 class Sights {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "organbake/cutting/skin_inside.h"
+#include "organbake/cutting/cut_skin.h"
 
 namespace organbake::test {
 namespace {

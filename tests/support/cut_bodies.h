@@ -2,8 +2,8 @@
 #pragma once
 
 #include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_sheet.h"
-#include "organbake/cutting/cut_tetrahedra.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake::test {

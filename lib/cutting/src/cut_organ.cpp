@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// An organ under blades: what was swept since the last cut parts tetrahedra, skin and what lies
+// between them, and is told to whoever draws and solves.
 #include "organbake/cutting/cut_organ.h"
 
 #include <Eigen/Geometry>
@@ -12,8 +14,6 @@
 #include "cut_walls.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/cutting/wet_rim.h"
-#include "tissue_look.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/cutting/cut_tetrahedra.h"
+// Tetrahedra copied along a sheet, by virtual nodes (Molino, Bao & Fedkiw 2004): an element that a
+// cut passes is there once for each side, and nodes are shared by those that still hang together.
+#include "organbake/cutting/cut_body.h"
 
 #include <algorithm>
 #include <bit>

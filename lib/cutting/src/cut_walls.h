@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// The walls of a cut, and what the inside of the tissue looks like.
+
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -26,5 +28,11 @@ struct CutWalls {
 };
 
 CutWalls cut_walls(const CutSkin& skin, const CutSheet& sheet);
+
+// The albedo (linear RGB) of tissue on the inside, at a place at rest, so far below the skin: a
+// thin capsule, a rim wet with blood, then that of the skin, darker and redder, mottled and with
+// fibres, the same wherever a cut comes by.
+Eigen::Vector3f inner_albedo(const Eigen::Vector3d& at_mm, double depth_mm,
+                             const Eigen::Vector3f& skin_albedo);
 
 }  // namespace organbake

@@ -7,17 +7,17 @@
 // free over ten millimetres or so across a cut, the widest comes to about a millimetre; fresh cuts
 // of liver and bowel that nobody pulls on gape by one half to two: the widest is the tissue's own
 // (MechanicsModel::cut_gape_mm).
-#include "organbake/cutting/lip_gape.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <queue>
 #include <tuple>
 #include <utility>
 
+#include "organbake/cutting/cut_organ.h"
 #include "organbake/cutting/cut_skin.h"
 
 namespace organbake {
@@ -144,5 +144,158 @@ void LipGape::open(std::vector<Vector3d>& positions_mm) const {
   for (const Beside& beside : beside_)
     positions_mm[beside.vertex] += beside.share * moves[beside.lip];
 }
+
+// What a wide blade takes away is not carved out of the tetrahedra: the lips are drawn back by half
+// the width each instead, and the skin beside them gives way, so no new elements are needed.
+namespace {
+
+using Eigen::Vector3d;
+
+// Widths of a cut from its lips within which the skin gives way: it is compressed to three quarters
+// of what it was.
+constexpr double kReach = 2;
+
+using Vertices = std::vector<CutSkin::Vertex>;
+
+// By half a cut's width, square to its border along the skin; where its lips hang together, not.
+void draw_lips_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertices) {
+  struct Pull {
+    Vector3d back = Vector3d::Zero();
+    double half_mm = 0;
+  };
+  std::map<std::uint32_t, Pull> pulls;  // by vertex
+  for (const SkinBorder& border : skin.borders()) {
+    const double half = 0.5 * sheet.width_mm(vertices[border.left[0]].place.stroke);
+    const Vector3d along = vertices[border.left[1]].at_mm - vertices[border.left[0]].at_mm;
+    const Vector3d to_left = skin.normal_beside(border).cross(along).stableNormalized();
+    for (int end = 0; half > 0 && end < 2; ++end) {
+      if (border.left[end] == border.right[end]) continue;
+      for (const auto& [lip, side] :
+           {std::pair(border.left[end], 1.0), std::pair(border.right[end], -1.0)}) {
+        Pull& pull = pulls[lip];
+        pull.back += side * to_left;
+        pull.half_mm = std::max(pull.half_mm, half);
+      }
+    }
+  }
+  // Two pieces of border meet at a lip, and say much the same.
+  for (const auto& [lip, pull] : pulls)
+    vertices[lip].drawn_back_mm = pull.half_mm * pull.back.stableNormalized();
+}
+
+// Skin beside a lip goes with it the less the farther off it is, along its edges (Dijkstra 1959):
+// what lies across a cut is not near.
+void draw_beside_back(const std::vector<SkinPart>& parts, Vertices& vertices) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> beside;
+  for (const SkinPart& part : parts) {
+    for (int k = 0; k < 3; ++k) {
+      beside[part.corners[k]].push_back(part.corners[(k + 1) % 3]);
+      beside[part.corners[(k + 1) % 3]].push_back(part.corners[k]);
+    }
+  }
+  using Reached = std::tuple<double, std::uint32_t, std::uint32_t>;  // mm away, vertex, from a lip
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  for (std::uint32_t v = 0; v < vertices.size(); ++v)
+    if (vertices[v].on_border) next.emplace(0, v, v);
+  std::vector<std::uint8_t> done(vertices.size(), 0);
+  while (!next.empty()) {
+    const auto [away, v, lip] = next.top();
+    next.pop();
+    const double reach = 2 * kReach * vertices[lip].drawn_back_mm.norm();
+    if (std::exchange(done[v], 1) || (v != lip && away >= reach)) continue;
+    if (v != lip) vertices[v].drawn_back_mm = (1 - away / reach) * vertices[lip].drawn_back_mm;
+    for (const std::uint32_t n : beside[v])
+      if (!done[n]) next.emplace(away + (vertices[n].at_mm - vertices[v].at_mm).norm(), n, lip);
+  }
+}
+
+}  // namespace
+
+void draw_skin_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertices) {
+  draw_lips_back(skin, sheet, vertices);
+  if (std::all_of(vertices.begin(), vertices.end(),
+                  [](const CutSkin::Vertex& v) { return v.drawn_back_mm.isZero(0); }))
+    return;
+  draw_beside_back(skin.parts(), vertices);
+  for (CutSkin::Vertex& vertex : vertices)
+    vertex.at_mm += vertex.drawn_back_mm, vertex.side_mm += vertex.drawn_back_mm;
+}
+
+namespace {
+
+const Eigen::Array3d kThroughBlood(0.26, 0.09, 0.08);
+
+// Which faces meet at each vertex.
+std::vector<std::vector<std::uint32_t>> faces_around(const TriangleMesh& skin) {
+  std::vector<std::vector<std::uint32_t>> around(skin.vertices.size());
+  for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
+    for (const std::uint32_t v : skin.faces[f]) around[v].push_back(f);
+  return around;
+}
+
+std::vector<WetRim::Lip> lips_of(const TriangleMesh& skin, std::uint32_t face,
+                                 const std::vector<CutOrgan::FacePart>& parts) {
+  std::vector<WetRim::Lip> lips;
+  for (const CutOrgan::FacePart& part : parts) {
+    for (int k = 0; k < 3; ++k) {
+      if (!part.lip[k]) continue;
+      const Eigen::Vector3d from_mm = WetRim::place_mm(skin, face, part.at[(k + 1) % 3]);
+      lips.push_back({from_mm, WetRim::place_mm(skin, face, part.at[(k + 2) % 3]) - from_mm});
+    }
+  }
+  return lips;
+}
+
+double squared_distance(const WetRim::Lip& lip, const Eigen::Vector3d& place_mm) {
+  const Eigen::Vector3d way_mm = place_mm - lip.from_mm;
+  const double length2 = lip.along_mm.squaredNorm();
+  const double share = length2 > 0 ? std::clamp(way_mm.dot(lip.along_mm) / length2, 0.0, 1.0) : 0.0;
+  return (way_mm - share * lip.along_mm).squaredNorm();
+}
+
+}  // namespace
+
+Eigen::Vector3d WetRim::place_mm(const TriangleMesh& skin, std::uint32_t face,
+                                 const Eigen::Vector2d& at) {
+  const Face& corners = skin.faces[face];
+  return (1 - at.sum()) * skin.vertices[corners[0]] + at[0] * skin.vertices[corners[1]] +
+         at[1] * skin.vertices[corners[2]];
+}
+
+WetRim::WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts)
+    : lips_(skin.faces.size()) {
+  const std::vector<std::vector<std::uint32_t>> around = faces_around(skin);
+  for (const auto& [face, of_face] : parts) {
+    const std::vector<Lip> lips = lips_of(skin, face, of_face);
+    if (lips.empty()) continue;
+    std::vector<std::uint32_t> faces;
+    for (const std::uint32_t v : skin.faces[face])
+      faces.insert(faces.end(), around[v].begin(), around[v].end());
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    for (const std::uint32_t f : faces) lips_[f].insert(lips_[f].end(), lips.begin(), lips.end());
+  }
+}
+
+std::vector<WetRim::Lip> WetRim::near(const std::vector<Lip>& lips, const Eigen::Vector3d& place_mm,
+                                      double distance_mm) {
+  std::vector<Lip> near;
+  std::copy_if(lips.begin(), lips.end(), std::back_inserter(near), [&](const Lip& lip) {
+    return squared_distance(lip, place_mm) < distance_mm * distance_mm;
+  });
+  return near;
+}
+
+// All on the inner half of the rim, less and less on the outer; of pieces wider than the rim as
+// much as it covers.
+double WetRim::share(const std::vector<Lip>& lips, const Eigen::Vector3d& place_mm,
+                     double piece_mm) {
+  double nearest2 = std::numeric_limits<double>::infinity();
+  for (const Lip& lip : lips) nearest2 = std::min(nearest2, squared_distance(lip, place_mm));
+  const double most = piece_mm > kWidth_mm ? kWidth_mm / piece_mm : 1;
+  return std::clamp(2 - 2 * std::sqrt(nearest2) / reach_mm(piece_mm), 0.0, most);
+}
+
+Eigen::Array3d WetRim::kept(double share) { return 1 - share * (1 - kThroughBlood); }
 
 }  // namespace organbake

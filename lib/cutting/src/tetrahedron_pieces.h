@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "organbake/bundle/tetrahedral_body.h"
-#include "organbake/cutting/edge_crossings.h"
+#include "organbake/cutting/cut_sheet.h"
 
 namespace organbake {
 

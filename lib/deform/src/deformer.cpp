@@ -7,7 +7,7 @@
 #include "contact/tool_contacts.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/instruments/instrument_sweep.h"
+#include "organbake/instruments/instrument.h"
 #include "solver/shape_solver.h"
 
 namespace organbake {

@@ -7,7 +7,7 @@
 #include <map>
 #include <numeric>
 
-#include "edge_bisection.h"
+#include "refinement.h"
 #include "support/cut_bodies.h"
 
 namespace organbake {

@@ -9,7 +9,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/cutting/blade_sweeps.h"
-#include "organbake/cutting/cutting_edges.h"
 #include "support/cut_bodies.h"
 #include "support/meshes.h"
 

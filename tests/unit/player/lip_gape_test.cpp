@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/cutting/lip_gape.h"
+#include "organbake/cutting/cut_skin.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include "body/skin.h"
 #include "contact/padded_vector.h"
-#include "organbake/instruments/instrument_sweep.h"
+#include "organbake/instruments/instrument.h"
 
 namespace organbake::deform {
 

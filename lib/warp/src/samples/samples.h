@@ -16,7 +16,6 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/core/background_thread.h"
 #include "organbake/cutting/cut_organ.h"
-#include "organbake/cutting/wet_rim.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/warp/organ_source.h"
 

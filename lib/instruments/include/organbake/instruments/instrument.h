@@ -4,7 +4,9 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -106,5 +108,60 @@ std::optional<InstrumentKind> kind_of_mode(std::string_view mode);
 // Throws UsageError that names the first instrument that makes no sense, and why. Inactive ones may
 // hold anything.
 void check_instruments(const std::vector<Instrument>& instruments);
+
+// Where a tip is at a time: at a place of the world, or pressed depth_mm below the skin (above it
+// when negative) where the line from the organ's centre along `direction` leaves it at rest.
+struct Waypoint {
+  double time_s = 0;
+  std::optional<Eigen::Vector3d> position_mm;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+  double depth_mm = 0;
+  double opening_mm = 0;  // between the tips of scissors' blades
+};
+
+// What an instrument does in a script: key frames, and all of it that stays.
+struct InstrumentPath {
+  std::string name;
+  // Of radius 0: the bundle's default tool. The opening of scissors is the direction in which they
+  // open, of any length but zero: how far, the waypoints tell.
+  Instrument instrument = {.radius_mm = 0};
+  // Strictly later each; the tip is away before the first and after the last.
+  std::vector<Waypoint> path = {};
+  // How the tool looks, which nothing that it does depends on: where its shaft leads at all times,
+  // any length, or the place of the world that it comes through and turns about. Neither: the
+  // player chooses such a place, once for the whole path.
+  std::optional<Eigen::Vector3d> shaft = {}, trocar_mm = {};
+
+  // The instrument at a time: linear between waypoints, all of which must have their places of the
+  // world; inactive before the first and after the last.
+  Instrument at(double time_s) const;
+};
+
+// One instrument's way through a time step: in a straight line, its axis likewise.
+struct InstrumentSweep {
+  std::uint32_t instrument = 0;  // its place in the list
+  Instrument from, to;           // but for position and axis they are the same
+  // No earlier place is known: skin that the tip overlaps counts as entered from outside.
+  bool just_placed = false;
+
+  Eigen::Vector3d position_mm(double fraction) const {
+    return from.position_mm + fraction * (to.position_mm - from.position_mm);
+  }
+  Eigen::Vector3d axis_mm(double fraction) const {
+    return from.axis_mm + fraction * (to.axis_mm - from.axis_mm);
+  }
+  // Of the place `along` (0…1) the axis.
+  Eigen::Vector3d motion_mm(double along) const {
+    return (to.position_mm - from.position_mm) + along * (to.axis_mm - from.axis_mm);
+  }
+};
+
+// Whether nothing about the active instruments differs by more than rounding.
+bool unchanged(const std::vector<Instrument>& before, const std::vector<Instrument>& now);
+
+// The way of every active instrument, in their order. One that was not there before, or was of
+// another kind, is just placed.
+std::vector<InstrumentSweep> sweeps_between(const std::vector<Instrument>& before,
+                                            const std::vector<Instrument>& now);
 
 }  // namespace organbake

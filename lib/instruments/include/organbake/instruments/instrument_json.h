@@ -2,7 +2,7 @@
 #pragma once
 
 #include "organbake/bundle/json_fields.h"
-#include "organbake/instruments/instrument_path.h"
+#include "organbake/instruments/instrument.h"
 
 namespace organbake {
 

@@ -11,7 +11,6 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/cutting/blade_sweeps.h"
 #include "organbake/cutting/cut_organ.h"
-#include "organbake/cutting/cutting_edges.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/player/state_reader.h"
 #include "organbake/warp/joint_drawing.h"

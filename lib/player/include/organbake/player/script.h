@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "organbake/deform/deformer.h"
-#include "organbake/instruments/instrument_path.h"
+#include "organbake/instruments/instrument.h"
 #include "organbake/player/orbit.h"
 #include "organbake/warp/draw_options.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/instruments/instrument_path.h"
+#include "organbake/instruments/instrument.h"
 #include "organbake/player/script.h"
 
 namespace organbake {

@@ -1,12 +1,66 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "edge_bisection.h"
+// Tetrahedra and skin made finer beside a sheet: which lie near it, their longest edges halved
+// (bisection keeps the mesh closed), and the skin's faces alike.
+#include "refinement.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
+
+#include "organbake/cutting/cut_skin.h"
 
 namespace organbake {
+namespace {
+
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
+constexpr double kRoundSheet_mm = 2;  // a sheet's end opens from a little before it
+
+}  // namespace
+
+SheetNeighbourhood::SheetNeighbourhood(const MaterialGrid& grid,
+                                       std::span<const CutSheet::Triangle> triangles) {
+  for (const CutSheet::Triangle& triangle : triangles) {
+    if (triangle.farther_out) continue;
+    Near near;
+    for (int k = 0; k < 3; ++k) near.corners[k] = grid.place_mm(triangle.corners[k]);
+    for (const Eigen::Vector3d& corner : near.corners) near.box.add(corner);
+    near.fine_mm = triangle.fine_mm;
+    const double round_mm = std::min(kRoundSheet_mm, near.fine_mm);
+    near.box.min.array() -= round_mm, near.box.max.array() += round_mm;
+    near.normal = (near.corners[1] - near.corners[0])
+                      .cross(near.corners[2] - near.corners[0])
+                      .stableNormalized();
+    all_.add(near.box.min), all_.add(near.box.max);
+    near_.push_back(near);
+  }
+}
+
+bool SheetNeighbourhood::meets(std::span<const Eigen::Vector3d> corners_mm) const {
+  return fine_mm(corners_mm) < kNowhere;
+}
+
+double SheetNeighbourhood::fine_mm(std::span<const Eigen::Vector3d> corners_mm) const {
+  Bounds box;
+  for (const Eigen::Vector3d& corner : corners_mm) box.add(corner);
+  double finest = kNowhere;
+  if (!box.meets(all_)) return finest;
+  for (const Near& near : near_) {
+    if (near.fine_mm >= finest || !box.meets(near.box)) continue;
+    double low = kNowhere, high = -kNowhere;
+    for (const Eigen::Vector3d& corner : corners_mm) {
+      const double away = near.normal.dot(corner - near.corners[0]);
+      low = std::min(low, away), high = std::max(high, away);
+    }
+    if (low <= 0 && high >= 0) finest = near.fine_mm;
+  }
+  return finest;
+}
+
 namespace {
 
 // Squared lengths that differ by less are equal: along a lattice's rows all longest edges are, and
@@ -133,6 +187,69 @@ Bisection bisect(TetrahedralBody& body, const std::function<bool(std::uint32_t)>
   }
   if (!result.none()) body.vertices.clear(), body.patches.clear();
   return result;
+}
+
+namespace {
+
+constexpr std::size_t kMostFaces = 40'000;
+constexpr std::uint32_t kRankOfSkinMiddles = 0xC000'0000;
+
+std::vector<CutSheet::Triangle> in_tissue(std::span<const CutSheet::Triangle> triangles) {
+  std::vector<CutSheet::Triangle> in;
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(in),
+               [](const CutSheet::Triangle& t) { return !t.farther_out; });
+  return in;
+}
+
+// Where a vertex lies in a face that has since been halved: at one of its corners, or half-way
+// between the ends of an edge that was.
+Eigen::Vector2d place_in(const Face& face, std::uint32_t vertex, const Bisection& halved,
+                         std::size_t first_halved) {
+  const auto corner = std::find(face.begin(), face.end(), vertex);
+  if (corner != face.end()) return kCornersInFace[static_cast<std::size_t>(corner - face.begin())];
+  const auto [a, b] = halved.halved[vertex - first_halved];
+  return 0.5 * (place_in(face, a, halved, first_halved) + place_in(face, b, halved, first_halved));
+}
+
+}  // namespace
+
+FineSkin::FineSkin(TriangleMesh skin, const MaterialGrid& grid, std::uint32_t first_rank)
+    : mesh_(std::move(skin)),
+      grid_(grid),
+      edges_(grid.snapped(mesh_.vertices, first_rank), edges_of(mesh_.faces)) {
+  for (std::uint32_t f = 0; f < mesh_.faces.size(); ++f) parts_.push_back({f, kCornersInFace});
+}
+
+bool FineSkin::add(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
+  const bool finer = refine(triangles, first_new);
+  return edges_.add(in_tissue(triangles.subspan(first_new))) || finer;
+}
+
+bool FineSkin::refine(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
+  const SheetNeighbourhood near(grid_, triangles.subspan(first_new));
+  if (near.empty()) return false;
+  const std::vector<Face> before = mesh_.faces;
+  const std::size_t first_halved = mesh_.vertices.size();
+  const Bisection halved = bisect(mesh_, [&](std::uint32_t f) {
+    const auto& [a, b, c] = mesh_.faces[f];
+    const std::array corners = {mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]};
+    return mesh_.faces.size() < kMostFaces &&
+           longest_edge_mm(mesh_, mesh_.faces[f]) > near.fine_mm(corners);
+  });
+  if (halved.none()) return false;
+  std::vector<Part> parts;
+  for (std::uint32_t f = 0; f < mesh_.faces.size(); ++f) {
+    const Part& whole = parts_[halved.part_of[f]];
+    Part& part = parts.emplace_back(whole);
+    for (int k = 0; k < 3; ++k) {
+      part.at[k] = within(
+          whole.at, place_in(before[halved.part_of[f]], mesh_.faces[f][k], halved, first_halved));
+    }
+  }
+  parts_ = std::move(parts);
+  edges_ = edges_.finer(mesh_.vertices, grid_, kRankOfSkinMiddles, edges_of(mesh_.faces),
+                        in_tissue(triangles.first(first_new)));
+  return true;
 }
 
 }  // namespace organbake
