@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What most files of lib/ and pipelines/ parse; see OrganbakeBuild.cmake.
+// What most files of lib/, pipelines/ and apps/ parse; see OrganbakeBuild.cmake.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
