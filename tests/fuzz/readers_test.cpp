@@ -15,6 +15,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
+#include "support/places.h"
 
 namespace organbake {
 
@@ -97,15 +98,15 @@ TEST_P(Readers, TakeOrRefuseWhatWasDamaged) {
 }
 
 TEST_P(Readers, TakeOrRefuseWhatOnceBrokeThem) {
-  const fs::path found = fs::path(ORGANBAKE_SOURCE_DIR) / "tests/fuzz/findings" / GetParam().name;
+  const fs::path found = in_clone("tests/fuzz/findings") / GetParam().name;
   if (!fs::exists(found)) GTEST_SKIP() << "nothing was found in this reader";
   for (const fs::path& file : list_files(found)) reads(read_text_file(found / file), file.string());
 }
 
 // What libFuzzer found on ways that the seeds do not go (scripts/fuzz --keep).
 TEST_P(Readers, TakeOrRefuseWhatWasKept) {
-  const fs::path archive = fs::path(ORGANBAKE_SOURCE_DIR) / "tests/fuzz/corpus" /
-                           (std::string(GetParam().name) + ".tar.gz");
+  const fs::path archive =
+      in_clone("tests/fuzz/corpus") / (std::string(GetParam().name) + ".tar.gz");
   if (!fs::exists(archive)) GTEST_SKIP() << "nothing was kept for this reader";
   const TemporaryFolder kept;
   const std::string unpack =

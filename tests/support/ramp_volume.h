@@ -13,6 +13,7 @@
 #include "organbake/core/error.h"
 #include "organbake/volume/volume.h"
 #include "support/error_message.h"
+#include "support/places.h"
 
 namespace organbake {
 
@@ -35,10 +36,6 @@ std::string read_bytes(const std::filesystem::path& path);
 std::string gzipped(const std::string& bytes);
 // The voxels as little-endian int16.
 std::string voxel_bytes(const Volume& volume);
-
-inline std::filesystem::path shared_data(const std::string& below) {
-  return std::filesystem::path(ORGANBAKE_SHARED_DATA) / below;
-}
 
 // The DICOM abdomen, decoded once for all tests (JPEG 2000 takes its time).
 const Volume& dicom_abdomen();

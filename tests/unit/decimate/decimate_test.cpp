@@ -13,6 +13,7 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -157,7 +158,7 @@ TEST(Decimate, CanBeCancelled) {
 }
 
 TEST(Decimate, RealLiverAndItsVessels) {
-  const std::filesystem::path folder = std::filesystem::path(ORGANBAKE_SHARED_DATA) / "mesh/liver";
+  const std::filesystem::path folder = shared_data("mesh/liver");
   if (!std::filesystem::exists(folder)) {
     GTEST_SKIP() << "no real meshes at " << folder << ": real-data decimation is NOT tested";
   }

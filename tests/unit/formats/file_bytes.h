@@ -10,6 +10,7 @@
 
 #include "organbake/core/error.h"
 #include "support/error_message.h"
+#include "support/places.h"
 
 namespace organbake {
 
@@ -20,10 +21,6 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
 inline std::string read_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-inline std::filesystem::path shared_data(const std::string& below) {
-  return std::filesystem::path(ORGANBAKE_SHARED_DATA) / below;
 }
 
 }  // namespace organbake

@@ -21,6 +21,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_folder.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -298,7 +299,7 @@ TEST_F(Exr, DamageIsAnErrorNeverACrash) {
 }
 
 TEST_F(Exr, TheSharedDamagedFilesAreRefused) {
-  const fs::path folder = fs::path(ORGANBAKE_SHARED_DATA) / "robustness" / "exr";
+  const fs::path folder = shared_data("robustness/exr");
   if (!fs::exists(folder)) GTEST_SKIP() << "no real data at " << folder;
   // All are deep, tiled, damaged, or compressed as nothing here is: what the header tells.
   for (const auto& path : list_files(folder))

@@ -15,6 +15,7 @@
 #include "organbake/volume/read_volume.h"
 #include "shape_volumes.h"
 #include "support/meshes.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -265,10 +266,6 @@ TEST(Taubin, NoStepsChangeNothing) {
   const TriangleMesh before = mesh;
   taubin_smooth(mesh, 0);
   EXPECT_EQ(mesh.vertices, before.vertices);
-}
-
-std::filesystem::path shared_data(const std::string& below) {
-  return std::filesystem::path(ORGANBAKE_SHARED_DATA) / below;
 }
 
 #define REQUIRE_SHARED_DATA(below)                               \

@@ -14,6 +14,7 @@
 #include "organbake/core/files.h"
 #include "organbake/image/png.h"
 #include "organbake/pipelines/documents.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -136,7 +137,7 @@ std::string error_of(const std::string& text, const std::string& schema) {
 }
 
 TEST(Schemas, AreTheFilesOfTheRepository) {
-  const std::filesystem::path folder = std::filesystem::path(ORGANBAKE_SOURCE_DIR) / "data-schemas";
+  const std::filesystem::path folder = in_clone("data-schemas");
   std::vector<std::string> files;
   for (const auto& file : list_files(folder)) {
     if (file.extension() != ".json") continue;  // the format's description in words

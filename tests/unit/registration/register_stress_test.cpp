@@ -12,6 +12,7 @@
 #include "organbake/core/error.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -125,10 +126,6 @@ TEST(RegistrationOptions, CheckThemselves) {
 
 namespace fs = std::filesystem;
 
-fs::path shared_data(const std::string& below) {
-  return fs::path(ORGANBAKE_SHARED_DATA) / "registration" / below;
-}
-
 Eigen::Matrix4d read_matrix(const fs::path& path) {
   std::ifstream file(path);
   Eigen::Matrix4d m;
@@ -145,14 +142,15 @@ RigidTransform rigid(const Eigen::Matrix4d& m) {
 class RegisterRenderedLiver : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(shared_data("rendered_liver"))) {
-      GTEST_SKIP() << "REAL DATA MISSING: " << shared_data("rendered_liver");
+    if (!fs::exists(shared_data("registration/rendered_liver"))) {
+      GTEST_SKIP() << "REAL DATA MISSING: " << shared_data("registration/rendered_liver");
     }
-    surface_.emplace(read_mesh(shared_data("rendered_liver/liver-H07.ply")));
-    photo_.image = read_photo(shared_data("rendered_liver/synthetic-left.png"));
+    surface_.emplace(read_mesh(shared_data("registration/rendered_liver/liver-H07.ply")));
+    photo_.image = read_photo(shared_data("registration/rendered_liver/synthetic-left.png"));
     photo_.intrinsics = {1920, 1080, 2012.186314, 2017.966019, 944.7173708, 617.1093984};
-    truth_ = rigid(read_matrix(shared_data("rendered_liver/camera_to_world.txt"))).inverse() *
-             rigid(read_matrix(shared_data("rendered_liver/model_to_world.txt")));
+    truth_ = rigid(read_matrix(shared_data("registration/rendered_liver/camera_to_world.txt")))
+                 .inverse() *
+             rigid(read_matrix(shared_data("registration/rendered_liver/model_to_world.txt")));
   }
 
   RegisteredPhoto expect_found() const {

@@ -14,6 +14,7 @@
 #include "organbake/formats/photo.h"
 #include "organbake/image/srgb.h"
 #include "support/meshes.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -267,8 +268,7 @@ TEST(ColorSilhouette, IsNotThatOfAPiece) {
 // beside it is where its makers' tracker starts: by the corners that the photograph shows it is 2
 // to 6 px off itself, which is as near as this can be held against it.
 TEST(ColorSilhouette, FindsARealTriangleBehindABottle) {
-  const std::filesystem::path folder =
-      std::filesystem::path(ORGANBAKE_SHARED_DATA) / "registration" / "triangle";
+  const std::filesystem::path folder = shared_data("registration/triangle");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "REAL DATA MISSING: " << folder;
   TriangleMesh mesh = read_mesh(folder / "triangle.obj", {MeshUnit::m, {}});
   for (Eigen::Vector3d& v : mesh.vertices) v.z() -= 6;

@@ -12,6 +12,7 @@
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/video_reader.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
@@ -82,8 +83,7 @@ TEST(DepthVerdict, DarknessIsAFailure) {
 }
 
 TEST(DepthVerdict, ARealFrameWithoutTruthIsNotTrusted) {
-  const std::filesystem::path clip =
-      std::filesystem::path(ORGANBAKE_SHARED_DATA) / "video/laparoscopy_720p_25fps.mp4";
+  const std::filesystem::path clip = shared_data("video/laparoscopy_720p_25fps.mp4");
   if (!std::filesystem::exists(clip)) GTEST_SKIP() << "real data is missing: " << clip;
   VideoReader reader(clip);
   StoredPicture frame;

@@ -8,15 +8,14 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path real_clip() {
-  return fs::path(ORGANBAKE_SHARED_DATA) / "video/laparoscopy_720p_25fps.mp4";
-}
+fs::path real_clip() { return shared_data("video/laparoscopy_720p_25fps.mp4"); }
 
 TEST(VideoReader, RefusesWhatIsNoVideo) {
   const TemporaryFolder folder;
