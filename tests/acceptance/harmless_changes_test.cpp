@@ -11,7 +11,7 @@
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/frame_depth.h"
-#include "organbake/shading/video_reader.h"
+#include "organbake/shading/frame_source.h"
 #include "promises.h"
 #include "support/ramp_volume.h"
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "light/light.h"
 #include "measuring/agreement.h"
 #include "measuring/programs.h"
 #include "measuring/scenes.h"
@@ -22,12 +23,10 @@
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
-#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/frame_source.h"
 #include "organbake/shading/laparoscope.h"
-#include "organbake/shading/light_estimate.h"
-#include "organbake/shading/light_ratio.h"
-#include "organbake/shading/video_reader.h"
 #include "organbake/warp/view.h"
 #include "promises.h"
 #include "support/ramp_volume.h"

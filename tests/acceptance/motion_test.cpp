@@ -10,7 +10,7 @@
 #include "organbake/core/temporary_folder.h"
 #include "organbake/image/png.h"
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/shading/insets.h"
+#include "organbake/shading/masks.h"
 #include "promises.h"
 
 namespace organbake {

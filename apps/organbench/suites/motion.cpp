@@ -12,9 +12,9 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
+#include "organbake/shading/frame_source.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
-#include "organbake/shading/video_reader.h"
 #include "peers/peers.h"
 
 namespace organbake {

@@ -12,11 +12,9 @@
 #include "organbake/phantom/known_answers.h"
 #include "organbake/player/contact_sheet.h"
 #include "organbake/shading/distant.h"
-#include "organbake/shading/fast_sweeping.h"
 #include "organbake/shading/frame_depth.h"
+#include "organbake/shading/frame_source.h"
 #include "organbake/shading/laparoscope.h"
-#include "organbake/shading/tsai_shah.h"
-#include "organbake/shading/video_reader.h"
 #include "report/report.h"
 
 namespace organbake {

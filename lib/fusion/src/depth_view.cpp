@@ -12,7 +12,7 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/depth_maps.h"
-#include "organbake/shading/local_planes.h"
+#include "organbake/shading/grid_filters.h"
 
 namespace organbake {
 namespace {

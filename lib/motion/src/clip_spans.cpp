@@ -13,7 +13,6 @@
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/motion/feature_tracker.h"
-#include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/prepared_frame.h"
 #include "two_views.h"
 

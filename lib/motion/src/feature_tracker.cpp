@@ -15,7 +15,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/insets.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 #include "two_views.h"

@@ -15,7 +15,6 @@
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/log_range_fit.h"
 #include "organbake/shading/masks.h"
 #include "view_depths.h"
 

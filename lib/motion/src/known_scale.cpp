@@ -18,7 +18,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/local_pattern.h"
+#include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
 
 namespace organbake {

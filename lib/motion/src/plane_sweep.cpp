@@ -18,12 +18,9 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/local_pattern.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
-#include "organbake/shading/undistort.h"
 #include "sweep_costs.h"
 #include "view_depths.h"
 

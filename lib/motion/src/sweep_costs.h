@@ -9,7 +9,7 @@
 
 namespace organbake {
 
-// A frame on one level of a pyramid, as it is matched (shading/local_pattern.h).
+// A frame on one level of a pyramid, as it is matched (shading/grid_filters.h).
 struct SweepView {
   PosedCamera camera;
   Plane pattern;

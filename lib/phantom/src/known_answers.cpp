@@ -14,7 +14,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
-#include "organbake/shading/ray_grid.h"
+#include "organbake/shading/depth_maps.h"
 
 namespace organbake {
 namespace {

@@ -13,8 +13,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/local_pattern.h"
-#include "organbake/shading/local_planes.h"
+#include "organbake/shading/grid_filters.h"
 #include "organbake/shading/tent_mean.h"
 
 namespace organbake {

@@ -17,8 +17,6 @@
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/local_pattern.h"
-#include "organbake/shading/local_planes.h"
 #include "organbake/shading/masks.h"
 
 namespace organbake {

@@ -19,7 +19,7 @@
 #include "organbake/image/depth_notes.h"
 #include "organbake/pipelines/stage.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/shading/undistort.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 

@@ -16,8 +16,8 @@
 #include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/registration/register_photo.h"
-#include "organbake/shading/insets.h"
-#include "organbake/shading/video_reader.h"
+#include "organbake/shading/frame_source.h"
+#include "organbake/shading/masks.h"
 #include "stages/register/photos.h"
 #include "stages/shared/clip_source.h"
 

@@ -8,7 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/options/options.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/prepared_frame.h"

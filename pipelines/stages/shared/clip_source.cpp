@@ -16,10 +16,9 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/shading/frame_preparation.h"
-#include "organbake/shading/insets.h"
-#include "organbake/shading/undistort.h"
-#include "organbake/shading/video_reader.h"
+#include "organbake/shading/frame_source.h"
+#include "organbake/shading/masks.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/formats/mesh_files.h"
-#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_source.h"
 #include "stages/shared/volume_options.h"
 

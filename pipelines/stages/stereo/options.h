@@ -4,7 +4,7 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/depth_maps.h"
 #include "organbake/shading/prepared_frame.h"
 #include "organbake/stereo/stereo_depth.h"
 #include "stages/shared/options.h"

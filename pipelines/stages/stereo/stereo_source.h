@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "organbake/core/run_context.h"
-#include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/frame_source.h"
+#include "organbake/shading/prepared_frame.h"
 #include "stages/stereo/options.h"
 
 namespace organbake {

@@ -9,7 +9,6 @@
 
 #include "disparity.h"
 #include "organbake/core/error.h"
-#include "organbake/shading/beam_estimate.h"
 #include "organbake/shading/frame_albedo.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"

@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Depth of one prepared frame by the model that is asked for: a lamp at the lens (laparoscope.cpp),
+// a light from afar (distant.cpp), or the paper's own method. In: brightness of one albedo and
+// masks. Out: depth, normals, and how far each pixel can be trusted.
+//   The paper's shape from shading (Tsai & Shah 1994) is one linearisation per pixel, without
+// coupling between pixels. It is kept as it is published, but for the step's denominator
+// (distant.h), to compare with.
 #include "organbake/shading/frame_depth.h"
 
 #include <Eigen/Geometry>
@@ -6,14 +12,67 @@
 #include <cmath>
 #include <limits>
 
+#include "light/light.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/light_estimate.h"
 
 namespace organbake {
+namespace {
+
+// f and df/dZ of one pixel.
+struct Linearised {
+  double f, df;
+};
+
+Linearised linearise(double intensity, double p, double q, const Eigen::Vector3d& s) {
+  const double w2 = 1 + p * p + q * q, w = std::sqrt(w2);
+  const double facing = p * s.x() + q * s.y() + s.z();
+  return {intensity - std::max(0.0, facing / w), (p + q) * facing / (w2 * w) - (s.x() + s.y()) / w};
+}
+
+}  // namespace
+
+void TsaiShahOptions::check() const {
+  if (!(iterations >= 1 && iterations <= 1'000'000))
+    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be in 1…1000000");
+  if (!std::isfinite(light.tilt_rad) || !std::isfinite(light.slant_rad))
+    throw UsageError("the light's tilt and slant must be finite numbers");
+}
+
+TsaiShahEstimate shade_tsai_shah(const Plane& intensity, const TsaiShahOptions& options,
+                                 const Grid<double>* start) {
+  options.check();
+  const int width = intensity.width, height = intensity.height;
+  if (start && (start->width != width || start->height != height))
+    throw BadDataError("shading: the previous depth and the image are of different sizes");
+  constexpr double kW = 1e-8;
+  const Eigen::Vector3d toward = options.light.toward();
+  Grid<double> z = start ? *start : Grid<double>(width, height), next = z;
+  Grid<double> gain(width, height, kW);
+  double squares = 0;
+  for (int n = 0; n < options.iterations; ++n) {
+    squares = 0;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const bool border = x == 0 || y == 0;
+        const double p = border ? 0 : z.at(x, y) - z.at(x - 1, y);
+        const double q = border ? 0 : z.at(x, y) - z.at(x, y - 1);
+        const float value = intensity.at(x, y);
+        const auto [f, df] = linearise(std::isfinite(value) ? value : 0, p, q, toward);
+        gain.at(x, y) += df * df;
+        next.at(x, y) = z.at(x, y) - df / gain.at(x, y) * f;
+        squares += f * f;
+      }
+    z.values.swap(next.values);
+  }
+  const double pixels = std::max<double>(1, static_cast<double>(z.size()));
+  return {std::move(z), std::sqrt(squares / pixels)};
+}
+
 namespace {
 
 // How far the depth of each pixel can be trusted, 0…1: the cosine between surface and ray, times

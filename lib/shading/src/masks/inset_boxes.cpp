@@ -5,7 +5,7 @@
 // another scene goes on. Edges of tissue pass, and are seldom straight. Four seams, or fewer and
 // the frame's own border, make a rectangle. In: some frames spread over the clip. Frames that show
 // a jump are counted instead of averaging it: one strong edge that passes by is one count.
-#include "inset_boxes.h"
+#include "masks/searches.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/insets.h"
+#include "organbake/shading/masks.h"
 
 namespace organbake {
 namespace {

@@ -2,20 +2,19 @@
 //
 // What a recorder has laid into a clip's frames, by two properties that tissue before a moving
 // scope lacks. A second picture has seams round it, whether what it shows stands or moves
-// (inset_boxes.h). Text and logos *stand*: their pixels keep their level, but for a rare switch (a
-// clock), while what lies round them changes. Smooth tissue keeps its level, too, but ends without
-// an edge. In: up to 32 frames spread over the clip. Out: a mask.
-#include "organbake/shading/insets.h"
+// (inset_boxes.cpp). Text and logos *stand*: their pixels keep their level, but for a rare switch
+// (a clock), while what lies round them changes. Smooth tissue keeps its level, too, but ends
+// without an edge. In: up to 32 frames spread over the clip. Out: a mask.
+#include "organbake/shading/masks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgproc.hpp>
 
-#include "inset_boxes.h"
+#include "masks/searches.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 
 namespace organbake {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Weighted least-squares planes round every pixel at once: the moments of the window are
 // convolutions, so that the cost does not grow with the window.
-#include "organbake/shading/local_planes.h"
+#include "organbake/shading/grid_filters.h"
 
 #include <algorithm>
 #include <opencv2/core.hpp>

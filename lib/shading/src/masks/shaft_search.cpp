@@ -4,7 +4,7 @@
 // both ways for as long as its inside differs from what lies right beside it, and its borders are
 // fitted anew to what was followed. No colour by itself makes an instrument: fat, film and paled or
 // smoky tissue are grey, too, but not straight, not sharp on both sides, and not from the rim.
-#include "masks/shaft_search.h"
+#include "masks/searches.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Pictures for people to look at: masks, depth, relief, strips of frames, curves as SVG.
 #include "organbake/shading/pictures.h"
 
 #include <Eigen/Geometry>

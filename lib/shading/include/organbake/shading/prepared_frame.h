@@ -1,12 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/image/picture.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {
+
+// Whether neighbouring rows differ far more than rows of one field do: motion between two fields.
+bool is_combed(const Rgb8Image& frame);
+// Keeps the upper field and interpolates the lower.
+void deinterlace(StoredPicture& frame);
+
+// Mean squared Laplacian of the green channel: falls when a frame is blurred by motion.
+double sharpness(const Rgb8Image& frame);
+// The side of the squares of one colour that a frame is made of: a mosaic, or a small picture that
+// was enlarged by repeating its pixels; 1 of others. Up to 32.
+int squares_px(const Rgb8Image& frame);
+// Mean of the green channel, 0…255.
+double brightness(const Rgb8Image& frame);
+// Whether the brightness of a clip's frames jumps to and fro, as under a stroboscope: most frames
+// differ from the one before by far more than any exposure that follows the tissue.
+bool flickers(const std::vector<double>& brightness);
+// Mean absolute difference of two frames' green channels (0…255); infinite when sizes differ.
+double mean_difference(const Rgb8Image& a, const Rgb8Image& b);
+
+// The size that upright() gives.
+struct PixelSize {
+  int width = 0, height = 0;
+  bool operator==(const PixelSize&) const = default;
+};
+PixelSize upright_size(const StoredPicture& picture);
+
+// The picture with square pixels (the shorter side of a pixel is divided, so that nothing is lost)
+// and turned as its file asks. Throws BadDataError for an aspect that no camera has.
+void make_upright(StoredPicture& picture);
 
 enum class StereoLayout { none, side_by_side, top_bottom };
 
@@ -60,5 +92,17 @@ struct GivenMasks {
 // pixels, or as its `camera` has it.
 PreparedFrame prepare_frame(const StoredPicture& frame, const Intrinsics& camera,
                             const FrameOptions& options, const GivenMasks& given = {});
+
+// What a camera without distortion (geometry/camera.h) would have seen in the place of `lens`,
+// bilinear, a mask by its nearest pixels; what was outside the picture is black, or 0. Picture and
+// lens are of one size.
+[[nodiscard]] Rgb8Image undistorted(const Rgb8Image& picture, const Intrinsics& lens,
+                                    const Intrinsics& pinhole);
+[[nodiscard]] Plane undistorted(const Plane& plane, const Intrinsics& lens,
+                                const Intrinsics& pinhole);
+[[nodiscard]] Mask undistorted(const Mask& mask, const Intrinsics& lens, const Intrinsics& pinhole);
+
+// What to say of a lens of which a part alone is used, a fisheye; "" for others.
+std::string told_of_fisheye(const Intrinsics& lens);
 
 }  // namespace organbake

@@ -1,17 +1,131 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The light divided out of a frame, against the phantom's own albedo.
-#include "organbake/shading/frame_albedo.h"
+#include "light/light.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <numbers>
 
+#include "known_depth.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/grid_filters.h"
+#include "organbake/shading/laparoscope.h"
 
 namespace organbake {
+namespace {
+
+constexpr double kOneDegree = std::numbers::pi / 180;
+
+double angle_degrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::acos(std::clamp(a.dot(b), -1.0, 1.0)) / kOneDegree;
+}
+
+// Up to the convex/concave flip, which turns the tilt by π.
+double error_degrees(DistantLight found, const DistantLight& truth) {
+  const double straight = angle_degrees(found.toward(), truth.toward());
+  found.tilt_rad += std::numbers::pi;
+  return std::min(straight, angle_degrees(found.toward(), truth.toward()));
+}
+
+TEST(LightEstimate, ThirtyTwoLightsOnThreeSurfaces) {
+  for (const char* name : {"vase", "sphere", "gauss"}) {
+    double sum = 0, worst = 0;
+    for (int tilt = 0; tilt < 8; ++tilt)
+      for (double slant : {15., 30., 45., 60.}) {
+        const DistantLight light{tilt * 45 * kOneDegree + 0.1, slant * kOneDegree};
+        const DistantScene scene = distant_scene(name, 96, light);
+        const double error =
+            error_degrees(estimate_light(scene.intensity, Mask(96, 96, 1)).light, light);
+        sum += error;
+        worst = std::max(worst, error);
+      }
+    EXPECT_LT(sum / 32, 5) << name;
+    EXPECT_LT(worst, 15) << name;
+  }
+}
+
+TEST(LightEstimate, AlbedoIsFoundAndGainDoesNotMatter) {
+  const DistantLight light{0.7, 0.6};
+  DistantScene scene = distant_scene("sphere", 96, light);
+  for (float& value : scene.intensity.values) value *= 1e-3F;
+  const LightEstimate estimate = estimate_light(scene.intensity, Mask(96, 96, 1));
+  EXPECT_NEAR(estimate.albedo, 1e-3, 3e-5);
+  EXPECT_LT(error_degrees(estimate.light, light), 3);
+}
+
+TEST(LightEstimate, SaysWhenNothingCanBeTold) {
+  const LightEstimate flat = estimate_light(Plane(16, 16, 0.5F), Mask(16, 16, 1));
+  EXPECT_TRUE(flat.frontal);
+  EXPECT_GT(flat.tilt_error_rad, 3);
+  EXPECT_TRUE(estimate_light(Plane(16, 16), Mask(16, 16, 0)).frontal);
+}
+
+TEST(LightEstimate, UncertaintyGrowsTowardsFrontalLight) {
+  const auto uncertainty = [](double slant) {
+    const DistantScene scene = distant_scene("sphere", 96, {0.3, slant * kOneDegree});
+    return estimate_light(scene.intensity, Mask(96, 96, 1)).tilt_error_rad;
+  };
+  EXPECT_GT(uncertainty(8), uncertainty(45));
+}
+
+// What a light beside the lens makes of a scene.
+Plane lit_from_beside(const NearScene& scene, const LaparoscopeOptions& options) {
+  const Plane ratio = light_ratio(scene.log_range, ray_grid(scene.camera), options);
+  Plane intensity = scene.intensity;
+  for (std::size_t k = 0; k < ratio.size(); ++k) intensity.values[k] *= ratio.values[k];
+  return intensity;
+}
+
+double median_range(const NearScene& scene) {
+  std::vector<float> values = scene.log_range.values;
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return std::exp(values[values.size() / 2]);
+}
+
+TEST(OffsetLight, RatioIsOneForACentralEvenLight) {
+  const NearScene scene = near_scene(0.5, 32);
+  const Plane ratio = light_ratio(scene.log_range, ray_grid(scene.camera), {});
+  for (float value : ratio.values) EXPECT_FLOAT_EQ(value, 1);
+}
+
+TEST(OffsetLight, KnowingTheOffsetBringsTheErrorDown) {
+  const NearScene scene = near_scene(0.5, 96);
+  const Mask inside(96, 96, 1);
+  for (double offset : {2.0, 5.0, 10.0}) {
+    const LaparoscopeOptions options{.light_offset_x_mm = offset};
+    const Plane intensity = lit_from_beside(scene, options);
+    const RangeEstimate ignorant = shade_laparoscope(intensity, inside, scene.camera, {});
+    const RangeEstimate told =
+        shade_laparoscope(intensity, inside, scene.camera, options, nullptr, median_range(scene));
+    const double error = relative_error_percent(told.log_range, scene.log_range);
+    EXPECT_LT(error, 0.5 * relative_error_percent(ignorant.log_range, scene.log_range)) << offset;
+    EXPECT_LT(error, 0.1 + 0.1 * offset) << offset;
+  }
+}
+
+TEST(OffsetLight, BeamProfileIsTakenOut) {
+  const NearScene scene = near_scene(0.5, 96);
+  const LaparoscopeOptions options{.beam_exponent = 3};
+  const RangeEstimate told =
+      shade_laparoscope(lit_from_beside(scene, options), Mask(96, 96, 1), scene.camera, options);
+  EXPECT_LT(relative_error_percent(told.log_range, scene.log_range), 0.3);
+}
+
+TEST(OffsetLight, AnOffsetNeedsARange) {
+  const NearScene scene = near_scene(0.5, 32);
+  EXPECT_THROW(
+      shade_laparoscope(scene.intensity, Mask(32, 32, 1), scene.camera, {.light_offset_x_mm = 3}),
+      UsageError);
+}
+
+}  // namespace
+
+// The light divided out of a frame, against the phantom's own albedo.
 namespace {
 
 constexpr double kAlbedo_db = 28;     // below, what is lit anew shows the light that was
@@ -169,6 +283,39 @@ TEST(FrameAlbedo, OfNothingButHighlightsIsRefused) {
   depth.depth = Plane(32, 24, 50);
   depth.normals.assign(32 * 24, Eigen::Vector3f(0, 0, -1));
   EXPECT_THROW(divide_light_out(frame, depth, {}, 1), BadDataError);
+}
+
+}  // namespace
+
+// Detail that halving takes comes back from the frame, but not into what was filled.
+namespace {
+
+TEST(OwnPixels, BringBackWhatHalvingTook) {
+  constexpr int kWidth = 65, kHeight = 40;  // an odd column falls away
+  Rgb8Image frame(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      for (int c = 0; c < 3; ++c) frame.at(x, y)[c] = (x + y) % 2 ? 130 : 110;
+  PreparedFrame reduced;
+  reduced.color = half_size(frame);
+  reduced.diffuse = Mask(reduced.color.width, reduced.color.height, 1);
+  for (int y = 0; y < reduced.diffuse.height; ++y)
+    for (int x = 0; x < 8; ++x) reduced.diffuse.at(x, y) = 0;
+  Rgb8Image brighter = reduced.color;  // as where light is divided out
+  for (std::uint8_t& value : brighter.pixels) value = 200;
+
+  const Rgb8Image same = with_own_pixels(reduced.color, reduced, frame, 1);
+  ASSERT_EQ(same.width, kWidth);
+  ASSERT_EQ(same.height, kHeight);
+  const Rgb8Image lit = with_own_pixels(brighter, reduced, frame, 1);
+  const auto step = [](const Rgb8Image& image, int x) {
+    return std::abs(image.at(x, 20)[1] - image.at(x + 1, 20)[1]);
+  };
+  EXPECT_NEAR(step(frame, 40), 20, 0);
+  EXPECT_NEAR(step(same, 40), 20, 3);
+  EXPECT_NEAR(step(same, 63), 20, 3) << "the last column";
+  EXPECT_NEAR(step(lit, 40), 20, 3) << "no louder than the frame has it";
+  EXPECT_EQ(step(same, 5), 0) << "filled, so smooth";
 }
 
 }  // namespace
