@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "organbake/image/channel_image.h"
@@ -96,5 +97,28 @@ Plane local_pattern(const Plane& grey, const Mask& counts);
 // Means of 2×2 of what counts; a pixel counts when most of it does. An odd last row or column falls
 // away.
 void halve_counted(Plane& grey, Mask& counts);
+
+// The plane through the values around each pixel, by least squares over a window weighted like a
+// tent: what a smooth surface is, near by. All pixels at once; large windows look at squares of
+// pixels.
+class LocalPlanes {
+ public:
+  // weight: how much a pixel's value counts, 0 = not at all.
+  LocalPlanes(const Plane& value, const Plane& weight, int radius_px);
+  ~LocalPlanes();
+
+  // The weight around a pixel, as a mean over the window.
+  float weight(int x, int y) const;
+  struct Fit {
+    float value = 0;     // of the plane at the pixel
+    float variance = 0;  // of the values about the plane
+  };
+  // Only where the weight is positive.
+  Fit at(int x, int y) const;
+
+ private:
+  struct Moments;
+  std::unique_ptr<const Moments> moments_;
+};
 
 }  // namespace organbake
