@@ -43,8 +43,6 @@ namespace {
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
 
-constexpr int kAway_px = 4;  // from what moves otherwise than tissue, at half size
-
 Mask at_size(const Mask& mask, int width, int height) {
   Mask resized(width, height);
   cv::Mat target = cv_view(resized);
@@ -61,6 +59,7 @@ UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_ev
 
 void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   field_ = field_of_view(half, 2);
+  // Their border is as far to keep from as the stop's.
   if (insets_.size() > 0) field_ = without(std::move(field_), insets_);
   const std::optional<Mask> found = find_instruments(half, field_);
   colourless_ = !found;
@@ -68,8 +67,7 @@ void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   instruments_now_ = share_of(instruments);
   instruments_sum_ += instruments_now_;
   ++looked_;
-  slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, kAway_px));
-  if (insets_.size() > 0) slow_ = without(std::move(slow_), dilated(insets_, kAway_px));
+  slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, 4));
 }
 
 Mask UsablePixels::next(const Rgb8Image& frame) {
