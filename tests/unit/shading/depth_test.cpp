@@ -20,6 +20,7 @@
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {

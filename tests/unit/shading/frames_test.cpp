@@ -11,6 +11,7 @@
 #include "organbake/core/temporary_folder.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
