@@ -228,8 +228,7 @@ TEST(DepthVerdict, DarknessIsAFailure) {
 }
 
 TEST(DepthVerdict, ARealFrameWithoutTruthIsNotTrusted) {
-  const std::filesystem::path clip =
-      shared_data("video/laparoscopy_720p_25fps.mp4");
+  const std::filesystem::path clip = shared_data("video/laparoscopy_720p_25fps.mp4");
   if (!std::filesystem::exists(clip)) GTEST_SKIP() << "real data is missing: " << clip;
   VideoReader reader(clip);
   StoredPicture frame;

@@ -18,9 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path real_clip() {
-  return shared_data("video/laparoscopy_720p_25fps.mp4");
-}
+fs::path real_clip() { return shared_data("video/laparoscopy_720p_25fps.mp4"); }
 
 TEST(VideoReader, RefusesWhatIsNoVideo) {
   const TemporaryFolder folder;
