@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <limits>
@@ -100,6 +101,30 @@ TEST_F(BundleFolder, ALinkOutOfTheBundleIsRefused) {
   fs::rename(path() / "proxy.ply", outside);
   fs::create_symlink(outside, path() / "proxy.ply");
   EXPECT_NE(refusal().find("proxy.ply"), std::string::npos);
+}
+
+TEST_F(BundleFolder, ACamerasFolderThatIsALinkIsRefused) {
+  fs::rename(path() / "cam_001", folder_.path() / "outside");
+  fs::create_directory_symlink("../outside", path() / "cam_001");
+  EXPECT_NE(refusal().find("cam_001"), std::string::npos);
+  EXPECT_THROW(BundleReader(path()).read_all(), BadDataError);
+}
+
+// Each would keep a reader waiting for ever, or give it something without end.
+TEST_F(BundleFolder, WhatIsNoFileIsRefusedUnderEveryName) {
+  for (const char* name : {"manifest.json", "proxy.ply", "mechanics.json", "cam_000/depth.exr"}) {
+    SetUp();
+    fs::remove(path() / name);
+    ASSERT_EQ(::mkfifo((path() / name).c_str(), 0600), 0);
+    EXPECT_NE(refusal().find(name), std::string::npos) << name;
+    fs::remove(path() / name);
+    fs::create_directory(path() / name);
+    EXPECT_NE(refusal().find(name), std::string::npos) << name;
+    fs::remove(path() / name);
+  }
+  SetUp();
+  ASSERT_EQ(::mkfifo((path() / "stray").c_str(), 0600), 0);
+  EXPECT_NE(refusal().find("stray"), std::string::npos);
 }
 
 TEST_F(BundleFolder, MissingAndUnlistedFilesAreNamed) {

@@ -36,6 +36,39 @@ TEST_F(Files, ReadingNamesWhatIsWrong) {
   EXPECT_EQ(read_file(at("big"), 5).size(), 5u);
 }
 
+// A reader that opened one would wait for ever.
+TEST_F(Files, PipesAreNotWaitedFor) {
+  ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
+  EXPECT_THROW(read_file(at("pipe")), NoInputError);
+  EXPECT_THROW(read_text_file(at("pipe")), NoInputError);
+  EXPECT_THROW(read_beginning(at("pipe"), 3), NoInputError);
+  EXPECT_THROW(read_file("/dev/zero"), NoInputError);
+}
+
+TEST_F(Files, OfAFolderOnlyWhatLiesInsideIsRead) {
+  constexpr std::uint64_t kMost = 5;
+  const auto refused = [&](const char* file) {
+    EXPECT_THROW(read_file_inside(at("in"), file, kMost), BadDataError) << file;
+  };
+  fs::create_directories(at("in/sub"));
+  fs::create_directories(at("out"));
+  write_file_atomically(at("in/sub/a"), "12345");
+  write_file_atomically(at("in/large"), "123456");
+  write_file_atomically(at("out/a"), "12345");
+  EXPECT_EQ(read_file_inside(at("in"), "sub/a", kMost).size(), 5u);
+  fs::create_symlink("../out/a", at("in/link"));
+  fs::create_symlink("sub/a", at("in/link_inside"));
+  fs::create_directory_symlink("../out", at("in/linked"));
+  ASSERT_EQ(::mkfifo(at("in/pipe").c_str(), 0600), 0);
+  for (const char* file : {"missing", "sub", "large", "link", "link_inside", "linked/a", "pipe",
+                           "../out/a", "sub/../../out/a", "sub/a/b"})
+    refused(file);
+  EXPECT_THROW(read_file_inside(at("nowhere"), "a", kMost), BadDataError);
+  // The folder itself is the caller's: a link may lead to it.
+  fs::create_directory_symlink("in", at("link_to_in"));
+  EXPECT_EQ(read_file_inside(at("link_to_in"), "sub/a", kMost).size(), 5u);
+}
+
 TEST_F(Files, ABeginningIsNeverLongerThanItsFile) {
   write_file_atomically(at("a"), "12345");
   EXPECT_EQ(read_beginning(at("a"), 3), "123");

@@ -20,6 +20,7 @@ constexpr const char* kWhenChanged =
     "; bake the bundle anew, or, where you edited a map yourself, take it over by "
     "'organbake reseal'";
 constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26;
+constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 36;
 
 // Throws for what the system doesn't let us look at.
 bool is_there(const fs::path& path) {
@@ -34,16 +35,6 @@ const BundleFile* listed(const Manifest& manifest, const std::string& file) {
       manifest.files.begin(), manifest.files.end(), file,
       [](const BundleFile& entry, const std::string& path) { return entry.path < path; });
   return found != manifest.files.end() && found->path == file ? &*found : nullptr;
-}
-
-// A link could lead out of the bundle, whatever the path says.
-void check_is_file(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::symlink_status(path, error);
-  if (fs::is_regular_file(status)) return;
-  if (error == std::errc::io_error) throw IoError::reading(path, error.message());
-  // There is none, or of a name that no file can have.
-  throw BadDataError(path, "is missing or not a regular file");
 }
 
 void check_size(const ChannelImage& image, const Intrinsics& camera, const std::string& name) {
@@ -82,28 +73,27 @@ BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
   if (!is_there(manifest)) {
     throw NoInputError(folder_, "has no manifest.json; bundles are made by 'organbake bake'");
   }
-  manifest_ = manifest_from_json(read_text_file(manifest, kMostManifestBytes), manifest.string());
+  const std::vector<std::byte> bytes =
+      read_file_inside(folder_, "manifest.json", kMostManifestBytes);
+  manifest_ = manifest_from_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                                 manifest.string());
 }
 
 bool BundleReader::has(const std::string& file) const { return listed(manifest_, file) != nullptr; }
 
 std::vector<std::byte> BundleReader::read_unchecked(const std::string& file) const {
-  const fs::path path = folder_ / file;
-  check_is_file(path);
-  return read_file(path);
+  return read_file_inside(folder_, file, kMostFileBytes);
 }
 
 std::vector<std::byte> BundleReader::read(const std::string& file) const {
   const BundleFile* entry = listed(manifest_, file);
   if (!entry) throw BadDataError(folder_ / "manifest.json", "does not list '" + file + "'");
   const fs::path path = folder_ / file;
-  check_is_file(path);
-  const std::uint64_t size = fs::file_size(path);
-  if (size != entry->bytes) {
-    throw BadDataError(path, "is " + std::to_string(size) + " bytes, the manifest says " +
+  std::vector<std::byte> bytes = read_file_inside(folder_, file, kMostFileBytes);
+  if (bytes.size() != entry->bytes) {
+    throw BadDataError(path, "is " + std::to_string(bytes.size()) + " bytes, the manifest says " +
                                  std::to_string(entry->bytes) + kWhenChanged);
   }
-  std::vector<std::byte> bytes = read_file(path);
   if (sha256_hex(bytes) != entry->sha256) {
     throw BadDataError(path,
                        std::string("does not match its SHA-256 in the manifest") + kWhenChanged);
@@ -160,7 +150,7 @@ TriangleMesh BundleReader::read_surface() const {
 void BundleReader::verify() const {
   std::set<std::string> known = {"manifest.json"};
   for (const BundleFile& file : manifest_.files) known.insert(file.path);
-  for (const auto& path : list_files(folder_)) {
+  for (const auto& path : list_all_but_folders(folder_)) {
     if (!known.contains(path.generic_string())) {
       throw BadDataError(folder_ / path, "is not listed in the bundle's manifest");
     }

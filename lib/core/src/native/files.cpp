@@ -88,8 +88,11 @@ class Descriptor {
   ~Descriptor() {
     if (fd_ >= 0) ::close(fd_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
   int get() const { return fd_; }
   // Some file systems report a full disk only here.
   bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
@@ -100,11 +103,16 @@ class Descriptor {
 
 std::string reason() { return std::strerror(errno); }
 
+// Opening a pipe or a device for reading may wait for ever, or do something.
+constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+
 std::size_t openable_size(const fs::path& path, int fd) {
   if (fd < 0) throw NoInputError(path, "cannot be opened: " + reason());
   struct stat status {};
   if (::fstat(fd, &status) != 0) throw IoError::reading(path, reason());
   if (S_ISDIR(status.st_mode)) throw NoInputError(path, "is a folder, a file is needed");
+  if (!S_ISREG(status.st_mode))
+    throw NoInputError(path, "is a pipe or a device, a file is needed; write it to one first");
   return static_cast<std::size_t>(status.st_size);
 }
 
@@ -164,10 +172,8 @@ fs::path parent_of(const fs::path& target) {
   return target.has_parent_path() ? target.parent_path() : fs::path(".");
 }
 
-}  // namespace
-
-std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+std::vector<std::byte> read_all_of(const Descriptor& file, const fs::path& path,
+                                   std::uint64_t max_bytes) {
   const std::size_t size = openable_size(path, file.get());
   if (size > max_bytes) {
     throw BadDataError(path, "is " + std::to_string(size) + " bytes; at most " +
@@ -179,8 +185,47 @@ std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) 
   return bytes;
 }
 
+[[noreturn]] void refuse_inside(const fs::path& path, int error) {
+  constexpr int kNotThere[] = {0, ENOENT, ELOOP, ENOTDIR, ENXIO, ENAMETOOLONG};
+  if (std::find(std::begin(kNotThere), std::end(kNotThere), error) != std::end(kNotThere))
+    throw BadDataError(path, "is missing or not a regular file (links are not followed)");
+  if (error == EIO) throw IoError::reading(path, std::strerror(error));
+  throw NoInputError(path, std::string("cannot be opened: ") + std::strerror(error));
+}
+
+// Opened folder by folder, so that nothing can turn into a link between a look and its use.
+Descriptor open_inside(const fs::path& folder, const fs::path& file) {
+  const fs::path full = folder / file;
+  const auto opened = [&](int fd) {
+    if (fd < 0) refuse_inside(full, errno);
+    return Descriptor(fd);
+  };
+  constexpr int kFolder = O_PATH | O_DIRECTORY | O_CLOEXEC;
+  Descriptor at = opened(::open(folder.c_str(), kFolder));
+  for (const fs::path& name : file.parent_path()) {
+    if (name == ".." || name.is_absolute()) refuse_inside(full, 0);
+    at = opened(::openat(at.get(), name.c_str(), kFolder | O_NOFOLLOW));
+  }
+  Descriptor descriptor = opened(::openat(at.get(), file.filename().c_str(), kToRead | O_NOFOLLOW));
+  struct stat status {};
+  if (::fstat(descriptor.get(), &status) != 0) refuse_inside(full, errno);
+  if (!S_ISREG(status.st_mode)) refuse_inside(full, 0);
+  return descriptor;
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) {
+  return read_all_of(Descriptor(::open(path.c_str(), kToRead)), path, max_bytes);
+}
+
+std::vector<std::byte> read_file_inside(const fs::path& folder, const fs::path& file,
+                                        std::uint64_t max_bytes) {
+  return read_all_of(open_inside(folder, file), folder / file, max_bytes);
+}
+
 std::string read_beginning(const fs::path& path, std::size_t bytes) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor file(::open(path.c_str(), kToRead));
   openable_size(path, file.get());
   std::string first(bytes, '\0');
   first.resize(read_some(file.get(), std::as_writable_bytes(std::span(first)), path));
@@ -239,29 +284,42 @@ fs::path program_folder() {
 
 namespace {
 
-template <class Iterator>
-std::vector<fs::path> regular_files(const fs::path& folder) {
+template <class Iterator, class Take>
+std::vector<fs::path> entries_of(const fs::path& folder, const Take& take) {
   std::vector<fs::path> files;
   std::error_code error;
   for (Iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (it->is_regular_file()) files.push_back(it->path().lexically_relative(folder));
+    if (take(*it)) files.push_back(it->path().lexically_relative(folder));
   }
   if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
   return files;
 }
 
-}  // namespace
+bool is_regular(const fs::directory_entry& entry) { return entry.is_regular_file(); }
 
-std::vector<fs::path> list_files(const fs::path& folder) {
-  std::vector<fs::path> files = regular_files<fs::recursive_directory_iterator>(folder);
+template <class Take>
+std::vector<fs::path> sorted_below(const fs::path& folder, const Take& take) {
+  std::vector<fs::path> files = entries_of<fs::recursive_directory_iterator>(folder, take);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return a.generic_string() < b.generic_string();
   });
   return files;
 }
 
+}  // namespace
+
+std::vector<fs::path> list_files(const fs::path& folder) {
+  return sorted_below(folder, is_regular);
+}
+
+std::vector<fs::path> list_all_but_folders(const fs::path& folder) {
+  return sorted_below(folder, [](const fs::directory_entry& entry) {
+    return entry.is_symlink() || !entry.is_directory();
+  });
+}
+
 std::vector<fs::path> list_numbered_files(const fs::path& folder) {
-  std::vector<fs::path> files = regular_files<fs::directory_iterator>(folder);
+  std::vector<fs::path> files = entries_of<fs::directory_iterator>(folder, is_regular);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return ::strverscmp(a.c_str(), b.c_str()) < 0;
   });

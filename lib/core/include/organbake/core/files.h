@@ -12,12 +12,19 @@
 
 namespace organbake {
 
-// Reads a whole file. Throws NoInputError when it is missing, is a folder or cannot be opened;
-// BadDataError when it is larger than max_bytes; IoError when the system fails half-way.
+// Reads a whole file. Throws NoInputError when it is missing, is a folder, a pipe or a device, or
+// cannot be opened; BadDataError when it is larger than max_bytes; IoError when the system fails
+// half-way. Never waits for who writes into a pipe.
 std::vector<std::byte> read_file(const std::filesystem::path& path,
                                  std::uint64_t max_bytes = std::uint64_t{1} << 36);
 std::string read_text_file(const std::filesystem::path& path,
                            std::size_t max_bytes = std::size_t{1} << 28);
+// Reads a file of a folder that may come from anyone, by its path below that folder. Throws
+// BadDataError when it is missing or anything but a regular file, when a link leads to it, even one
+// on the way below the folder, and when it is larger than max_bytes; IoError as read_file().
+std::vector<std::byte> read_file_inside(const std::filesystem::path& folder,
+                                        const std::filesystem::path& file,
+                                        std::uint64_t max_bytes);
 
 // Its first bytes, fewer where it ends before. Throws as read_file() does.
 std::string read_beginning(const std::filesystem::path& path, std::size_t bytes);
@@ -67,6 +74,8 @@ std::filesystem::path program_folder();
 
 // All regular files below `folder`, relative, in byte order of their generic names.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
+// The same with all else that is no folder: links, pipes, devices.
+std::vector<std::filesystem::path> list_all_but_folders(const std::filesystem::path& folder);
 // Those that lie in the folder itself, by the numbers in their names: frame2 before frame10.
 std::vector<std::filesystem::path> list_numbered_files(const std::filesystem::path& folder);
 
