@@ -105,7 +105,7 @@ refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow
 refuse 2 "need --script with --out DIR, or -o FILE" b --script s.json --report x.json --layers depth
 refuse 2 "makes no stereo" b --script s.json --out made --stereo-mm 0
-for mm in 0 -1001 2000; do refuse 2 "$mm mm makes no stereo; endoscopes have 4 to 6" b -o x.png --stereo-mm $mm --side-by-side; done
+for mm in 0 -5 0.005 2000; do refuse 2 "$mm mm makes no stereo; endoscopes have 4 to 6" b -o x.png --stereo-mm $mm --side-by-side; done
 refuse 2 "--side-by-side is for pictures alone" b -o x.png --side-by-side --layers depth
 refuse 2 "--side-by-side needs --script with --out DIR" b --sheet x.png --side-by-side
 refuse 2 "draws one eye alone" b --bench 2 --side-by-side

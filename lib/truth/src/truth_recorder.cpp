@@ -206,10 +206,11 @@ std::string numbered(int frame) { return "_" + padded(static_cast<std::size_t>(f
 }  // namespace
 
 void check_baseline(double baseline_mm) {
-  constexpr double kWidest_mm = 1000;
-  if (!(std::abs(baseline_mm) <= kWidest_mm && baseline_mm != 0))
+  if (!(baseline_mm >= kNarrowestBaseline_mm && baseline_mm <= kWidestBaseline_mm))
     throw UsageError("a baseline of " + to_text(baseline_mm) +
-                     " mm makes no stereo; endoscopes have 4 to 6");
+                     " mm makes no stereo; endoscopes have 4 to 6, and " +
+                     to_text(kNarrowestBaseline_mm) + " to " + to_text(kWidestBaseline_mm) +
+                     " are drawn");
 }
 
 void TruthOptions::check(std::size_t organs) const {

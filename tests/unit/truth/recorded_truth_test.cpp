@@ -141,10 +141,10 @@ TEST_F(TruthRecorderTest, PlaysBackFromItsCameras) {
 
 TEST_F(TruthRecorderTest, RefusesWhatCannotBe) {
   TruthOptions options = everything();
-  options.baseline_mm = 0;
-  EXPECT_THROW(options.check(1), UsageError);
-  options.baseline_mm = std::nan("");
-  EXPECT_THROW(options.check(1), UsageError);
+  for (const double baseline_mm : {0.0, -5.0, 0.005, 1001.0, std::nan("")}) {
+    options.baseline_mm = baseline_mm;
+    EXPECT_THROW(options.check(1), UsageError) << baseline_mm;
+  }
   options = everything();
   EXPECT_NO_THROW(options.check(1));
   EXPECT_THROW(options.check(101), UsageError);

@@ -65,7 +65,10 @@ struct TruthClip {
 // 3D laparoscopes are about 5 mm apart (Surg. Endosc. 22:2396, 2008).
 View right_eye(const View& view, double baseline_mm);
 inline constexpr double kUsualBaseline_mm = 5;
-void check_baseline(double baseline_mm);  // throws UsageError for one that makes no stereo
+// Throws UsageError for a baseline that makes no stereo: the right eye lies to the right of the
+// left one, and far enough for anything to look different.
+inline constexpr double kNarrowestBaseline_mm = 0.1, kWidestBaseline_mm = 1000;
+void check_baseline(double baseline_mm);
 
 // Writes the truth of a script's frames into a folder that the caller makes and commits: by frame
 // the layers (layer_jobs()) as depth_0000.exr and so on, for the sequence cameras.json and
