@@ -65,6 +65,7 @@ std::string mechanics_to_json(const MechanicsModel& model) {
                {"springs", springs}};
   json["tissue"]["cut_gape_mm"] = model.cut_gape_mm;
   if (model.grasp_slip_n > 0) json["tissue"]["grasp_slip_n"] = model.grasp_slip_n;
+  if (model.drag_per_s > 0) json["tissue"]["drag_per_s"] = model.drag_per_s;
   if (!model.elimination_order.empty()) json["elimination_order"] = model.elimination_order;
   if (model.body) json["tetrahedra"] = tetrahedral_body_to_json(*model.body);
   return json_text(json);
@@ -84,6 +85,7 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   model.volume_stiffness = tissue["volume_stiffness"].number(0, 1);
   if (const auto gape = tissue.find("cut_gape_mm")) model.cut_gape_mm = gape->number(0, kHuge);
   if (const auto slip = tissue.find("grasp_slip_n")) model.grasp_slip_n = slip->number(0, kHuge);
+  if (const auto drag = tissue.find("drag_per_s")) model.drag_per_s = drag->number(0, kHuge);
   model.instrument_radius_mm = document["instrument_radius_mm"].number(kTiny, kHuge);
   const JsonField masses = document["mass_kg"];
   if (masses.size() != vertex_count) {

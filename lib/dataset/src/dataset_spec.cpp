@@ -145,7 +145,8 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
     if (const auto scope = document.find(key))
       read_scope(*scope, name + ": /" + key, document.find("size").has_value(), spec);
   if (const auto layers = document.find("layers")) read_layers(*layers, spec);
-  if (const auto stereo = document.find("stereo_mm")) spec.baseline_mm = stereo->number(kNarrowestBaseline_mm, kWidestBaseline_mm);
+  if (const auto stereo = document.find("stereo_mm"))
+    spec.baseline_mm = stereo->number(kNarrowestBaseline_mm, kWidestBaseline_mm);
   keys.number("test_share", 0, 1, spec.test_share);
   keys.number("time_step_s", 1e-5, 0.1, spec.time_step_s);
   if (const auto views = document.find("views")) read_views(*views, spec);

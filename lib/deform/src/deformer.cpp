@@ -155,7 +155,7 @@ const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
     report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
     report_positions(tips);
     report.recovered = false;
-    report.slipped = 0;
+    report.slipped = report.closed_in_vain = 0;
     report.punctures.clear();
     report.collision_ms = 0;
     return report;
@@ -164,8 +164,10 @@ const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
   std::vector<InstrumentSweep> sweeps = sweeps_between(held, tips);
   std::erase_if(sweeps, [](const InstrumentSweep& s) { return has_blade(s.to.kind); });
   solver.let_go(sweeps);
+  const std::size_t closed_in_vain = solver.let_in(sweeps);
   held = tips;
   report = {};
+  report.closed_in_vain = closed_in_vain;
   report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
   report_positions(tips);
   if (!solver.near_skin(sweeps) && asleep && !was_held) {

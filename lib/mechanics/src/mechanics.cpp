@@ -132,7 +132,7 @@ TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
   if (parts > 1) {
     context.warn(
         "the tetrahedra fall into " + std::to_string(parts) +
-        " parts; one without an anchor drifts when it is pushed. A larger fem_cell_mm joins "
+        " parts; one without an anchor drifts away when it is pushed. A larger fem_cell_mm joins "
         "parts that lie close");
   }
   return body;
@@ -150,6 +150,7 @@ void MechanicsOptions::check() const {
   check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
   check_range("cut_gape_mm", cut_gape_mm, 0, 10);
   check_range("grasp_slip_n", grasp_slip_n, 0, 1e6);
+  check_range("drag_per_s", drag_per_s, 0, 1e3);
   check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
   check_range("poisson_ratio", poisson_ratio, 0, 0.49);
   const double length = anchor_direction.stableNorm();
@@ -189,6 +190,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.instrument_radius_mm = options.instrument_radius_mm;
   model.cut_gape_mm = options.cut_gape_mm;
   model.grasp_slip_n = options.grasp_slip_n;
+  model.drag_per_s = options.drag_per_s;
   if (options.fem) {
     model.body = body_of(proxy, model, options, context);
     model.body->give_mm_per_n = skin_gives(proxy, model);

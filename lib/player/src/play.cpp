@@ -156,6 +156,11 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
                    (entry.step.slipped == 1 ? "a grasper" : "graspers") +
                    " that pulled with more than the grasp holds");
     }
+    if (entry.step.closed_in_vain > 0) {
+      context.warn("frame " + std::to_string(frame) +
+                   ": a grasper closed deep in the tissue, where it holds nothing; let its path "
+                   "begin at the skin");
+    }
     if (entry.step.tip_too_fast) {
       context.warn("frame " + std::to_string(frame) +
                    ": an instrument moved so far in one step that it may have passed through "

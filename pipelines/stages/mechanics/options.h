@@ -52,6 +52,12 @@ inline void bind(OptionList& list, MechanicsStageOptions& options) {
             .unit = "N",
             .min = 0,
             .max = 1e6})
+      .add("drag_per_s", &o.drag_per_s,
+           {.help = "how fast a piece that is cut free and hangs on nothing loses its speed in the "
+                    "wet cavity; 0 = it coasts on",
+            .unit = "1/s",
+            .min = 0,
+            .max = 1000})
       .add("fem", &o.fem,
            {.help =
                 "tetrahedra too, by which organs are then played; a proxy without an inside gets "
@@ -73,7 +79,7 @@ inline void bind(OptionList& list, MechanicsStageOptions& options) {
 
 inline Stage mechanics_stage() {
   return {.name = "mechanics",
-          .version = 8,
+          .version = 9,
           .summary = "give a proxy its springs, masses and anchors",
           .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
           .outputs = {{"mechanics", "mechanics.json"}},

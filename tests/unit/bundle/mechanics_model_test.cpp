@@ -37,6 +37,7 @@ TEST(MechanicsModel, RefusesWhatTheDeformerCouldNotBear) {
   refused([](auto& m) { m.anchors = {1, 1}; });
   refused([](auto& m) { m.anchors = {9}; });
   refused([](auto& m) { m.volume_stiffness = 2; });
+  refused([](auto& m) { m.drag_per_s = 1e13; });
   const auto refused_order = [&](std::vector<std::uint32_t> order) {
     refused([&](auto& m) { m.anchors = {1}, m.elimination_order = order; });
   };

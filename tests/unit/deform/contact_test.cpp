@@ -64,6 +64,58 @@ bool inside(const TriangleMesh& mesh, const Vector3d& point) {
 // Nodes 0.5 mm apart see the sphere's nearest point to 0.25²/2r.
 constexpr double kNodeSpacingError_mm = 0.02;
 
+// A tool that is first seen deep in tissue came in by the shortest way: it lies as one that was
+// pressed in there.
+TEST(Contact, AToolThatBeginsDeepInTissueHasComeInByTheShortestWay) {
+  constexpr double kSameForce = 0.15;  // the one was pressed in over a second, the other at once
+  constexpr double kRadius_mm = 20, kTip_mm = 3;
+  const TriangleMesh mesh = test::geodesic_sphere(4, kRadius_mm);
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  for (const double depth_mm : {4.0, 6.0, 8.0, 12.0}) {
+    const auto at = [&](double depth) {
+      return poke_at(Vector3d(0.3, 0.1, kRadius_mm + kTip_mm - depth), kTip_mm);
+    };
+    Deformer deep(mesh, mechanics, {}), pressed(mesh, mechanics, {});
+    StepReport now = deep.step({at(depth_mm)}), slowly;
+    EXPECT_GT(now.contacts, 0u) << depth_mm;
+    for (int i = 0; i < 240; ++i) now = deep.step({at(depth_mm)});
+    for (int i = 0; i < 300; ++i) slowly = pressed.step({at(std::min(1.0, i / 60.0) * depth_mm)});
+    EXPECT_LT(now.penetration_mm, kOnSphere_mm) << depth_mm;
+    EXPECT_NEAR(now.tip_force_n[0].z(), slowly.tip_force_n[0].z(),
+                kSameForce * slowly.tip_force_n[0].z())
+        << depth_mm;
+  }
+}
+
+// Nor does a capsule that lies all inside, or a needle, which comes in along its own axis.
+TEST(Contact, CapsulesAndNeedlesThatBeginDeepTouch) {
+  const TriangleMesh mesh = test::geodesic_sphere(4, 20);
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  Instrument capsule = poke_at({-5, 0, 9}, 2);
+  capsule.axis_mm = Vector3d(10, 0, 0);
+  Deformer deformer(mesh, mechanics, {});
+  EXPECT_GT(deformer.step({capsule}).tip_force_n[0].z(), 0.1);
+  Instrument needle = poke_at({0, 0, 8}, 0.6);
+  needle.kind = Needle{};
+  needle.axis_mm = Vector3d(0, 0, 40);
+  Deformer pierced(mesh, mechanics, {});
+  std::size_t through = 0;
+  for (int i = 0; i < 10; ++i) through += pierced.step({needle}).punctures.size();
+  EXPECT_EQ(through, 1u);
+}
+
+TEST(Contact, AGrasperThatClosesDeepInTissueIsCounted) {
+  const TriangleMesh mesh = test::geodesic_sphere(4, 20);
+  Instrument grasper = poke_at({0, 0, 5}, 3);
+  grasper.kind = Grasper{};
+  Deformer deformer(mesh, test::spring_body(mesh), {});
+  EXPECT_EQ(deformer.step({grasper}).closed_in_vain, 1u);
+  EXPECT_EQ(deformer.step({grasper}).closed_in_vain, 0u);
+  grasper.position_mm.z() = 19;
+  Deformer other(mesh, test::spring_body(mesh), {});
+  EXPECT_EQ(other.step({grasper}).closed_in_vain, 0u);
+}
+
 TEST(Contact, SkinLiesOnTheInstrument) {
   for (const int frequency : {2, 4}) {
     const TriangleMesh mesh = test::lumpy_organ(frequency, 40, 7);

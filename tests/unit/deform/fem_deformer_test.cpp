@@ -201,5 +201,38 @@ TEST(FemDeformer, StaysStable) {
   }
 }
 
+// What hangs on nothing loses its speed to the wet cavity; where the bundle does not say how fast,
+// it coasts on as it did.
+TEST(FemDeformer, WhatHangsOnNothingComesToRest) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 20);
+  MechanicsModel mechanics = test::fem_ball(mesh);
+  mechanics.body->anchors.clear();
+  const auto moves_mm = [&](double drag_per_s) {
+    mechanics.drag_per_s = drag_per_s;
+    Deformer deformer(mesh, mechanics, {}, with_fem());
+    for (int i = 0; i <= 10; ++i) deformer.step({tool_at({0, 0, 26.0 - i})});
+    for (int i = 0; i < 60; ++i) deformer.step({});  // the dent swings back
+    const auto middle = [&] {
+      Vector3d sum = Vector3d::Zero();
+      for (const Vector3d& v : deformer.positions()) sum += v;
+      return Vector3d(sum / double(mesh.vertices.size()));
+    };
+    const Vector3d before = middle();
+    deformer.step({});
+    const double at_first = (middle() - before).norm();
+    for (int i = 0; i < 60; ++i) deformer.step({});
+    const Vector3d later = middle();
+    deformer.step({});
+    return std::pair(at_first, (middle() - later).norm());
+  };
+  const auto [coasts, coasts_on] = moves_mm(0);
+  EXPECT_GT(coasts, 0.01);
+  EXPECT_NEAR(coasts_on, coasts, 0.05 * coasts);
+  constexpr double kDrag_per_s = 3;
+  const auto [slows, slower] = moves_mm(kDrag_per_s);
+  // A second of implicit steps of a sixtieth.
+  EXPECT_NEAR(slower / slows, std::pow(1 + kDrag_per_s / 60, -61), 0.01);
+}
+
 }  // namespace
 }  // namespace organbake

@@ -12,6 +12,7 @@ const Bundle& organ_to_cut() {
   static const Bundle bundle = [] {
     Bundle made = organ_to_play();
     made.mechanics.body = test::tissue_under(made.proxy, 15);
+    made.mechanics.drag_per_s = 3;
     const double middle = bounds(made.proxy).center().x();
     std::erase_if(made.mechanics.body->anchors,
                   [&](std::uint32_t n) { return made.mechanics.body->nodes_mm[n].x() > middle; });

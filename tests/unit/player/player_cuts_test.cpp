@@ -84,6 +84,53 @@ TEST(PlayerCuts, APieceIsCutFreeAndCarriedAway) {
   EXPECT_LT(report.tip_force_n[0].norm(), 1);
 }
 
+// The middle of the piece that is cut off, by the proxy's vertices beyond the blade's plane at
+// rest.
+Vector3d middle_of_piece(const Player& player) {
+  const TriangleMesh& rest = player.bundle_now().proxy;
+  const double cut_x = blade_at(0).position_mm.x();
+  Vector3d sum = Vector3d::Zero();
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < rest.vertices.size(); ++v)
+    if (rest.vertices[v].x() > cut_x + 1) sum += player.proxy_positions()[v], ++count;
+  return sum / double(count);
+}
+
+// It stands still between the tool and the organ, which gives way; left alone it comes to rest.
+TEST(PlayerCuts, AFreePieceStopsAtTheOrganAndComesToRest) {
+  constexpr double kThrough_mm = 1;  // a fifteenth of a tetrahedron, while a tool presses
+  constexpr int kPushed = 30, kUntouched = 60;
+  constexpr double kSlowedTo = 0.4;  // of its speed; the cavity alone leaves 0.05
+  Player player(organ_to_cut(), with_fem());
+  cut_in_two(player);
+  ASSERT_EQ(player.piece_count(), 2u);
+  const Vector3d middle = middle_of_piece(player);
+  const double cut_x = blade_at(0).position_mm.x();
+  StepReport report;
+  std::size_t contacts = 0;
+  Vector3d before = middle;
+  for (int i = 0; i <= kPushed; ++i) {
+    Instrument tip;
+    tip.active = true;
+    tip.radius_mm = 6;
+    tip.position_mm = middle + Vector3d(40 - 35.0 * i / kPushed, 0, 0);
+    before = middle_of_piece(player);
+    report = player.step({tip});
+    contacts = std::max(contacts, report.tissue_contacts);
+    ASSERT_LT(report.tissue_penetration_mm, kThrough_mm) << i;
+    ASSERT_GT(middle_of_piece(player).x(), cut_x) << i;
+  }
+  EXPECT_GT(contacts, 3u);
+  double fastest = (middle_of_piece(player) - before).norm();
+  for (int i = 0; i < kUntouched; ++i) {
+    before = middle_of_piece(player);
+    player.step({});
+    fastest = std::max(fastest, (middle_of_piece(player) - before).norm());
+  }
+  EXPECT_LT((middle_of_piece(player) - before).norm(), kSlowedTo * fastest);
+  EXPECT_GT(middle_of_piece(player).x(), cut_x);
+}
+
 TEST(PlayerCuts, ResetMakesItWhole) {
   Player player(organ_to_cut(), with_fem());
   const Script still = short_script(0);

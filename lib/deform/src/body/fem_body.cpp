@@ -2,11 +2,13 @@
 #include "body/fem_body.h"
 
 #include <Eigen/Dense>
+#include <map>
 
 #include "body/element_stress.h"
 #include "body/mechanics_checks.h"
 #include "contact/slots.h"
 #include "organbake/core/error.h"
+#include "organbake/core/union_find.h"
 
 namespace organbake::deform {
 namespace {
@@ -157,6 +159,38 @@ FemBody::FemBody(const DeformBodies& bodies, double time_step_s) {
       inertia_[slot_of_node_[n]] = mass_kg[n] / (time_step_s * time_step_s);
   }
   place_elements(solid);
+  find_pieces(solid, bodies);
+}
+
+// Of an organ that blades have cut: what hangs together by its tetrahedra. The first piece keeps
+// the organ's number, the others follow the last organ.
+void FemBody::find_pieces(const Solid& solid, const DeformBodies& bodies) {
+  take_organs_for_pieces();
+  const auto is_cut = [&](std::uint32_t organ) {
+    return bodies[organ].skin && !bodies[organ].skin->creased.empty();
+  };
+  UnionFind joined(solid.nodes_mm.size());
+  for (const Element& element : solid.elements)
+    for (const std::uint32_t node : element.nodes) joined.join(element.nodes[0], node);
+  const std::vector<std::uint32_t> root = std::move(joined).roots();
+  std::map<std::uint32_t, std::uint32_t> piece_of_root;
+  std::vector<std::uint8_t> organ_taken(pieces_.size(), 0);
+  for (std::uint32_t n = 0; n < root.size(); ++n) {
+    const std::uint32_t organ = solid.organ_of_node[n];
+    if (!is_cut(organ)) continue;
+    const auto [known, made] = piece_of_root.try_emplace(root[n], organ);
+    if (made && organ_taken[organ]) {
+      known->second = static_cast<std::uint32_t>(pieces_.size());
+      pieces_.emplace_back();
+    }
+    if (made) organ_taken[organ] = 1, pieces_[known->second] = {true, false, organ};
+    piece_of_slot_[slot_of_node_[n]] = known->second;
+  }
+  for (const std::uint32_t anchor : solid.anchors)
+    pieces_[piece_of_slot_[slot_of_node_[anchor]]].held = true;
+  for (std::size_t v = 0; v < slot_of_vertex_.size(); ++v)
+    piece_of_slot_[slot_of_vertex_[v]] =
+        piece_of_slot_[slot_of_node_[solid.carried[v].front().slot]];
 }
 
 void FemBody::place_slots(const Solid& solid, const std::vector<std::uint32_t>& free_of_node) {

@@ -38,6 +38,7 @@ class FemBody final : public Tissue {
   struct Solid;
   void place_slots(const Solid& solid, const std::vector<std::uint32_t>& free_of_node);
   void place_elements(const Solid& solid);
+  void find_pieces(const Solid& solid, const DeformBodies& bodies);
   static Matrices deformation_of(const Block& block, const Double4* at);
   static void push(const Block& block, const Matrices& stress, Double4* force);
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "contact/angles.h"
 #include "organbake/geometry/lattice.h"
@@ -19,6 +21,13 @@ Double4 shares(const Double4& area, const Double4& cosine) {
 }
 
 PaddedVector from_lanes(const Double4& v) { return {v[0], v[1], v[2], 0}; }
+
+// Of a triangle seen from a point (van Oosterom and Strackee 1983), sr; all relative to it.
+double solid_angle(const Double4& a, const Double4& b, const Double4& c) {
+  const double la = std::sqrt(dot(a, a)), lb = std::sqrt(dot(b, b)), lc = std::sqrt(dot(c, c));
+  const double below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+  return 2 * std::atan2(dot(a, cross(b, c)), below);
+}
 
 // Barycentric weights of the nearest point.
 Eigen::Vector3d nearest_weights(const Double4& p, const Double4& a, const Double4& b,
@@ -330,6 +339,35 @@ SkinHit Skin::nearest(std::uint32_t face, const PaddedVector& center) {
   try_cell(i, j, true), try_cell(i - 1, j, true), try_cell(i, j - 1, true);
   try_cell(i - 1, j, false), try_cell(i - 1, j - 1, false), try_cell(i, j - 1, false);
   return hit(at, center);
+}
+
+SkinHit Skin::nearest(const PaddedVector& center) {
+  SkinHit best;
+  best.distance_mm = std::numeric_limits<double>::infinity();
+  for (std::uint32_t face = 0; face < faces().size(); ++face) {
+    if (least_distance(face, center) >= best.distance_mm) continue;
+    const SkinHit hit = nearest(face, center);
+    if (hit.distance_mm < best.distance_mm) best = hit;
+  }
+  return best;
+}
+
+bool Skin::encloses(const PaddedVector& point, std::span<const std::uint32_t> of_faces) const {
+  constexpr double kHalfRound = 2 * std::numbers::pi;  // sr
+  const Double4* x = as_double4(x_->data());
+  const Double4 from = *as_double4(&point);
+  double sum = 0;
+  for (const std::uint32_t face : of_faces) {
+    const auto& [i, j, k] = faces()[face];
+    sum += solid_angle(x[i] - from, x[j] - from, x[k] - from);
+  }
+  return sum > kHalfRound;
+}
+
+bool Skin::encloses(const PaddedVector& point) const {
+  std::vector<std::uint32_t> all(faces().size());
+  std::iota(all.begin(), all.end(), 0u);
+  return encloses(point, all);
 }
 
 void Skin::nodes_within(std::uint32_t face, const PaddedVector& center, double radius_mm,

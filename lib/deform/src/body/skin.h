@@ -67,6 +67,8 @@ class Skin {
   // Whether a smooth skin lies over any face.
   bool smooth() const { return nodes_.count() > 0; }
   bool smooth(std::uint32_t face) const { return lattices_[face].first_node != kFlat; }
+  // Pieces that the lattice over a face cuts each of its edges in.
+  std::uint32_t steps(std::uint32_t face) const { return lattices_[face].steps; }
   // Whether a face is a cut's wall, or ends at its lips.
   bool at_cut(std::uint32_t face) const { return at_cut_[face] != 0; }
   // The slots that carry a smooth face's nodes, and its leverage: no node moves farther than the
@@ -89,6 +91,12 @@ class Skin {
   SkinPoint point_over(std::uint32_t face, double b1, double b2) const;
   // The nearest skin point of one face: the nearest lattice node's neighbourhood.
   SkinHit nearest(std::uint32_t face, const PaddedVector& center);
+  // The same of the whole skin.
+  SkinHit nearest(const PaddedVector& center);
+  // Whether a point lies inside of what the proxies' faces, or some of them, close or nearly close:
+  // they wind about it once.
+  bool encloses(const PaddedVector& point, std::span<const std::uint32_t> of_faces) const;
+  bool encloses(const PaddedVector& point) const;
   // How near the face may come: the distance to the proxy's face or, of a smooth one, to its box.
   double least_distance(std::uint32_t face, const PaddedVector& center);
   // All lattice nodes of a face within `radius_mm` of `center`, in lattice order.
@@ -117,7 +125,6 @@ class Skin {
   std::uint32_t node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
     return node_of_[lattices_[face].first_node + lattice_index(face, i, j)];
   }
-  std::uint32_t steps(std::uint32_t face) const { return lattices_[face].steps; }
   double height(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
     const FaceLattice& l = lattices_[face];
     return l.first == kFlat ? 0 : heights_[l.first + lattice_index(face, i, j)];

@@ -3,6 +3,15 @@
 
 namespace organbake::deform {
 
+void Tissue::take_organs_for_pieces() {
+  piece_of_slot_ = organ_of_slot_;
+  for (std::size_t slot = 0; slot < size(); ++slot) {
+    while (pieces_.size() <= organ_of_slot_[slot])
+      pieces_.push_back({false, false, static_cast<std::uint32_t>(pieces_.size())});
+    if (slot >= moving_count()) pieces_[organ_of_slot_[slot]].held = true;
+  }
+}
+
 void Tissue::put_inertia(const PaddedVectors& x, const PaddedVectors& x_coasted,
                          PaddedVectors& force) const {
   const Double4* at = as_double4(x.data());

@@ -46,6 +46,15 @@ class Tissue {
   // Which of the bodies that the tissue was made from.
   const std::vector<std::uint32_t>& organ_of_slot() const { return organ_of_slot_; }
   std::uint32_t organ_of_face(std::uint32_t face) const { return organ_of_slot_[faces_[face][0]]; }
+  // Pieces that tissue may lie in, which meet as organs do: every organ is one, and of one that
+  // blades have cut every part that hangs together. `cut`: of such an organ.
+  struct Piece {
+    bool cut = false, held = false;  // by an anchor
+    std::uint32_t organ = 0;
+  };
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  std::uint32_t piece_of_slot(std::uint32_t slot) const { return piece_of_slot_[slot]; }
+  std::uint32_t piece_of_face(std::uint32_t face) const { return piece_of_slot_[faces_[face][0]]; }
   // Connected parts, through springs or faces, numbered by their first vertex; of tissue whose
   // volume a pressure keeps.
   const std::vector<std::uint32_t>& part_of_slot() const { return part_of_slot_; }
@@ -71,12 +80,16 @@ class Tissue {
   void put_inertia(const PaddedVectors& x, const PaddedVectors& x_coasted,
                    PaddedVectors& force) const;
   double twice_kinetic_energy(const PaddedVectors& x, const PaddedVectors& x_start) const;  // mN·mm
+  // From organ_of_slot_: every organ is one piece.
+  void take_organs_for_pieces();
 
   SparseFactor factor_;
   Embedding embedding_;
   SkinGive give_;
   std::vector<std::uint32_t> slot_of_vertex_, slot_of_node_, organ_of_slot_, part_of_slot_;
   std::uint32_t part_count_ = 0;
+  std::vector<Piece> pieces_;
+  std::vector<std::uint32_t> piece_of_slot_;
   std::vector<double> bulk_energy_;
   std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least
   PaddedVectors rest_;

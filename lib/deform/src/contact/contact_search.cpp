@@ -131,6 +131,34 @@ bool ContactSearch::found_any() const {
   return std::any_of(near_.begin(), near_.end(), [](const auto& faces) { return !faces.empty(); });
 }
 
+Eigen::Vector3d ContactSearch::way_out(const Instrument& tip) const {
+  constexpr int kMostRounds = 8, kAlongAxis = 8;
+  const int pieces = tip.axis_mm.isZero(0) ? 0 : kAlongAxis;
+  Eigen::Vector3d way = Eigen::Vector3d::Zero();
+  for (int round = 0; round < kMostRounds; ++round) {
+    PaddedVector deepest_at;
+    SkinHit deepest;
+    for (int i = 0; i <= pieces; ++i) {
+      const PaddedVector at =
+          padded(tip.position_mm + way + (pieces ? double(i) / pieces : 0) * tip.axis_mm);
+      if (!skin_.encloses(at)) continue;
+      const SkinHit hit = skin_.nearest(at);
+      if (hit.distance_mm > deepest.distance_mm) deepest = hit, deepest_at = at;
+      if (tip.is<Needle>()) break;
+    }
+    const bool free = round > 0 ? deepest.distance_mm == 0 : deepest.distance_mm < tip.radius_mm;
+    if (free) return way;
+    // A whole organ that hangs on nothing would be flung away.
+    const Tissue::Piece& piece = tissue_.pieces()[tissue_.piece_of_face(deepest.at.face)];
+    if (!piece.held && !piece.cut) return Eigen::Vector3d::Zero();
+    const double reach_mm = deepest.distance_mm + tip.radius_mm;
+    const PaddedVector out = (deepest.point - deepest_at) / deepest.distance_mm;
+    way += tip.is<Needle>() ? Eigen::Vector3d(reach_mm * tip.axis_mm.normalized())
+                            : Eigen::Vector3d(reach_mm * out.head<3>());
+  }
+  return Eigen::Vector3d::Zero();  // out of what is turned inside out no way leads
+}
+
 double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,
                               std::vector<Contact>& contacts) {
   double deepest = 0;

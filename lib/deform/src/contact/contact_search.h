@@ -23,6 +23,9 @@ class ContactSearch {
   // How far the skin may move till the faces have to be sought anew.
   static double slack_mm(const std::vector<InstrumentSweep>& sweeps);
   bool found_any() const;
+  // How far a tip lies deeper in tissue than any skin can meet it, and the shortest way on which it
+  // leaves: of a needle along its axis, backwards. Zero of one that touches skin, or is outside.
+  Eigen::Vector3d way_out(const Instrument& tip) const;
   const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
 
   // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of

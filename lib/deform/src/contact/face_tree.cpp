@@ -37,8 +37,17 @@ FaceTree::FaceTree(const Tissue& tissue, Skin& skin)
     rest_normal_.push_back(normal_of(x[i], x[j], x[k]));
   }
   std::iota(order_.begin(), order_.end(), 0u);
-  // A cut's walls lie on each other from the first: they are let pass.
-  std::erase_if(order_, [&](std::uint32_t f) { return skin.at_cut(f); });
+  std::vector<std::size_t> pieces_of_organ;
+  for (const Tissue::Piece& piece : tissue.pieces()) {
+    pieces_of_organ.resize(std::max<std::size_t>(pieces_of_organ.size(), piece.organ + 1));
+    ++pieces_of_organ[piece.organ];
+  }
+  std::erase_if(order_, [&](std::uint32_t f) {
+    return skin.at_cut(f) && pieces_of_organ[tissue.organ_of_face(f)] == 1;
+  });
+  const auto piece = [&](std::uint32_t f) { return piece_in_tree(f); };
+  std::stable_sort(order_.begin(), order_.end(),
+                   [&](std::uint32_t f, std::uint32_t g) { return piece(f) < piece(g); });
   if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
 }
 
@@ -56,10 +65,23 @@ std::uint32_t FaceTree::build(std::uint32_t first, std::uint32_t last) {
   return number;
 }
 
-// At the median along the longest side.
+// Pieces of organs that are cut move apart, and have trees of their own; whole organs are one.
+std::uint32_t FaceTree::piece_in_tree(std::uint32_t face) const {
+  const std::uint32_t piece = tissue_.piece_of_face(face);
+  return tissue_.pieces()[piece].cut ? piece + 1 : 0;
+}
+
+// Between pieces, or at the median along the longest side.
 std::uint32_t FaceTree::split(std::uint32_t first, std::uint32_t last) {
   const auto begin = order_.begin() + first, end = order_.begin() + last;
   const std::uint32_t middle = (first + last) / 2;
+  if (const std::uint32_t of_first = piece_in_tree(*begin);
+      of_first != piece_in_tree(order_[last - 1])) {
+    const std::uint32_t of_middle = std::max(of_first + 1, piece_in_tree(order_[middle]));
+    const auto next = std::partition_point(
+        begin, end, [&](std::uint32_t f) { return piece_in_tree(f) < of_middle; });
+    return static_cast<std::uint32_t>(next - order_.begin());
+  }
   PaddedVector low = rest_center_[order_[first]], high = low;
   std::for_each(begin, end, [&](std::uint32_t f) {
     low = low.cwiseMin(rest_center_[f]), high = high.cwiseMax(rest_center_[f]);
@@ -84,7 +106,7 @@ void FaceTree::fit(double margin_mm) {
   margin_mm_ = margin_mm;
   const PaddedVectors& x = skin_.shape();
   skin_.pose_all_normals();
-  for (std::uint32_t f = 0; f < order_.size(); ++f) {
+  for (const std::uint32_t f : order_) {
     const auto [i, j, k] = tissue_.faces()[f];
     const Prism prism = skin_.skin_prism(f);
     Box& box = box_[f] = {prism[0], prism[0]};
@@ -160,9 +182,11 @@ void FaceTree::meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pai
 
 void FaceTree::meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const {
   if (normal_[f].dot(normal_[g]) > 0 || !box_[f].meets(box_[g])) return;
-  const bool of_one = tissue_.organ_of_face(f) == tissue_.organ_of_face(g);
+  const bool of_one = tissue_.piece_of_face(f) == tissue_.piece_of_face(g);
+  // The walls of a cut lie on each other from the first: within a piece they are let pass.
   if (of_one &&
-      (share_a_vertex(tissue_.faces()[f], tissue_.faces()[g]) || front_and_back_at_rest(f, g))) {
+      (skin_.at_cut(f) || skin_.at_cut(g) ||
+       share_a_vertex(tissue_.faces()[f], tissue_.faces()[g]) || front_and_back_at_rest(f, g))) {
     return;
   }
   const Prism of_f = skin_.skin_prism(f), of_g = skin_.skin_prism(g);

@@ -24,7 +24,7 @@ class FaceTree {
   FaceTree(const Tissue& tissue, Skin& skin);
 
   // The pairs of faces in the skin's pose that may meet: their skins' boxes come within margin_mm
-  // of each other and they look against each other; of one organ they share no vertex and were no
+  // of each other and they look against each other; of one piece they share no vertex and were no
   // front and back of the same flesh at rest.
   void find_pairs(double margin_mm, std::vector<FacePair>& pairs);
 
@@ -46,6 +46,7 @@ class FaceTree {
     Box box;
     Cone cone;
   };
+  std::uint32_t piece_in_tree(std::uint32_t face) const;
   std::uint32_t build(std::uint32_t first, std::uint32_t last);
   std::uint32_t split(std::uint32_t first, std::uint32_t last);
   void fit(double margin_mm);

@@ -3,8 +3,6 @@
 // by its place at rest, which a cut does not change.
 #include "contact/held_contacts.h"
 
-#include <limits>
-
 #include "contact/grasp.h"
 
 namespace organbake::deform {
@@ -15,12 +13,7 @@ bool find_anew(const PaddedVector& at_rest, const ContactSearch& search, const P
                Contact& contact) {
   Skin& skin = posed.skin;
   skin.pose(search.tissue().rest());
-  double nearest_mm = std::numeric_limits<double>::infinity();
-  for (std::uint32_t face = 0; face < skin.faces().size(); ++face) {
-    if (skin.least_distance(face, at_rest) >= nearest_mm) continue;
-    const SkinHit hit = skin.nearest(face, at_rest);
-    if (hit.distance_mm < nearest_mm) nearest_mm = hit.distance_mm, contact.at = hit.at;
-  }
+  contact.at = skin.nearest(at_rest).at;
   skin.pose(posed.x);
   return search.response_of(contact.at).free_share > 0;
 }

@@ -15,9 +15,14 @@ namespace {
 constexpr double kMargin = 0.02;
 constexpr double kSpacing = 0.06;
 constexpr int kMostPerEdge = 6;
+constexpr double kLonger = 1 + 1e-9;     // a distance that is longer, whatever is rounded
+constexpr double kCrowd = 0.03;          // of the diagonal: contacts beside cuts stand no closer
 constexpr double kDeeperBetween = 1.25;  // of an overlap: between the points that feel
 constexpr double kOpposed = -0.2;        // skin that meets skin looks against it
+constexpr double kWallSlack_mm = 0.1;    // that the walls of a cut may sink into each other
 constexpr double kFound_mm = 1e-6;       // a prism that is folded flat has roots that mean nothing
+
+constexpr std::uint32_t kNoPrism = ~0u;
 
 double longest_edge(const Face& f, const PaddedVectors& x) {
   return std::max(
@@ -35,104 +40,6 @@ bool farther_than(const PaddedVectors& a, const PaddedVectors& b, double limit) 
 }
 
 }  // namespace
-
-TissueContacts::TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& search,
-                               double diagonal_mm)
-    : skin_(skin),
-      tissue_(tissue),
-      search_(search),
-      margin_mm_(kMargin * diagonal_mm),
-      tree_(tissue, skin) {
-  spread_probes();
-  measure_rest();
-}
-
-// At the middles of the triangles that each face is cut into: never on an edge, where two faces
-// would feel the same.
-void TissueContacts::spread_probes() {
-  std::vector<Bounds> organs;
-  for (std::size_t slot = 0; slot < tissue_.size(); ++slot) {
-    const std::uint32_t organ = tissue_.organ_of_slot()[slot];
-    if (organ >= organs.size()) organs.resize(organ + 1);
-    organs[organ].add(tissue_.rest()[slot].head<3>());
-  }
-  for (std::uint32_t f = 0; f < tissue_.faces().size(); ++f) {
-    first_probe_.push_back(static_cast<std::uint32_t>(probes_.size()));
-    const double spacing_mm = kSpacing * organs[tissue_.organ_of_face(f)].diagonal();
-    const double pieces = longest_edge(tissue_.faces()[f], tissue_.rest()) / spacing_mm;
-    const int n = static_cast<int>(std::clamp(std::ceil(pieces), 1.0, double(kMostPerEdge)));
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; i + j < n; ++j) {
-        probes_.push_back(skin_.point_over(f, (i + 1. / 3) / n, (j + 1. / 3) / n));
-        if (i + j + 2 > n) continue;
-        probes_.push_back(skin_.point_over(f, (i + 2. / 3) / n, (j + 2. / 3) / n));
-      }
-    }
-  }
-  organ_count_ = organs.size();
-  first_probe_.push_back(static_cast<std::uint32_t>(probes_.size()));
-  probed_.resize(probes_.size());
-  own_.resize(probes_.size());
-}
-
-void TissueContacts::measure_rest() {
-  skin_.pose(tissue_.rest());
-  in_front_.assign(probes_.size(), 0);
-  released_.assign(probes_.size(), 0);
-  overlap_mm_.assign(organ_count_ * organ_count_, 0.0);
-  probe_all();
-  see_fronts();
-  // What lies below another organ's skin came from its front.
-  for (const std::uint32_t k : touched_) {
-    if (probed_[k].depth_mm <= 0 ||
-        tissue_.organ_of_face(own_[k].at.face) == tissue_.organ_of_face(probed_[k].other.at.face))
-      continue;
-    const std::uint32_t own = own_[k].at.face, other = probed_[k].other.at.face;
-    const double deeper =
-        std::max(overlap_mm_[organ_pair(own, other)], kDeeperBetween * probed_[k].depth_mm);
-    overlap_mm_[organ_pair(own, other)] = overlap_mm_[organ_pair(other, own)] = deeper;
-    in_front_[k] = 1;
-  }
-  in_front_at_rest_ = in_front_;
-}
-
-void TissueContacts::reset() {
-  in_front_ = in_front_at_rest_;
-  released_.assign(probes_.size(), 0);
-  x_of_pairs_.clear();
-  x_probed_.clear();
-}
-
-void TissueContacts::go_back_to(const Sides& sides) {
-  in_front_ = sides.in_front;
-  released_ = sides.released;
-  x_probed_.clear();
-}
-
-void TissueContacts::untangle(std::vector<Contact>& contacts) {
-  for (const Contact& c : contacts) {
-    if (const OnTissue* other = c.as<OnTissue>()) released_[other->probe] = 1;
-  }
-  std::erase_if(contacts, [](const Contact& c) { return c.of_tissue(); });
-  x_probed_.clear();
-}
-
-// Pairs hold as long as nothing has moved by half of how near they were sought.
-void TissueContacts::find_pairs() {
-  const PaddedVectors& x = skin_.shape();
-  if (!x_of_pairs_.empty() && !farther_than(x, x_of_pairs_, margin_mm_ / 2)) return;
-  tree_.find_pairs(margin_mm_, pairs_);
-  x_of_pairs_ = x;
-}
-
-void TissueContacts::probe_all() {
-  find_pairs();
-  for (const std::uint32_t k : touched_) probed_[k].found = false;
-  touched_.clear();
-  has_own_.assign(probes_.size(), 0);
-  for (const auto& [f, g] : pairs_) probe(f, g), probe(g, f);
-  std::sort(touched_.begin(), touched_.end());
-}
 
 // The shell over a face as it lies now, as far as its skin and a margin about it reach.
 struct TissueContacts::Prism {
@@ -174,13 +81,155 @@ struct TissueContacts::Prism {
   PrismCubic cubic;
 };
 
+TissueContacts::TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& search,
+                               double diagonal_mm)
+    : skin_(skin),
+      tissue_(tissue),
+      search_(search),
+      margin_mm_(kMargin * diagonal_mm),
+      crowd_mm_(kCrowd * diagonal_mm),
+      tree_(tissue, skin) {
+  spread_probes();
+  measure_rest();
+}
+
+// At the middles of the triangles that each face is cut into: never on an edge, where two faces
+// would feel the same.
+void TissueContacts::spread_probes() {
+  std::vector<Bounds> organs;
+  for (std::size_t slot = 0; slot < tissue_.size(); ++slot) {
+    const std::uint32_t organ = tissue_.organ_of_slot()[slot];
+    if (organ >= organs.size()) organs.resize(organ + 1);
+    organs[organ].add(tissue_.rest()[slot].head<3>());
+  }
+  for (std::uint32_t f = 0; f < tissue_.faces().size(); ++f) {
+    first_probe_.push_back(static_cast<std::uint32_t>(probes_.size()));
+    const double spacing_mm = kSpacing * organs[tissue_.organ_of_face(f)].diagonal();
+    const double pieces = longest_edge(tissue_.faces()[f], tissue_.rest()) / spacing_mm;
+    const int n = static_cast<int>(std::clamp(std::ceil(pieces), 1.0, double(kMostPerEdge)));
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        probes_.push_back(skin_.point_over(f, (i + 1. / 3) / n, (j + 1. / 3) / n));
+        if (i + j + 2 > n) continue;
+        probes_.push_back(skin_.point_over(f, (i + 2. / 3) / n, (j + 2. / 3) / n));
+      }
+    }
+  }
+  first_probe_.push_back(static_cast<std::uint32_t>(probes_.size()));
+  probed_.resize(probes_.size());
+  own_.resize(probes_.size());
+  outside_in_step_.assign(probes_.size(), 0);
+  prism_number_.assign(tissue_.faces().size(), kNoPrism);
+  piece_faces_.resize(tissue_.pieces().size());
+  for (std::uint32_t f = 0; f < tissue_.faces().size(); ++f)
+    piece_faces_[tissue_.piece_of_face(f)].push_back(f);
+}
+
+void TissueContacts::measure_rest() {
+  skin_.pose(tissue_.rest());
+  begin_step();
+  in_front_.assign(probes_.size(), 0);
+  released_.assign(probes_.size(), 0);
+  rest_depth_mm_.assign(probes_.size(), 0.0);
+  overlap_mm_.assign(tissue_.pieces().size() * tissue_.pieces().size(), 0.0);
+  probe_all();
+  see_fronts();
+  // What lies below another organ's skin came from its front.
+  for (const std::uint32_t k : touched_) {
+    const std::uint32_t own = own_[k].at.face, other = probed_[k].other.at.face;
+    if (probed_[k].depth_mm <= 0) continue;
+    if (tissue_.organ_of_face(own) == tissue_.organ_of_face(other)) {
+      // Shreds of wall where cuts cross.
+      if (in_front_[k] && between_pieces(own, other)) rest_depth_mm_[k] = probed_[k].depth_mm;
+      continue;
+    }
+    const double deeper =
+        std::max(overlap_mm_[piece_pair(own, other)], kDeeperBetween * probed_[k].depth_mm);
+    overlap_mm_[piece_pair(own, other)] = overlap_mm_[piece_pair(other, own)] = deeper;
+    in_front_[k] = 1;
+  }
+  in_front_at_rest_ = in_front_;
+}
+
+void TissueContacts::reset() {
+  in_front_ = in_front_at_rest_;
+  released_.assign(probes_.size(), 0);
+  x_of_pairs_.clear();
+  x_probed_.clear();
+}
+
+void TissueContacts::go_back_to(const Sides& sides) {
+  in_front_ = sides.in_front;
+  released_ = sides.released;
+  x_probed_.clear();
+}
+
+void TissueContacts::untangle(std::vector<Contact>& contacts) {
+  for (const Contact& c : contacts) {
+    if (const OnTissue* other = c.as<OnTissue>()) released_[other->probe] = 1;
+  }
+  std::erase_if(contacts, [](const Contact& c) { return c.of_tissue(); });
+  x_probed_.clear();
+}
+
+// Pairs hold as long as nothing has moved by half of how near they were sought.
+void TissueContacts::find_pairs() {
+  const PaddedVectors& x = skin_.shape();
+  if (!x_of_pairs_.empty() && !farther_than(x, x_of_pairs_, margin_mm_ / 2)) return;
+  tree_.find_pairs(margin_mm_, pairs_);
+  x_of_pairs_ = x;
+}
+
+void TissueContacts::probe_all() {
+  find_pairs();
+  for (const std::uint32_t k : touched_) probed_[k].found = false;
+  touched_.clear();
+  balls_.assign(tissue_.faces().size(), ProbeBall{});
+  prisms_.clear();
+  std::fill(prism_number_.begin(), prism_number_.end(), kNoPrism);
+  for (const auto& [f, g] : pairs_) probe(f, g), probe(g, f);
+  std::sort(touched_.begin(), touched_.end());
+}
+
+TissueContacts::~TissueContacts() = default;
+
+// A face meets many others, and in folds as many as the fold has.
+const TissueContacts::Prism& TissueContacts::prism_of(std::uint32_t face) {
+  std::uint32_t& number = prism_number_[face];
+  if (number == kNoPrism) {
+    number = static_cast<std::uint32_t>(prisms_.size());
+    prisms_.emplace_back(skin_, face, margin_mm_);
+  }
+  return prisms_[number];
+}
+
+// Where a face's probes are in the pose, and the ball that holds them.
+const TissueContacts::ProbeBall& TissueContacts::ball_of(std::uint32_t face) {
+  ProbeBall& ball = balls_[face];
+  if (ball.radius_mm >= 0) return ball;
+  const std::uint32_t first = first_probe_[face], end = first_probe_[face + 1];
+  Bounds bounds;
+  for (std::uint32_t k = first; k < end; ++k) {
+    own_[k] = skin_.hit(probes_[k], PaddedVector::Zero());
+    bounds.add(own_[k].point.head<3>());
+  }
+  constexpr double kRounded_mm = 1e-6;
+  ball = {bounds.center(), bounds.diagonal() / 2 + kRounded_mm};
+  return ball;
+}
+
 // Each probe keeps the skin that is nearest to it.
 void TissueContacts::probe(std::uint32_t face, std::uint32_t other) {
-  const Prism prism(skin_, other, margin_mm_);
+  const Prism& prism = prism_of(other);
+  const ProbeBall& ball = ball_of(face);
+  if (!prism.bounds.touches_sphere(ball.center, ball.radius_mm + prism.bounds.slack)) return;
+  const bool has_few_nodes = skin_.smooth(other) && skin_.steps(other) == 1;
   for (std::uint32_t k = first_probe_[face]; k < first_probe_[face + 1]; ++k) {
-    if (!has_own_[k]) own_[k] = skin_.hit(probes_[k], PaddedVector::Zero()), has_own_[k] = 1;
     const SkinHit& own = own_[k];
     ShellBinding place;
+    if (probed_[k].found && has_few_nodes &&
+        skin_.least_distance(other, own.point) > kLonger * probed_[k].other.distance_mm)
+      continue;
     if (!prism.find(own.point.head<3>(), place)) continue;
     const SkinHit hit = skin_.hit(skin_.point_over(other, place.b1, place.b2), own.point);
     if (own.normal.dot(hit.normal) > kOpposed) continue;
@@ -199,10 +248,39 @@ void TissueContacts::see_fronts() {
       in_front_[k] = released_[k] = 0;
     } else if (released_[k]) {
       in_front_[k] = 0;
-    } else if (probed.depth_mm <= 0) {
+    } else if (probed.depth_mm <= touching_mm(k)) {
       in_front_[k] = 1;
+    } else if (!in_front_[k] && between_pieces(probes_[k].face, probed.other.at.face)) {
+      in_front_[k] = is_inside(k);
     }
   }
+}
+
+bool TissueContacts::between_pieces(std::uint32_t face, std::uint32_t other) const {
+  const std::uint32_t p = tissue_.piece_of_face(face), q = tissue_.piece_of_face(other);
+  return p != q && (tissue_.pieces()[p].cut || tissue_.pieces()[q].cut);
+}
+
+bool TissueContacts::parts_pieces(const Contact& contact) const {
+  const OnTissue* other = contact.as<OnTissue>();
+  return other && between_pieces(probes_[other->probe].face, probed_[other->probe].other.at.face);
+}
+
+// In the piece that it lies below. Where it was outside it is not asked again in the same step.
+bool TissueContacts::is_inside(std::uint32_t probe) {
+  if (outside_in_step_[probe] == step_) return false;
+  const std::uint32_t other = probed_[probe].other.at.face;
+  const std::uint32_t piece = tissue_.piece_of_face(other);
+  const bool inside = skin_.encloses(own_[probe].point, piece_faces_[piece]);
+  if (!inside) outside_in_step_[probe] = step_;
+  return inside;
+}
+
+// Below the other skin by so much it still counts as in front.
+double TissueContacts::touching_mm(std::uint32_t probe) const {
+  const bool walls =
+      skin_.at_cut(probes_[probe].face) || skin_.at_cut(probed_[probe].other.at.face);
+  return walls ? kWallSlack_mm : 0;
 }
 
 // How much deeper than it may be.
@@ -211,7 +289,8 @@ double TissueContacts::sunk_mm(std::uint32_t probe) const {
 }
 
 double TissueContacts::allowed_mm(std::uint32_t probe) const {
-  return overlap_mm_[organ_pair(probes_[probe].face, probed_[probe].other.at.face)];
+  return std::max({overlap_mm_[piece_pair(probes_[probe].face, probed_[probe].other.at.face)],
+                   rest_depth_mm_[probe], touching_mm(probe)});
 }
 
 // Of all that could sink.
@@ -257,11 +336,24 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
     made.at = probes_[k];
     update(made);
     if (made.response.free_share == 0) continue;  // neither side can give way
+    if (is_crowded(made, contacts)) continue;
     deepest = std::max(deepest, sunk_mm(k));
     if (count++ < kMost) contacts.push_back(made);
   }
   if (count == 0 && (clearance_mm_ = clearance_mm()) > 0) x_probed_ = skin_.shape();
   return deepest;
+}
+
+// Skin beside cuts is made of small faces, each with a point that feels, of which a few hold all.
+bool TissueContacts::is_crowded(const Contact& made, const std::vector<Contact>& contacts) const {
+  const auto at_cut = [this](const Contact& c) {
+    const std::uint32_t probe = std::get<OnTissue>(c.kind).probe;
+    return parts_pieces(c) || touching_mm(probe) > 0;
+  };
+  if (!at_cut(made)) return false;
+  return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    return c.of_tissue() && at_cut(c) && (c.point - made.point).norm() < crowd_mm_;
+  });
 }
 
 // The constrained point is the probe relative to the skin below which it must not sink.

@@ -18,15 +18,24 @@ namespace organbake::deform {
 // the same flesh would count. Organs that overlap at rest may do so by as much wherever they slide,
 // or they would catch on their own rest. Faces that share a vertex don't meet: the springs keep
 // them open.
+//
+// Pieces that are cut apart meet by their skin and by the walls of their cuts, which lie on each
+// other from the first, and they may come from anywhere: whether a point has sunk into another
+// piece is told by how that piece's faces wind about it.
 class TissueContacts {
  public:
   static constexpr std::size_t kMost = 48;
 
   // All outlive this. diagonal_mm: how large what may meet is.
   TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& search, double diagonal_mm);
+  ~TissueContacts();
 
   // Back to what was in front of what at rest.
   void reset();
+  // Before the first refresh of a time step.
+  void begin_step() { ++step_; }
+  // Whether a contact holds pieces apart of which one was cut off.
+  bool parts_pieces(const Contact& contact) const;
   // Which skin came from the front so far, to go back to.
   struct Sides {
     std::vector<std::uint8_t> in_front, released;
@@ -47,37 +56,52 @@ class TissueContacts {
     bool found = false, has_contact = false;
   };
   struct Prism;
+  struct ProbeBall {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    double radius_mm = -1;  // < 0: not known in this pose
+  };
+  const ProbeBall& ball_of(std::uint32_t face);
   void spread_probes();
   void measure_rest();
   void find_pairs();
   void probe(std::uint32_t face, std::uint32_t other);
   void probe_all();
   void see_fronts();
-  // Of which two organs, into overlap_mm_.
-  std::size_t organ_pair(std::uint32_t face, std::uint32_t other) const {
-    return tissue_.organ_of_face(face) * organ_count_ + tissue_.organ_of_face(other);
+  const Prism& prism_of(std::uint32_t face);
+  bool between_pieces(std::uint32_t face, std::uint32_t other) const;
+  bool is_inside(std::uint32_t probe);
+  double touching_mm(std::uint32_t probe) const;
+  // Of which two pieces, into overlap_mm_.
+  std::size_t piece_pair(std::uint32_t face, std::uint32_t other) const {
+    return tissue_.piece_of_face(face) * tissue_.pieces().size() + tissue_.piece_of_face(other);
   }
   double allowed_mm(std::uint32_t probe) const;
   double sunk_mm(std::uint32_t probe) const;
   double clearance_mm() const;
+  bool is_crowded(const Contact& made, const std::vector<Contact>& contacts) const;
   void update(Contact& contact) const;
 
   Skin& skin_;
   const Tissue& tissue_;
   const ContactSearch& search_;
-  double margin_mm_;
+  double margin_mm_, crowd_mm_;
   FaceTree tree_;
   std::vector<SkinPoint> probes_;
   std::vector<std::uint32_t> first_probe_;  // by face, and the end
   std::vector<FacePair> pairs_;
-  PaddedVectors x_of_pairs_;  // mm; empty: not searched yet
-  PaddedVectors x_probed_;    // where nothing touched, and
-  double clearance_mm_ = 0;   // what was left then
-  std::size_t organ_count_ = 1;
-  std::vector<double> overlap_mm_;  // of two organs at rest, by how much the deepest point
+  PaddedVectors x_of_pairs_;           // mm; empty: not searched yet
+  PaddedVectors x_probed_;             // where nothing touched, and
+  double clearance_mm_ = 0;            // what was left then
+  std::vector<double> overlap_mm_;     // of two pieces at rest, by how much the deepest point
+  std::vector<double> rest_depth_mm_;  // in another piece, by probe
+  std::vector<std::vector<std::uint32_t>> piece_faces_;
+  std::vector<std::size_t> outside_in_step_;  // by probe: the step that last found it outside
+  std::size_t step_ = 0;
+  std::vector<Prism> prisms_;                // of the pose, made when asked for
+  std::vector<std::uint32_t> prism_number_;  // by face; none yet: kNoPrism
   std::vector<Probed> probed_;
-  std::vector<SkinHit> own_;  // each probe's place in the pose, made when asked for
-  std::vector<std::uint8_t> has_own_;
+  std::vector<SkinHit> own_;      // each probe's place in the pose, made when asked for
+  std::vector<ProbeBall> balls_;  // by face, of its probes
   std::vector<std::uint8_t> in_front_, in_front_at_rest_;  // of other skin, by probe
   std::vector<std::uint8_t> released_;                     // counts for nothing until it has parted
   std::vector<std::uint32_t> touched_;  // probes that felt something, in increasing order

@@ -25,6 +25,8 @@ constexpr double kConverged_mm = 1e-4;  // local/global iterations stop below th
 // The inertial guess may cross this share of the object in one step, no more: faster tissue is a
 // numerical accident, and would fold the mesh before the springs can answer.
 constexpr double kFastestPerStep = 0.25;
+// The same of a piece that hangs on nothing: it must not pass what it meets between two looks.
+constexpr double kFastestAdrift = 0.01;
 constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slow modes ringing
 constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
 // Of a sweep: in a longer one a tip that lost what it touched on the way may have left it behind.
@@ -76,7 +78,32 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
   if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
   force_.assign(tissue_->size(), PaddedVector::Zero());
   x_coasted_ = tissue_->rest();
+  find_adrift(bodies);
   to_rest();
+}
+
+void ShapeSolver::find_adrift(const DeformBodies& bodies) {
+  std::vector<Adrift> all(tissue_->pieces().size());
+  for (std::uint32_t slot = 0; slot < tissue_->free_count(); ++slot)
+    all[tissue_->piece_of_slot(slot)].slots.push_back(slot);
+  for (std::size_t p = 0; p < all.size(); ++p) {
+    const Tissue::Piece& piece = tissue_->pieces()[p];
+    const double drag_per_s = bodies[piece.organ].mechanics.drag_per_s;
+    if (piece.held || drag_per_s == 0) continue;
+    all[p].kept = 1 / (1 + drag_per_s * options_.time_step_s);
+    adrift_.push_back(std::move(all[p]));
+  }
+}
+
+// Nothing but what lies round it takes its motion from a piece that is adrift: the wet cavity.
+void ShapeSolver::slow_down() {
+  const double fastest = kFastestAdrift * diagonal_mm_ / options_.time_step_s;
+  for (const Adrift& piece : adrift_) {
+    for (const std::uint32_t slot : piece.slots) {
+      const double speed = velocity_[slot].norm();
+      velocity_[slot] *= speed > fastest ? fastest / speed : piece.kept;
+    }
+  }
 }
 
 void ShapeSolver::to_rest() {
@@ -96,9 +123,29 @@ bool ShapeSolver::held() const {
 
 bool ShapeSolver::tangled() const {
   return load_.empty() && tissue_->relaxed_at_rest() && held() &&
-         std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
-           return c.of_tissue() || (!c.lasts() && c.force.isZero(0));
+         std::all_of(contacts_.begin(), contacts_.end(), [this](const Contact& c) {
+           if (c.of_tissue()) return !tissue_search_->parts_pieces(c);
+           return !c.lasts() && c.force.isZero(0);
          });
+}
+
+std::size_t ShapeSolver::let_in(std::vector<InstrumentSweep>& sweeps) {
+  std::size_t closed_in_vain = 0;
+  skin_.pose(x_);
+  came_in_ = false;
+  for (InstrumentSweep& sweep : sweeps) {
+    if (!sweep.just_placed) continue;
+    const Eigen::Vector3d way = search_.way_out(sweep.to);
+    if (way.isZero(0)) continue;
+    if (sweep.to.is<Grasper>()) {
+      ++closed_in_vain;
+      continue;
+    }
+    sweep.from.position_mm += way;
+    sweep.just_placed = false;
+    came_in_ = true;
+  }
+  return closed_in_vain;
 }
 
 bool ShapeSolver::near_skin(const std::vector<InstrumentSweep>& sweeps) {
@@ -141,6 +188,7 @@ Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
   }
   for (Contact& c : contacts_) c.touched_at = 0;
   tip_too_fast_ = touched_on_the_way_ = false;
+  if (tissue_search_) tissue_search_->begin_step();
   x_start_ = x_;
   constraints_.relax_give();
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
@@ -305,12 +353,14 @@ Penetration ShapeSolver::close_gaps(const std::vector<InstrumentSweep>& sweeps) 
 }
 
 double ShapeSolver::settle_motion() {
-  const double fastest = kFastestPerStep * diagonal_mm_;
+  // How long ago a tip came in that was first seen deep inside, nobody knows: tissue stands still.
+  const double fastest = came_in_ ? 0 : kFastestPerStep * diagonal_mm_;
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     const PaddedVector move = x_[i] - x_start_[i];
     const double length = move.norm();
     velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
   }
+  slow_down();
   std::erase_if(contacts_, [](const Contact& c) { return !c.lasts() && c.force.isZero(0); });
   return largest_distance(x_, x_start_);
 }

@@ -44,6 +44,9 @@ class ShapeSolver {
   bool tangled() const;
   void untangle() { tissue_search_->untangle(contacts_); }
 
+  // Lets tips that are just placed deep in tissue come in from outside, by the shortest way;
+  // returns how many graspers closed there, where no skin is to hold.
+  std::size_t let_in(std::vector<InstrumentSweep>& sweeps);
   // Whether a tip may come near the skin on its sweep. Has to precede the step.
   bool near_skin(const std::vector<InstrumentSweep>& sweeps);
   // Lets go of what instruments held that do not go on.
@@ -88,11 +91,19 @@ class ShapeSolver {
   double energy() const;
   Penetration close_gaps(const std::vector<InstrumentSweep>& sweeps);
   void find_faces(const std::vector<InstrumentSweep>& sweeps);
+  void find_adrift(const DeformBodies& bodies);
+  void slow_down();
   Penetration refresh(const std::vector<InstrumentSweep>& sweeps, double fraction);
 
   DeformOptions options_;
   double diagonal_mm_;
   std::unique_ptr<const Tissue> tissue_;
+  // The slots of a piece that hangs on no anchor, and what a step leaves of their speed.
+  struct Adrift {
+    std::vector<std::uint32_t> slots;
+    double kept = 1;
+  };
+  std::vector<Adrift> adrift_;
   GraspStrengths grasp_strength_n_;  // by organ
   BodyPressures pressures_;
   Skin skin_;
@@ -107,7 +118,7 @@ class ShapeSolver {
   PaddedVectors load_;   // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
-  bool tip_too_fast_ = false, touched_on_the_way_ = false;
+  bool tip_too_fast_ = false, touched_on_the_way_ = false, came_in_ = false;
   std::size_t slipped_ = 0;
   double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches

@@ -165,6 +165,7 @@ void SpringNetwork::find_parts(const Net& net) {
     if (part == kAnchored) part = part_count_++;
     part_of_slot_[slot] = part;
   }
+  take_organs_for_pieces();
   bulk_energy_.assign(part_count_, 0.0);
   for (const Spring& s : net.springs) {
     bulk_energy_[part_of_slot_[slot_of_vertex_[s.a]]] +=

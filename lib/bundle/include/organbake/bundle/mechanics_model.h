@@ -36,6 +36,9 @@ struct MechanicsModel {
   // What a grasp of the tissue holds, N: it slips from a larger pull. 0: it holds any, as in
   // bundles that do not say.
   double grasp_slip_n = 0;
+  // How fast what hangs on no anchor loses its speed, 1/s: it lies in a wet cavity. 0: it coasts
+  // on, as in bundles that do not say.
+  double drag_per_s = 0;
   // How far the lips of a long cut stand apart that nothing pulls on, as skin is stretched at rest.
   double cut_gape_mm = 1.2;
   // The same tissue as finite elements, by which it is played unless springs are asked for.

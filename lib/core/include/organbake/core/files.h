@@ -23,8 +23,7 @@ std::string read_text_file(const std::filesystem::path& path,
 // BadDataError when it is missing or anything but a regular file, when a link leads to it, even one
 // on the way below the folder, and when it is larger than max_bytes; IoError as read_file().
 std::vector<std::byte> read_file_inside(const std::filesystem::path& folder,
-                                        const std::filesystem::path& file,
-                                        std::uint64_t max_bytes);
+                                        const std::filesystem::path& file, std::uint64_t max_bytes);
 
 // Its first bytes, fewer where it ends before. Throws as read_file() does.
 std::string read_beginning(const std::filesystem::path& path, std::size_t bytes);

@@ -20,6 +20,7 @@ struct MechanicsOptions {
   double instrument_radius_mm = 5;
   double cut_gape_mm = 1.2;     // between the lips of a long cut that nothing pulls on
   double grasp_slip_n = 25;     // the pull from which a grasp slips; 0 = holds any
+  double drag_per_s = 3;        // of pieces that hang on nothing, in a wet cavity; 0 = they coast
   bool fem = false;             // tetrahedra too, for the player's other solver
   double fem_cell_mm = 0;       // of the lattice they are cut from; 0 = by the proxy's edges
   double poisson_ratio = 0.45;  // of the tetrahedra; tissue is nearly incompressible
