@@ -56,6 +56,7 @@ Json frame_json(const PlayedFrame& f) {
       {"tip_position_mm", places},
       {"tip_too_fast", f.step.tip_too_fast},
       {"slipped", f.step.slipped},
+      {"closed_in_vain", f.step.closed_in_vain},
       {"tissue_penetration_mm", f.step.tissue_penetration_mm},
       {"recovered", f.step.recovered}};
 }
