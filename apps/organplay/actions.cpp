@@ -6,11 +6,8 @@
 #include <memory>
 #include <optional>
 
-#include "bench.h"
 #include "comparison/comparison_module.h"
-#include "dataset_run.h"
-#include "graphics_loader.h"
-#include "loaded_module.h"
+#include "loaded_modules.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -28,10 +25,6 @@
 #include "organbake/truth/truth_recorder.h"
 #include "organbake/warp/paper_warp.h"
 #include "outputs.h"
-#include "results.h"
-#include "shown_picture.h"
-#include "truth_files.h"
-#include "window_module.h"
 
 namespace organbake {
 namespace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// What organplay does when no window is asked for.
+
 #include <functional>
 #include <string>
 
@@ -24,5 +26,9 @@ View view_of(const Command& command, const Bundle& bundle);
 // How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
 DrawOptions drawing(const Command& command, const Player& player,
                     std::optional<DrawnLight> of_script = std::nullopt);
+
+// The first frame from --view, then frames of a slow orbit round an organ that is being poked,
+// drawn and thrown away.
+void run_bench(const Command& command, const RunContext& context);
 
 }  // namespace organbake

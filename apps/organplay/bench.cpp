@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench.h"
+#include "actions.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "actions.h"
-#include "graphics_loader.h"
+#include "loaded_modules.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/files.h"
 #include "organbake/core/median.h"

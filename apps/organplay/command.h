@@ -7,14 +7,30 @@
 #include <vector>
 
 #include "command_line.h"
-#include "option_values.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/player/orbit.h"
 #include "organbake/truth/pixel_truth.h"
 #include "organbake/warp/draw_options.h"
-#include "window/drawn_by.h"
+#include "window/run_window.h"
 
 namespace organbake {
+
+struct PictureSize {
+  int width = 1280, height = 720;  // pixels
+};
+
+// An option whose angles are written in degrees, or, under the name it had once, in radians.
+struct AngleOption {
+  std::string flag;
+  bool in_degrees = true;
+};
+
+// The values of options that are more than a number or a name. Each throws a UsageError that names
+// the option and what was written.
+PictureSize size_from(const std::string& text);  // --size, WIDTHxHEIGHT
+// AZIMUTH,ELEVATION[,DISTANCE] and A,B,C
+OrbitPose pose_from(const AngleOption& option, const std::string& text);
+std::vector<double> angles_from(const AngleOption& option, const std::string& text);
 
 // What the user asked for.
 struct Command {

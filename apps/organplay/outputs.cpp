@@ -1,19 +1,139 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a run of organplay leaves behind: pictures, each as a scope or two eyes show it, files of
+// truth, and results as lines or JSON. What is in the way is said before anything is made.
 #include "outputs.h"
 
 #include <fcntl.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
+#include "organbake/player/script_camera.h"
+#include "organbake/truth/lens_picture.h"
+#include "organbake/truth/pixel_truth.h"
+#include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
+ShownPicture::ShownPicture(Player& player, std::shared_ptr<const LensPicture> lens,
+                           std::optional<double> eyes_mm)
+    : player_(player), lens_(std::move(lens)), eyes_mm_(eyes_mm), organs_(rest_bounds(player)) {}
+
+const Rgb8Image& ShownPicture::of(const Frame& frame, const View& view,
+                                  const DrawOptions& options) {
+  const Rgb8Image& left = through_lens(frame, view, left_);
+  if (!eyes_mm_) return left;
+  const View right = right_eye(view, *eyes_mm_);
+  player_.draw(right, options, right_frame_);
+  both_ = side_by_side(left, through_lens(right_frame_, right, right_));
+  return both_;
+}
+
+const Rgb8Image& ShownPicture::through_lens(const Frame& frame, const View& view,
+                                            Rgb8Image& seen) const {
+  if (!lens_) return frame.color;
+  lens_->show({frame, view, organs_}, seen);
+  return seen;
+}
+
+namespace fs = std::filesystem;
+
+std::shared_ptr<const LensPicture> lens_picture(const Command& command, int width, int height) {
+  if (command.lens.empty()) return nullptr;
+  return std::make_shared<const LensPicture>(read_scope_lens(command.lens).in_size(width, height),
+                                             command.lens.string());
+}
+
+TruthOptions truth_options(const Command& command, const Script& script, const Player& player,
+                           std::shared_ptr<const LensPicture> lens) {
+  TruthOptions options;
+  options.layers = command.layers;
+  options.baseline_mm = command.stereo_mm;
+  options.lens = std::move(lens);
+  for (const InstrumentPath& instrument : script.instruments)
+    options.instruments.push_back(instrument.name);
+  options.check(player.organ_count());
+  return options;
+}
+
+CameraSet recorded_cameras(const Command& command) {
+  CameraSet set = read_cameras(command.cameras);
+  if (command.lens.empty()) return set;
+  for (PosedCamera& camera : set.cameras) camera.intrinsics = pinhole_of(camera.intrinsics);
+  return set;
+}
+
+View first_recorded_view(const Command& command) {
+  Script one;  // what a recorded sequence must be, it must be for one frame, too
+  take_recorded(recorded_cameras(command), command.cameras.string(), one);
+  if (command.size) one.width = command.size->width, one.height = command.size->height;
+  return view_of(one.recorded.front(), one.width, one.height);
+}
+
+void write_truth_of_view(const Command& command, Player& player, const View& view,
+                         const LensPicture* lens, const DrawOptions& options, Frame& frame,
+                         const RunContext& context) {
+  TruthOptions asked;
+  asked.layers = command.layers;
+  asked.baseline_mm = command.stereo_mm;
+  asked.check(player.organ_count());
+  const fs::path folder = command.frame_file.parent_path();
+  const std::string stem = command.frame_file.stem().string();
+  CameraSet cameras;
+  const auto write = [&](const View& from, const std::string& name, Frame& drawn) {
+    context.throw_if_cancelled();
+    TruthTracker tracker(command.layers);
+    tracker.advance(player, from, options.solids, drawn);
+    PixelTruth seen;
+    if (lens) lens->show(tracker.now(), seen);
+    write_layers(folder, name + "_", "", command.layers, lens ? seen : tracker.now());
+    cameras.cameras.push_back(from.camera);
+    if (lens) cameras.cameras.back().intrinsics = lens->lens();
+    cameras.cameras.back().name = name;
+    cameras.images.push_back(name + ".png");
+  };
+  write(view, stem, frame);
+  if (command.stereo_mm) {
+    const View right = right_eye(view, *command.stereo_mm);
+    Frame drawn;
+    player.draw(right, options, drawn);
+    Rgb8Image shown;
+    if (lens) lens->show({drawn, right, rest_bounds(player)}, shown);
+    write_png(folder / (stem + "_right.png"), lens ? shown : drawn.color);
+    write(right, stem + "_right", drawn);
+  }
+  write_file_atomically(folder / (stem + "_cameras.json"), cameras_to_json(cameras));
+}
+
+void Results::wrote(const std::string& option, const std::filesystem::path& path) {
+  add(option, path.string(), path.string() + "\n");
+}
+
+void Results::add(const std::string& key, Json value, const std::string& text) {
+  if (as_json_) {
+    object_[key] = std::move(value);
+  } else if (!text.empty()) {
+    write_to_stdout(text);
+  }
+}
+
+void Results::finish() const {
+  if (!as_json_) return;
+  // A comparison is a document of its own.
+  const auto comparison = object_.find("comparison");
+  const bool alone = object_.size() == 1 && comparison != object_.end();
+  write_to_stdout(json_text(alone ? *comparison : object_));
+}
+
 namespace {
 namespace fs = std::filesystem;
 

@@ -16,13 +16,8 @@
 #include "organbake/image/png.h"
 #include "organbake/player/eye_inside.h"
 #include "organbake/truth/lens_picture.h"
-#include "window/look_panel.h"
-#include "window/measured_picture.h"
 #include "window/overlays.h"
-#include "window/panel.h"
-#include "window/readings_panel.h"
-#include "window/timeline_panel.h"
-#include "window/tools_panel.h"
+#include "window/panels.h"
 
 namespace organbake {
 namespace {

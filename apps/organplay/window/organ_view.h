@@ -7,8 +7,8 @@
 
 #include "organbake/player/live_session.h"
 #include "window/display.h"
-#include "window/drawn_by.h"
-#include "window/truth_pictures.h"
+#include "window/overlays.h"
+#include "window/run_window.h"
 #include "window/window_state.h"
 
 namespace organbake {

@@ -1,14 +1,82 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pictures of the truth and of measurements in the place of the organ's, and marks over it.
 #include "window/overlays.h"
 
 #include <imgui.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <utility>
 
+#include "organbake/bundle/bundle_reader.h"
+#include "organbake/player/false_colors.h"
+
 namespace organbake {
+TruthPictures::TruthPictures(const std::filesystem::path& bundle_folder, ShellSurface shell)
+    : bundle_folder_(bundle_folder),
+      shell_(std::move(shell)),
+      available_(BundleReader(bundle_folder).has("surface.ply")) {}
+
+const CarriedSurface& TruthPictures::surface() {
+  if (!surface_) {
+    surface_ =
+        std::make_unique<CarriedSurface>(BundleReader(bundle_folder_).read_surface(), shell_);
+  }
+  return *surface_;
+}
+
+// Every point of the surface at its foot on the shell's surface: a polygon's texture.
+std::vector<Eigen::Vector3d> TruthPictures::flattened(
+    const std::vector<Eigen::Vector3d>& positions) {
+  const TriangleMesh posed = shell_.posed(positions);
+  std::vector<Eigen::Vector3d> flat;
+  flat.reserve(surface().bindings().size());
+  for (const ShellBinding& binding : surface().bindings()) {
+    const auto& [a, b, c] = posed.faces[binding.face];
+    const auto& v = posed.vertices;
+    flat.push_back((1 - binding.b1 - binding.b2) * v[a] + binding.b1 * v[b] + binding.b2 * v[c]);
+  }
+  return flat;
+}
+
+const Rgb8Image& TruthPictures::picture(Against against,
+                                        const std::vector<Eigen::Vector3d>& positions,
+                                        const View& view, const Frame& frame,
+                                        const DrawOptions& options) {
+  if (against == kept_against_ && view == kept_view_ && positions == kept_positions_) return kept_;
+  const std::vector<Eigen::Vector3d> vertices =
+      against == Against::polygons ? flattened(positions) : surface().carry(positions);
+  kept_ = surface().draw(vertices, view, options.background).color;
+  if (against == Against::difference) {
+    constexpr int kGain = 4;
+    for (std::size_t i = 0; i < kept_.pixels.size(); ++i) {
+      const int off = std::abs(int(kept_.pixels[i]) - int(frame.color.pixels[i]));
+      kept_.pixels[i] = static_cast<std::uint8_t>(std::min(255, kGain * off));
+    }
+  }
+  kept_against_ = against;
+  kept_view_ = view;
+  kept_positions_ = positions;
+  return kept_;
+}
+
+Rgb8Image measured_picture(const WindowState& state, const Player& player, const View& view,
+                           const Frame& frame) {
+  const bool strain = state.colors == FalseColors::strain;
+  std::vector<MeasuredSurface> surfaces;
+  for (std::size_t o = 0; o < player.organ_count(); ++o) {
+    const ShellSurface shell = player.bundle_now(o).shell();
+    MeasuredSurface surface{shell.posed(player.proxy_positions(o)), {}};
+    const TriangleMesh& rest = shell.at_rest();
+    surface.values = strain ? surface_strain(rest.faces, rest.vertices, surface.posed.vertices)
+                            : displacement_mm(rest.vertices, surface.posed.vertices);
+    surfaces.push_back(std::move(surface));
+  }
+  const double most = strain ? state.most_strain : state.most_displacement_mm;
+  return false_color_picture(frame, view, surfaces, strain ? -most : 0, most);
+}
+
 namespace {
 
 constexpr ImU32 kProxyFront = IM_COL32(120, 220, 255, 170),

@@ -5,13 +5,16 @@
 #include <optional>
 #include <vector>
 
-#include "drawn_by.h"
 #include "organbake/core/run_context.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/warp/draw_options.h"
 
 namespace organbake {
+
+// What makes the pictures. By itself graphics hardware makes those of a window that has it, and the
+// processor all others.
+enum class DrawnBy { automatic, processor, graphics };
 
 struct WindowCommand {
   std::vector<std::filesystem::path> bundles;  // none: the start page
@@ -29,7 +32,6 @@ struct WindowCommand {
 void run_window(const WindowCommand& command, const RunContext& context);
 
 }  // namespace organbake
-
 // The door of the module: the program loads OpenGL only when it opens a window.
 extern "C" void organplay_run_window(const organbake::WindowCommand& command,
                                      const organbake::RunContext& context);

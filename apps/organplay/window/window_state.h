@@ -1,19 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// What the window knows beside the organ, and its pages: the start, and the question at leaving.
+
 #include <array>
+#include <filesystem>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "organbake/instruments/instrument.h"
+#include "organbake/player/bundle_list.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/truth_recorder.h"
-#include "window/truth_pictures.h"
+#include "window/display.h"
 
 namespace organbake {
+
+// What the frame is held against.
+enum class Against { nothing, truth, polygons, difference };
 
 enum class FalseColors { none, displacement, strain };
 // What shares the window with the organ that can be touched.
@@ -58,5 +66,31 @@ struct ToolButton {
 };
 inline constexpr std::array<ToolButton, std::variant_size_v<InstrumentKind>> kToolButtons = {
     {{0, "poke"}, {'G', "grab (G)"}, {'C', "cut (C)"}, {'X', "scissors (X)"}, {'N', "needle (N)"}}};
+
+// What is there without a bundle: how to get one, the folders round here with the bundles among
+// them, and a field for the path of one. Returns the folder to
+// open, empty as long as there is none. `problem` is shown, when the last one could not be opened.
+class StartPage {
+ public:
+  std::string show(const std::string& problem);
+
+ private:
+  std::string chosen_in_list();
+  void go_to(const std::filesystem::path& folder);
+
+  char folder_[1024] = "";
+  std::filesystem::path listed_;
+  std::vector<ListedFolder> list_;
+};
+
+// Escape asks whether to leave, and once more or "stay" goes back. `unsaved`: something would be
+// lost.
+class LeaveQuestion {
+ public:
+  void show(Display& display, bool unsaved);
+
+ private:
+  bool asked_ = false;
+};
 
 }  // namespace organbake

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loaded_modules.h"
+
+#include <dlfcn.h>
+#include <filesystem>
+#include <string>
+
+#include "graphics/graphics_module.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/version.h"
+#include "organbake/dataset/dataset.h"
+#include "organbake/truth/lens_picture.h"
+#include "outputs.h"
+#include "window/run_window.h"
+
+namespace organbake {
+void* load_door(const LoadedModule& module, const char* door) {
+  const std::filesystem::path file =
+      (program_folder() / ".." / "lib" / "organbake" / module.file).lexically_normal();
+  const std::string instead = "; " + module.instead;
+  if (!std::filesystem::exists(file))
+    throw UsageError("this organplay was built without " + module.missing + " (" + file.string() +
+                     " is missing)" + instead);
+  void* const loaded = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!loaded) throw UsageError(module.failed + ": " + ::dlerror() + instead);
+  void* const found = ::dlsym(loaded, door);
+  if (!found) throw Error(ExitCode::internal, file.string() + " is not a module of organplay");
+  return found;
+}
+
+namespace {
+
+OpenedGraphics open_graphics() {
+  const auto open = reinterpret_cast<decltype(&organplay_open_graphics)>(
+      load_door({"organplay_graphics.so", "graphics hardware", "graphics hardware cannot be used",
+                 "draw with --draw cpu"},
+                "organplay_open_graphics"));
+  OpenedGraphics opened;
+  open(opened);
+  return opened;
+}
+
+}  // namespace
+
+void draw_as_asked(const Command& command, Player& player, const RunContext& context) {
+  if (command.drawn_by != DrawnBy::graphics) return;
+  OpenedGraphics opened = open_graphics();
+  player.draw_by(std::move(opened.drawing));
+  context.info("drawn by " + opened.device);
+}
+
+void warn_of_processor(const Command& command, const Player& player, const RunContext& context) {
+  if (command.drawn_by == DrawnBy::graphics && !player.drawing_note().empty())
+    context.warn("the processor drew in the graphics hardware's place: " + player.drawing_note());
+}
+
+void open_window(const Command& command, const RunContext& context) {
+  using Run = void (*)(const WindowCommand&, const RunContext&);
+  const auto run = reinterpret_cast<Run>(load_door(
+      {"organplay_window.so", "its window", "the window cannot be loaded",
+       "without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
+       "--bench"},
+      "organplay_run_window"));
+  WindowCommand window;
+  window.bundles = command.bundles;
+  window.solver = command.solver;
+  window.light = command.light;
+  window.drawn_by = command.drawn_by;
+  window.eyes_mm = command.eyes_mm;
+  if (!command.lens.empty()) window.scope = read_scope_lens(command.lens).picture;
+  window.width = command.picture_size().width;
+  window.height = command.picture_size().height;
+  run(window, context);
+}
+
+namespace {
+namespace fs = std::filesystem;
+
+// JSON as it is; of YAML the same document as JSON.
+std::string spec_text(const fs::path& file) {
+  const std::string text = read_text_file(file);
+  const std::string ending = lower_ending(file);
+  if (ending != ".yaml" && ending != ".yml") return text;
+  using Convert = void (*)(const std::string&, const std::string&, std::string&);
+  const auto convert = reinterpret_cast<Convert>(
+      load_door({"organplay_yaml.so", "YAML", "YAML cannot be read",
+                 "write the data set's SPEC as JSON instead, with that ending"},
+                "organplay_json_of_yaml"));
+  std::string json;
+  convert(text, file.string(), json);
+  return json;
+}
+
+}  // namespace
+
+void run_dataset(const Command& command, const RunContext& context) {
+  const DatasetSpec spec =
+      dataset_spec_from_json(spec_text(command.dataset), command.dataset.string());
+  for (const fs::path& bundle : command.bundles) {
+    const fs::path way =
+        fs::weakly_canonical(command.frame_file).lexically_relative(fs::weakly_canonical(bundle));
+    if (!way.empty() && *way.begin() != "..")
+      throw IoError::writing(
+          command.frame_file,
+          "lies in the bundle " + bundle.string() + ", which would be damaged; name another place");
+  }
+  const DatasetSummary made = make_dataset(spec, command.bundles, command.frame_file,
+                                           std::string("organplay ") + kVersion, context);
+  Results results(command.shared.json);
+  results.wrote("dataset", command.frame_file);
+  context.info(std::to_string(made.frames) + " frames, " + std::to_string(made.shards_made) +
+               " shards made now and " + std::to_string(made.shards_kept) + " before");
+  results.finish();
+}
+
+}  // namespace organbake

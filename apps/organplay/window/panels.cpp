@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+// The panels beside the organ: its look, readings, the time line and the tools.
+#include "window/panels.h"
+
+#include <imgui.h>
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace organbake {
+namespace {
+
+void show_scope(WindowState& state, const Player& player, LiveSession& session) {
+  const auto distance_mm = session.scope_distance_mm();
+  float distance = float(distance_mm.value_or(0));
+  ImGui::BeginDisabled(!distance_mm);
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##distance", &distance, float(LiveSession::kNearestScope_mm), 300,
+                         distance_mm ? "scope at %.0f mm" : "no skin ahead",
+                         ImGuiSliderFlags_Logarithmic))
+    session.set_scope_distance_mm(distance);
+  ImGui::EndDisabled();
+  float angle = float(session.view_angle_deg());
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##lens", &angle, 10, 110, "lens %.0f degrees"))
+    session.set_view_angle_deg(angle);
+  if (!(state.scope == ScopePicture()))
+    ImGui::Checkbox("scope's picture (O)", &state.through_scope);
+  if (!player.can_relight()) return;
+  int light = static_cast<int>(state.drawing.light);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::Combo("##light", &light, "light as baked\0light of the room\0light at the scope\0");
+  state.drawing.light = static_cast<DrawnLight>(light);
+}
+
+void show_colors(WindowState& state) {
+  int colors = static_cast<int>(state.colors);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::Combo("##colours", &colors, "colours of tissue\0displacement\0strain of the skin\0");
+  state.colors = static_cast<FalseColors>(colors);
+  if (state.colors == FalseColors::none) return;
+  const bool strain = state.colors == FalseColors::strain;
+  float most = float(strain ? 100 * state.most_strain : state.most_displacement_mm);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderFloat("##most", &most, 1, 100, strain ? "up to %.0f %%" : "up to %.0f mm",
+                     ImGuiSliderFlags_Logarithmic);
+  (strain ? state.most_strain : state.most_displacement_mm) = strain ? most / 100 : most;
+}
+
+void show_lines(WindowState& state, const Player& player) {
+  ImGui::Checkbox("wire (1)", &state.proxy_lines);
+  if (player.can_cut()) {
+    ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+    ImGui::Checkbox("cells (4)", &state.tetrahedra_lines);
+  }
+  ImGui::Checkbox("cameras (2)", &state.camera_lines);
+  ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+  ImGui::Checkbox("VPM (3)", &state.manifold_lines);
+}
+
+void show_beside(WindowState& state, const Player& player, const TruthPictures& truth) {
+  for (const auto& [label, what] : {std::pair{"at rest beside it (B)", Beside::at_rest},
+                                    std::pair{"two eyes (E)", Beside::right_eye}}) {
+    bool shown = state.beside == what;
+    if (ImGui::Checkbox(label, &shown)) state.toggle(what);
+  }
+  if (!truth.available() || player.organ_count() > 1) return;
+  if (player.is_cut() || state.beside != Beside::nothing) {
+    state.against = Against::nothing;
+    return;
+  }
+  int against = static_cast<int>(state.against);
+  ImGui::SetNextItemWidth(-1);
+  ImGui::Combo("##against", &against, "no truth\0truth\0polygons\0difference to truth x 4\0");
+  state.against = static_cast<Against>(against);
+  if (state.against == Against::nothing) return;
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderFloat("##swipe", &state.swipe_share, 0, 1, "swipe");
+}
+
+}  // namespace
+
+void show_look(WindowState& state, const Player& player, LiveSession& session,
+               const TruthPictures& truth) {
+  show_scope(state, player, session);
+  show_colors(state);
+  show_lines(state, player);
+  show_beside(state, player, truth);
+  if (ImGui::Button("front (F)")) session.face_front();
+  ImGui::SameLine();
+  if (ImGui::Button("full screen (F11)")) state.asks.full_screen = true;
+}
+
+namespace {
+
+void show_contact(const WindowState& state, const LiveSession& session, const StepReport& step) {
+  ImGui::Text("force     %7.2f N", state.force_n);
+  ImGui::Text("at most   %7.2f N", state.largest_force_n);
+  ImGui::Text("depth     %7.1f mm", session.depth_mm());
+  ImGui::Text("contacts  %7zu", step.contacts);
+  if (step.tissue_contacts > 0) ImGui::Text("of tissue %7zu", step.tissue_contacts);
+  if (step.tool_contacts > 0) ImGui::Text("of tools  %7zu", step.tool_contacts);
+  if (step.recovered) ImGui::TextWrapped("The tissue's state was lost and reset.");
+}
+
+void show_times(const PlayedFrame& last) {
+  ImGui::Text("deform    %7.2f ms", last.deform_ms);
+  ImGui::Text("draw      %7.2f ms%s", last.draw_ms, last.draw.unchanged ? "  unchanged" : "");
+  const DrawTimes& t = last.draw.times;
+  ImGui::TextDisabled("place %.2f  splat %.2f\nbase %.2f  blend %.2f\nfill %.2f  tools %.2f",
+                      t.transform, t.splat, t.base, t.resolve, t.fill, t.tools);
+  ImGui::Text("window    %7.0f pictures/s", ImGui::GetIO().Framerate);
+}
+
+void show_drawing(const DrawReport& draw) {
+  const ViewWeights& w = draw.weights;
+  for (int i = 0; i < 3; ++i) {
+    if (w.weights[i] > 0) ImGui::Text("camera %-3u %6.1f %%", w.cameras[i], 100 * w.weights[i]);
+  }
+  ImGui::Text("samples   %7zu drawn", draw.samples_drawn);
+  ImGui::TextDisabled("skipped: %zu facing away,\n%zu outside", draw.samples_facing_away,
+                      draw.samples_outside_view);
+  ImGui::Text("holes     %7zu filled\n          %7zu left", draw.holes_before, draw.holes_after);
+  ImGui::Text("stretch   %7.1f px per texel", draw.largest_stretch_px);
+}
+
+}  // namespace
+
+void show_readings(const WindowState& state, const LiveSession& session, const PlayedFrame& last) {
+  show_contact(state, session, last.step);
+  ImGui::Separator();
+  show_times(last);
+  ImGui::Separator();
+  show_drawing(last.draw);
+}
+
+namespace {
+
+bool button(const char* label, bool enabled) {
+  ImGui::BeginDisabled(!enabled);
+  const bool pressed = ImGui::Button(label);
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  return pressed;
+}
+
+// Beside what the window has to say.
+void show_line(const std::string& message, LiveSession& session) {
+  constexpr double kStepsPerSecond = 60;
+  const int last = static_cast<int>(session.recorded_steps());
+  int position = static_cast<int>(std::min(session.position(), session.recorded_steps()));
+  char label[80];
+  std::snprintf(label, sizeof label, "%.1f of %.1f s%s", position / kStepsPerSecond,
+                last / kStepsPerSecond, session.seeking() ? " ..." : "");
+  constexpr float kLineShare = 0.45f;
+  ImGui::SetNextItemWidth(message.empty() ? -1 : kLineShare * ImGui::GetWindowWidth());
+  if (ImGui::SliderInt("##time", &position, 0, last, label, ImGuiSliderFlags_AlwaysClamp))
+    session.seek(static_cast<std::size_t>(position));
+  if (message.empty()) return;
+  ImGui::SameLine();
+  ImGui::TextUnformatted(message.c_str());
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", message.c_str());
+}
+
+}  // namespace
+
+void show_timeline(WindowState& state, LiveSession& session) {
+  if (button("undo (Z)", session.can_undo())) session.undo();
+  if (button("redo (Y)", session.can_redo())) session.redo();
+  if (session.records() ? button("stop recording", true) : button("record anew", true))
+    session.records() ? session.stop_recording() : state.restart(session);
+  if (session.replaying() ? button("stop", true) : button("replay", session.record_end() > 0))
+    session.replaying() ? session.stop_replay() : session.replay();
+  if (button("rest (R)", true)) state.restart(session);
+  if (button("save (S)", session.record_end() > 0)) state.asks.interaction = true;
+  if (button("picture (P)", true)) state.asks.picture = true;
+  if (button("window (W)", true)) state.asks.window = true;
+  ImGui::NewLine();
+  show_line(state.message, session);
+}
+
+namespace {
+
+void show_size(const InstrumentKind& kind, LiveSession& session) {
+  ImGui::SetNextItemWidth(-1);
+  if (std::holds_alternative<Blade>(kind)) {
+    float width = float(session.cut_width_mm());
+    if (ImGui::SliderFloat("##width", &width, 0, 4, "takes away %.1f mm"))
+      session.set_cut_width_mm(width);
+    return;
+  }
+  float radius = float(session.tool_radius_mm());
+  if (ImGui::SliderFloat("##radius", &radius, 1, 20, "radius %.1f mm"))
+    session.set_tool_radius_mm(radius);
+}
+
+bool all_have_tetrahedra(const Player& player) {
+  for (std::size_t o = 0; o < player.organ_count(); ++o)
+    if (!player.bundle(o).mechanics.body) return false;
+  return true;
+}
+
+void show_solver(WindowState& state, const Player& player, LiveSession& session) {
+  if (!all_have_tetrahedra(player)) {
+    ImGui::TextDisabled("springs");
+    return;
+  }
+  int solver = player.solver() == TissueSolver::fem;
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::Combo("##solver", &solver, "springs\0finite elements\0")) return;
+  const bool forgets = solver == 0 && has_blade(state.kind);
+  if (forgets) state.kind = Ball{};
+  session.set_solver(solver == 1 ? TissueSolver::fem : TissueSolver::springs);
+}
+
+}  // namespace
+
+void show_tools(WindowState& state, const Player& player, LiveSession& session) {
+  for (std::size_t i = 0; i < kToolButtons.size(); ++i) {
+    const InstrumentKind& kind = instrument_kinds()[i];
+    if (ImGui::RadioButton(kToolButtons[i].label, state.kind == kind)) state.choose(kind, player);
+    if (i % 2 == 0) ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+  }
+  ImGui::NewLine();
+  show_size(state.kind, session);
+  show_solver(state, player, session);
+  ImGui::Checkbox("pause (space)", &state.paused);
+  ImGui::SameLine();
+  if (ImGui::Button("step (.)")) state.paused = state.step_once = true;
+  ImGui::SetNextItemWidth(-1);
+  ImGui::SliderInt("##slowness", &state.slowness, 1, 20, "%d times slower");
+}
+
+Panel::Panel(const char* name, const PixelRect& rect, bool open, bool& wanted) : open_(open) {
+  ImGui::SetNextWindowPos({float(rect.x), float(rect.y)});
+  ImGui::SetNextWindowSize({float(rect.width), float(rect.height)});
+  ImGui::Begin(name, nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing |
+                   ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoScrollWithMouse);
+  const bool lies = rect.width > rect.height;
+  ImGui::PushID("fold");
+  const float thick = ImGui::GetFrameHeight();
+  const ImVec2 bar =
+      lies    ? ImVec2(thick, ImGui::GetContentRegionAvail().y)
+      : open_ ? ImVec2(ImGui::GetContentRegionAvail().x, thick)
+              : ImVec2(ImGui::GetContentRegionAvail().x, ImGui::GetContentRegionAvail().y);
+  // A letter says which it is where a word finds no room.
+  const std::string label = open_ && !lies ? std::string(name) : std::string(1, name[0]);
+  bar_pressed_ = ImGui::Button(label.c_str(), bar);
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip("%s the panel: %s", open_ ? "fold" : "unfold", name);
+  ImGui::PopID();
+  if (bar_pressed_) wanted = !open_;
+  if (lies) ImGui::SameLine();
+  if (open_) ImGui::BeginChild("content");
+}
+
+Panel::~Panel() {
+  if (open_) ImGui::EndChild();
+  ImGui::End();
+}
+
+}  // namespace organbake
