@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "light/light.h"
 #include "measuring/agreement.h"
 #include "measuring/programs.h"
 #include "measuring/scenes.h"
@@ -24,6 +23,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/shading/depth_maps.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/laparoscope.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "light/light.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +11,7 @@
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/laparoscope.h"

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <limits>
 
-#include "light/light.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"

@@ -12,7 +12,6 @@
 #include <optional>
 #include <vector>
 
-#include "light/light.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"

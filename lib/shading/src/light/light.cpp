@@ -19,7 +19,9 @@
 #include "organbake/image/srgb.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/laparoscope.h"
 
 namespace organbake {
 namespace {

@@ -76,4 +76,21 @@ struct TsaiShahEstimate {
 TsaiShahEstimate shade_tsai_shah(const Plane& intensity, const TsaiShahOptions& options,
                                  const Grid<double>* start = nullptr);
 
+struct LightEstimate {
+  DistantLight light;
+  double albedo = 1;          // the intensity of a surface that faces the light
+  double tilt_error_rad = 0;  // one standard deviation: how far parts of the image disagree
+  double slant_error_rad = 0;
+  bool frontal = false;  // no tilt can be told; the light may as well be frontal
+};
+
+// Tilt, slant and albedo of a distant light from one picture of something on a plain ground that
+// faces the camera (or of relief about such a plane):
+//   albedo  the brightest percent faces the light;
+//   slant   the most frequent level is the ground's, ρ cos σ;
+//   tilt    the lit side: Σ (I − ground)(x − x̄). To first order it is −(Σ Z)·s, whatever the
+//           outline of the relief is, since Σ p x = Σ q y = −Σ Z.
+// The convex reading is given; a hollow one has the tilt turned by π, and no picture can tell.
+LightEstimate estimate_light(const Plane& intensity, const Mask& inside);
+
 }  // namespace organbake
