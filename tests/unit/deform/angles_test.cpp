@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "contact/angles.h"
+#include "contact/padded_vector.h"
 
 #include <gtest/gtest.h>
 

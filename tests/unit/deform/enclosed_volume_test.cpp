@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "body/enclosed_volume.h"
+#include "solver/body_pressures.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/nearest_rotation.h"
+#include "body/element_stress.h"
 
 #include <gtest/gtest.h>
 

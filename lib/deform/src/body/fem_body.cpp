@@ -5,10 +5,10 @@
 #include <map>
 
 #include "body/element_stress.h"
-#include "body/mechanics_checks.h"
-#include "contact/slots.h"
+#include "body/tissue.h"
 #include "organbake/core/error.h"
 #include "organbake/core/union_find.h"
+#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {

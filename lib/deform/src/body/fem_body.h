@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "body/element_stress.h"
 #include "body/tissue.h"
-#include "organbake/deform/deform_body.h"
-#include "solver/nearest_rotation.h"
+#include "organbake/deform/deformer.h"
 
 namespace organbake::deform {
 

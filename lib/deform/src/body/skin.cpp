@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "contact/angles.h"
+#include "contact/padded_vector.h"
 #include "organbake/geometry/lattice.h"
 #include "organbake/geometry/nearest_on_triangle.h"
 

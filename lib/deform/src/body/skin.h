@@ -9,7 +9,7 @@
 #include "body/smooth_nodes.h"
 #include "body/tissue.h"
 #include "contact/padded_vector.h"
-#include "organbake/deform/deform_body.h"
+#include "organbake/deform/deformer.h"
 #include "organbake/geometry/adjacency.h"
 
 namespace organbake::deform {

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "body/embedding.h"
+#include "body/tissue.h"
 #include "contact/padded_vector.h"
-#include "organbake/deform/deform_body.h"
+#include "organbake/deform/deformer.h"
 #include "organbake/geometry/adjacency.h"
 
 namespace organbake::deform {

@@ -1,7 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "body/tissue.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace organbake::deform {
+std::vector<std::uint32_t> number_free(std::size_t points,
+                                       const std::vector<std::uint32_t>& anchors) {
+  std::vector<std::uint32_t> free_of_point(points, 0);
+  for (const std::uint32_t anchor : anchors) free_of_point[anchor] = kAnchored;
+  std::uint32_t next = 0;
+  for (auto& index : free_of_point) {
+    if (index != kAnchored) index = next++;
+  }
+  return free_of_point;
+}
+
+std::vector<std::uint32_t> number_free_in_order(std::size_t points,
+                                                const std::vector<std::uint32_t>& order) {
+  std::vector<std::uint32_t> free_of_point(points, kAnchored);
+  std::uint32_t next = 0;
+  for (const std::uint32_t point : order) free_of_point[point] = next++;
+  return free_of_point;
+}
+
+std::size_t count_free(const std::vector<std::uint32_t>& free_of_point) {
+  return free_of_point.size() - std::count(free_of_point.begin(), free_of_point.end(), kAnchored);
+}
+
+Embedding::Embedding(std::uint32_t first_slot, const std::vector<std::vector<Carrier>>& points)
+    : first_slot_(first_slot) {
+  if (first_slot == 0) return;  // nothing moves, nor is carried
+  for (const std::vector<Carrier>& point : points) {
+    double share = 0;
+    bool whole = true;
+    for (const auto& [slot, weight] : point) {
+      if (weight == 0) continue;
+      whole = whole && slot < first_slot;
+      if (slot >= first_slot) continue;
+      share += weight;
+      carriers_.push_back({slot, weight});
+    }
+    first_.push_back(static_cast<std::uint32_t>(carriers_.size()));
+    free_shares_.push_back(whole ? 1 : share);  // a sum of weights may be off by rounding
+  }
+}
+
+void Embedding::carry(PaddedVectors& displacements) const {
+  Double4* rows = as_double4(displacements.data());
+  for (std::size_t i = 0; i < count(); ++i) {
+    Double4 moved{};
+    for (const auto& [slot, weight] : carriers_of(i)) moved += weight * rows[slot];
+    rows[first_slot_ + i] = moved;
+  }
+}
+
+void Embedding::carry_positions(const PaddedVectors& rest, PaddedVectors& x) const {
+  Double4* at = as_double4(x.data());
+  const Double4* from = as_double4(rest.data());
+  for (std::size_t i = 0; i < count(); ++i) {
+    Double4 moved{};
+    for (const auto& [slot, weight] : carriers_of(i)) moved += weight * (at[slot] - from[slot]);
+    at[first_slot_ + i] = from[first_slot_ + i] + moved;
+  }
+}
+
+void Embedding::spread_force(std::uint32_t slot, double force, Eigen::Index lane,
+                             PaddedVectors& rows) const {
+  for (const auto& [carrier, weight] : carriers_of(slot - first_slot_))
+    rows[carrier][lane] += force * weight;
+}
+
+void Embedding::spread(PaddedVectors& force) const {
+  for (std::size_t i = 0; i < count(); ++i) {
+    PaddedVector& own = force[first_slot_ + i];
+    for (const auto& [slot, weight] : carriers_of(i)) force[slot] += weight * own;
+    own.setZero();
+  }
+}
+
+SkinGive::SkinGive(std::uint32_t first_slot, std::vector<Place> places,
+                   const std::vector<std::vector<Carrier>>& shares)
+    : first_slot_(first_slot), places_(std::move(places)), followers_(places_.size()) {
+  std::uint32_t slot = first_slot;
+  for (const std::vector<Carrier>& point : shares) {
+    shares_.insert(shares_.end(), point.begin(), point.end());
+    first_.push_back(static_cast<std::uint32_t>(shares_.size()));
+    for (const auto& [place, weight] : point) followers_[place].push_back({slot, weight});
+    ++slot;
+  }
+}
+
+std::span<const Carrier> SkinGive::places_of(std::uint32_t slot) const {
+  const std::size_t point = slot - first_slot_;
+  if (slot < first_slot_ || point + 1 >= first_.size()) return {};
+  return std::span(shares_).subspan(first_[point], first_[point + 1] - first_[point]);
+}
+
+void SkinGive::relax(PaddedVectors& given) const {
+  constexpr double kNothing_mm = 1e-9;
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    given[p] *= places_[p].kept;
+    if (given[p].squaredNorm() < kNothing_mm * kNothing_mm) given[p].setZero();
+  }
+}
+
+void SkinGive::move_points(const PaddedVectors& given, PaddedVectors& x) const {
+  for (std::size_t p = 0; p < places_.size(); ++p) {
+    if (given[p].isZero(0)) continue;
+    for (const auto& [slot, weight] : followers_[p]) x[slot] += weight * given[p];
+  }
+}
 
 void Tissue::take_organs_for_pieces() {
   piece_of_slot_ = organ_of_slot_;

@@ -1,16 +1,98 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "body/embedding.h"
-#include "body/skin_give.h"
 #include "contact/padded_vector.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "solver/sparse_factor.h"
 
 namespace organbake::deform {
+
+// What a point follows, by a share of its motion.
+struct Carrier {
+  std::uint32_t slot;
+  double weight;
+};
+
+// Points that have no motion of their own. They stand in a row of slots behind the free ones, so
+// that skin and contacts meet them like any other; what pushes them pushes their carriers.
+class Embedding {
+ public:
+  Embedding() = default;
+  // The points get the slots from `first_slot` on; carriers with lower slots are free, all others
+  // are anchors.
+  Embedding(std::uint32_t first_slot, const std::vector<std::vector<Carrier>>& points);
+
+  std::size_t count() const { return free_shares_.size(); }
+  double free_share(std::uint32_t slot) const { return free_shares_[slot - first_slot_]; }
+
+  // Sets the carried rows of displacements from their carriers', anchors' taken for 0.
+  void carry(PaddedVectors& displacements) const;
+  // The same for positions (mm), by how far the carriers are from rest.
+  void carry_positions(const PaddedVectors& rest, PaddedVectors& x) const;
+  // Adds to one lane of the free rows what a unit force on a carried slot does to them.
+  void spread_force(std::uint32_t slot, double force, Eigen::Index lane, PaddedVectors& rows) const;
+  // Moves the forces on carried rows to their free carriers.
+  void spread(PaddedVectors& force) const;
+
+ private:
+  std::span<const Carrier> carriers_of(std::size_t point) const {
+    return std::span(carriers_).subspan(first_[point], first_[point + 1] - first_[point]);
+  }
+
+  std::uint32_t first_slot_ = 0;
+  std::vector<std::uint32_t> first_ = {0};  // of each point's carriers, and the end
+  std::vector<Carrier> carriers_;           // that are free
+  std::vector<double> free_shares_;
+};
+
+// Skin that lies on its tissue by springs with dampers beside them: what presses on it moves it
+// beyond what carries it, as far as a dent is narrower than what carries it can show. Each place of
+// the skin as it was baked has one, and points of the skin follow places by shares of their motion.
+class SkinGive {
+ public:
+  struct Place {
+    double mm_per_mn = 0;  // by a force in one step
+    double kept = 0;       // share of how far it has given way that is left after a step
+  };
+
+  SkinGive() = default;
+  // shares: of the points in the slots from first_slot on, by places.
+  SkinGive(std::uint32_t first_slot, std::vector<Place> places,
+           const std::vector<std::vector<Carrier>>& shares);
+
+  // The places that a slot follows; none of one that is no point of the skin.
+  std::span<const Carrier> places_of(std::uint32_t slot) const;
+  double mm_per_mn(std::uint32_t place) const { return places_[place].mm_per_mn; }
+  // How far the places have given way (mm) where nothing has yet.
+  PaddedVectors none() const { return PaddedVectors(places_.size(), PaddedVector::Zero()); }
+  // The same a step later, when nothing presses on them any more.
+  void relax(PaddedVectors& given) const;
+  // Moves the points of the skin by what their places have given way.
+  void move_points(const PaddedVectors& given, PaddedVectors& x) const;
+
+ private:
+  std::uint32_t first_slot_ = 0;
+  std::vector<Place> places_;
+  std::vector<std::uint32_t> first_ = {0};  // of each point's shares, and the end
+  std::vector<Carrier> shares_;
+  // By place, the points that follow it: a tool moves few places of a skin.
+  std::vector<std::vector<Carrier>> followers_;
+};
+
+inline constexpr std::uint32_t kAnchored = 0xFFFFFFFFu;
+
+// Numbers the points that are no anchors from 0 on; anchors get kAnchored.
+std::vector<std::uint32_t> number_free(std::size_t points,
+                                       const std::vector<std::uint32_t>& anchors);
+// The same, in an order that has each of them once.
+std::vector<std::uint32_t> number_free_in_order(std::size_t points,
+                                                const std::vector<std::uint32_t>& order);
+std::size_t count_free(const std::vector<std::uint32_t>& free_of_point);
 
 // Units inside the solver are kg, mm, s, so forces are kg·mm/s² = mN: 1 N/mm = 1000 kg/s².
 inline constexpr double kMilliNewtonPerNewton = 1000;

@@ -6,7 +6,6 @@
 
 #include "body/skin.h"
 #include "body/tissue.h"
-#include "contact/angles.h"
 #include "contact/padded_vector.h"
 
 namespace organbake::deform {

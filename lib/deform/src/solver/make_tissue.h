@@ -5,9 +5,18 @@
 #include <vector>
 
 #include "body/tissue.h"
+#include "organbake/bundle/base_layer.h"
+#include "organbake/bundle/mechanics_model.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake::deform {
+
+// What the solver relies on. Each throws BadDataError naming the entry and its value.
+void check_mechanics(const TriangleMesh& proxy, const MechanicsModel& mechanics);
+// The same of its tetrahedra, which it must have.
+void check_tetrahedra(const TriangleMesh& proxy, const MechanicsModel& mechanics);
+void check_base_fits(const TriangleMesh& proxy, const BaseLayer& base);
 
 // What stands for the tissue of some bodies: springs, or finite elements. Throws UsageError for
 // tetrahedra that are asked for and not there, BadDataError for mechanics that cannot be used.

@@ -7,10 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/grasp.h"
-#include "contact/held_contacts.h"
-#include "contact/needles.h"
-#include "contact/pull.h"
+#include "contact/holding.h"
 #include "organbake/core/stopwatch.h"
 #include "solver/make_tissue.h"
 

@@ -10,7 +10,7 @@
 #include "body/skin.h"
 #include "body/tissue.h"
 #include "contact/contact_search.h"
-#include "contact/pull.h"
+#include "contact/holding.h"
 #include "contact/tissue_contacts.h"
 #include "organbake/deform/deformer.h"
 #include "solver/body_pressures.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "body/mechanics_checks.h"
-#include "contact/slots.h"
+#include "body/tissue.h"
 #include "organbake/core/error.h"
+#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {

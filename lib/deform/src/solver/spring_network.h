@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "body/tissue.h"
-#include "organbake/deform/deform_body.h"
+#include "organbake/deform/deformer.h"
 
 namespace organbake::deform {
 
