@@ -162,7 +162,8 @@ FemBody::FemBody(const DeformBodies& bodies, double time_step_s) {
   find_pieces(solid, bodies);
 }
 
-// Of an organ that blades have cut: what hangs together by its tetrahedra. The first piece keeps
+// Of an organ that blades have cut: what hangs together by its tetrahedra and has skin of its own,
+// which the core of a needle's hole has not. The first piece keeps
 // the organ's number, the others follow the last organ.
 void FemBody::find_pieces(const Solid& solid, const DeformBodies& bodies) {
   take_organs_for_pieces();
@@ -173,11 +174,27 @@ void FemBody::find_pieces(const Solid& solid, const DeformBodies& bodies) {
   for (const Element& element : solid.elements)
     for (const std::uint32_t node : element.nodes) joined.join(element.nodes[0], node);
   const std::vector<std::uint32_t> root = std::move(joined).roots();
+  std::vector<std::uint8_t> has_skin(root.size(), 0);  // by root
+  const auto root_under = [&](std::uint32_t vertex) {
+    return root[solid.carried[vertex].front().slot];
+  };
+  std::uint32_t first_vertex = 0;
+  for (const DeformBody& body : bodies) {
+    for (const Face& f : body.proxy.faces) {
+      const bool beside_cut =
+          body.skin && (body.skin->is_creased(f[0]) || body.skin->is_creased(f[1]) ||
+                        body.skin->is_creased(f[2]));
+      if (!beside_cut) has_skin[root_under(first_vertex + f[0])] = 1;
+    }
+    first_vertex += static_cast<std::uint32_t>(body.proxy.vertices.size());
+  }
   std::map<std::uint32_t, std::uint32_t> piece_of_root;
   std::vector<std::uint8_t> organ_taken(pieces_.size(), 0);
   for (std::uint32_t n = 0; n < root.size(); ++n) {
     const std::uint32_t organ = solid.organ_of_node[n];
     if (!is_cut(organ)) continue;
+    pieces_[organ].cut = true;
+    if (!has_skin[root[n]]) continue;
     const auto [known, made] = piece_of_root.try_emplace(root[n], organ);
     if (made && organ_taken[organ]) {
       known->second = static_cast<std::uint32_t>(pieces_.size());
