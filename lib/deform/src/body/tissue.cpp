@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// What every kind of tissue has: points numbered by slots, those that others carry, skin that gives
+// way beyond them, the pieces that blades have made, and inertia.
 #include "body/tissue.h"
 
 #include <algorithm>

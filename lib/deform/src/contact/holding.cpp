@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// How instruments hold skin beyond pushing it: graspers carry points of it until the pull is more
+// than jaws hold by friction, needles go through it and it slides along them, and both go on when
+// blades have made another skin. In: the sweeps, the skin as it lies. Out: contacts that last.
 #include "contact/holding.h"
 
 #include <algorithm>

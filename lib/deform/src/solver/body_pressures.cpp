@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pressures that keep the volume inside of parts of tissue: the volume and its gradient by the
+// divergence theorem over their faces, and one unknown for each part beside the contacts' forces.
 #include "solver/body_pressures.h"
 
 #include <Eigen/Geometry>
