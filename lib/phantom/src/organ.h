@@ -17,6 +17,7 @@
 namespace organbake {
 
 struct OrganPhantomOptions;
+struct Volume;
 
 // Which random stream of the phantom's seed belongs to what. Part of the frozen formula: a changed
 // number is another organ.
