@@ -151,7 +151,8 @@ void compare(const Command& command, Player& player, Results& results, const Run
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
   if (command.size) options.size_px = command.size->height;
   const auto compare_by_module = reinterpret_cast<decltype(&organplay_compare)>(load_door(
-      {"organplay_comparison.so", "the paper's comparison", "the comparison cannot be loaded",
+      {"organplay_comparison.so", "this organplay was built without the paper's comparison",
+       "the comparison cannot be loaded",
        "without it, give --script with --out, --view-deg with -o, or --bench"},
       "organplay_compare"));
   ComparisonTexts found;

@@ -15,13 +15,13 @@
 #include "window/run_window.h"
 
 namespace organbake {
+
 void* load_door(const LoadedModule& module, const char* door) {
   const std::filesystem::path file =
       (program_folder() / ".." / "lib" / "organbake" / module.file).lexically_normal();
   const std::string instead = "; " + module.instead;
   if (!std::filesystem::exists(file))
-    throw UsageError("this organplay was built without " + module.missing + " (" + file.string() +
-                     " is missing)" + instead);
+    throw UsageError(module.missing + " (" + file.string() + " is missing)" + instead);
   void* const loaded = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!loaded) throw UsageError(module.failed + ": " + ::dlerror() + instead);
   void* const found = ::dlsym(loaded, door);
@@ -33,8 +33,8 @@ namespace {
 
 OpenedGraphics open_graphics() {
   const auto open = reinterpret_cast<decltype(&organplay_open_graphics)>(
-      load_door({"organplay_graphics.so", "graphics hardware", "graphics hardware cannot be used",
-                 "draw with --draw cpu"},
+      load_door({"organplay_graphics.so", "this organplay was built without graphics hardware",
+                 "graphics hardware cannot be used", "draw with --draw cpu"},
                 "organplay_open_graphics"));
   OpenedGraphics opened;
   open(opened);
@@ -58,7 +58,8 @@ void warn_of_processor(const Command& command, const Player& player, const RunCo
 void open_window(const Command& command, const RunContext& context) {
   using Run = void (*)(const WindowCommand&, const RunContext&);
   const auto run = reinterpret_cast<Run>(load_door(
-      {"organplay_window.so", "its window", "the window cannot be loaded",
+      {"organplay_window.so", "this organplay was built without its window",
+       "the window cannot be loaded",
        "without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
        "--bench"},
       "organplay_run_window"));
@@ -83,10 +84,10 @@ std::string spec_text(const fs::path& file) {
   const std::string ending = lower_ending(file);
   if (ending != ".yaml" && ending != ".yml") return text;
   using Convert = void (*)(const std::string&, const std::string&, std::string&);
-  const auto convert = reinterpret_cast<Convert>(
-      load_door({"organplay_yaml.so", "YAML", "YAML cannot be read",
-                 "write the data set's SPEC as JSON instead, with that ending"},
-                "organplay_json_of_yaml"));
+  const auto convert = reinterpret_cast<Convert>(load_door(
+      {"organplay_yaml.so", "this organplay was built without YAML", "YAML cannot be read",
+       "write the data set's SPEC as JSON instead, with that ending"},
+      "organplay_json_of_yaml"));
   std::string json;
   convert(text, file.string(), json);
   return json;

@@ -15,7 +15,7 @@ namespace organbake {
 // ../lib/organbake/<file>: the window, drawing by graphics hardware, the comparison, YAML.
 struct LoadedModule {
   std::string file;
-  std::string missing;  // "this organplay was built without <missing>"
+  std::string missing;  // where there is no such file
   std::string failed;   // "<failed>: what the loader says"
   std::string instead;  // what to do without it
 };

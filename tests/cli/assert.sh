@@ -62,9 +62,9 @@ small_recipe() {
   cat <<END
 schema: organbake/recipe/1
 name: small
-phantom: {size: [40, 40, 16], photos: 3, photo_size: 96, truth_subdivisions: 3}
+phantom: {size_voxels: [40, 40, 16], photos: 3, photo_size_px: 96, truth_subdivisions: 3}
 decimate: {faces: 60}
-place: {count: 4, size: 48}
+place: {count: 4, size_px: 48}
 END
 }
 # The same, where the decimation's quality is not the question.

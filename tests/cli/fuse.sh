@@ -76,7 +76,7 @@ name: fused
 inputs: {surface: made.ply}
 decimate: {faces: 80}
 mechanics: {anchor_direction: [0, 0, 1]}
-place: {count: 3, size: 64, cone_axis: [0, 0, -1], cone_angle: 0.3}
+place: {count: 3, size_px: 64, cone_axis: [0, 0, -1], cone_angle_deg: 17.2}
 END
 expect 0 organbake bake r.yaml -o bundle
 mv made.ply first.ply

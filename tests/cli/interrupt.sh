@@ -4,7 +4,7 @@
 source "$(dirname "$0")/assert.sh"
 cat >r.yaml <<END
 schema: organbake/recipe/1
-phantom: {size: [128, 128, 64], photos: 8, photo_size: 512, truth_subdivisions: 6}
+phantom: {size_voxels: [128, 128, 64], photos: 8, photo_size_px: 512, truth_subdivisions: 6}
 END
 set -m  # a job of its own: a shell without job control has background jobs ignore SIGINT
 for signal in INT TERM HUP; do

@@ -46,12 +46,12 @@ expect_equal "$(figure depth_unit one/report.json)" "relative, median 1"
 # The other models; which frames; options that contradict or make no sense.
 expect 0 organbake shade p/frames --model tsai-shah --every 2 --iterations 5 -o ts
 expect_equal "$(figure frames_shaded ts/report.json)" 2
-expect 0 organbake shade p/frames/000000.png --model distant --light 0.5,0.7 --halvings 2 -o d
+expect 0 organbake shade p/frames/000000.png --model distant --light-deg 28.6,40.1 --halvings 2 -o d
 expect 0 organbake shade p/frames --sharpest 4 --halvings 1 -o sharp
 expect_equal "$(figure frames_blurred sharp/report.json)" 3
 expect 2 organbake shade p/frames --sharpest 2 --every 2 -o x
 expect_err "either every or sharpest"
-expect 2 organbake shade p/frames --light 1 -o x
+expect 2 organbake shade p/frames --light-deg 1 -o x
 expect_err "tilt,slant"
 expect 2 organbake shade p/frames --light-offset-mm 3,0,0 -o x
 expect_err "--range-mm"
@@ -80,10 +80,10 @@ cat >r.yaml <<END
 schema: organbake/recipe/1
 name: small clip
 inputs: {frames: p/frames, intrinsics: p/cameras.json}
-shade: {range_mm: 55, every: 4, halvings: 1, mesh_step: 4}
+shade: {range_mm: 55, every: 4, halvings: 1, mesh_step_px: 4}
 decimate: {faces: 80}
 mechanics: {anchor_direction: [0, 0, 1]}
-place: {count: 3, size: 64, cone_axis: [0, 0, -1], cone_angle: 0.3}
+place: {count: 3, size_px: 64, cone_axis: [0, 0, -1], cone_angle_deg: 17.2}
 END
 expect 0 organbake bake r.yaml -o bundle
 expect 0 organbake verify bundle

@@ -114,10 +114,10 @@ cat >r.yaml <<END
 schema: organbake/recipe/1
 name: small pair
 inputs: {left: p/frames, right: p/right, calibration: p/stereo.json}
-stereo: {mesh_step: 4, every: 2}
+stereo: {mesh_step_px: 4, every: 2}
 decimate: {faces: 80}
 mechanics: {anchor_direction: [0, 0, 1]}
-place: {count: 3, size: 64, cone_axis: [0, 0, -1], cone_angle: 0.3}
+place: {count: 3, size_px: 64, cone_axis: [0, 0, -1], cone_angle_deg: 17.2}
 END
 expect 0 organbake bake r.yaml -o bundle
 expect 0 organbake verify bundle

@@ -8,7 +8,7 @@ cat >r.yaml <<END
 schema: organbake/recipe/1
 name: small
 decimate: {faces: 60, method: quadric}
-place: {count: 4, size: 48}
+place: {count: 4, size_px: 48}
 bundle: {surface: true}
 END
 export ORGANBAKE=$BIN/organbake

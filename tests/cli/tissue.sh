@@ -14,7 +14,7 @@ name: organ
 isosurface: {iso: -470}
 decimate: {faces: 80}
 mechanics: {}
-place: {count: 4, size: 64}
+place: {count: 4, size_px: 64}
 capture: {}
 RECIPE
   expect 0 organbake bake recipe.yaml --set ct=p/ct.mha -o "$bundle" --quiet --no-report "$@"

@@ -21,9 +21,9 @@ from pathlib import Path
 
 RECIPE = """schema: organbake/recipe/1
 name: small
-phantom: {size: [40, 40, 16], photos: 3, photo_size: 96, truth_subdivisions: 3}
+phantom: {size_voxels: [40, 40, 16], photos: 3, photo_size_px: 96, truth_subdivisions: 3}
 decimate: {faces: 60, method: quadric}
-place: {count: 4, size: 48}
+place: {count: 4, size_px: 48}
 """
 
 # Exit codes that each fault may end in besides 0 (README, "Exit codes").

@@ -108,9 +108,9 @@ Seeds script_seeds() {
 
 Seeds recipe_seeds() {
   return {
-      "schema: organbake/recipe/1\nname: organ\nphantom: {size: [32, 32, 16], seed: 3}\n"
-      "isosurface: {smooth: 1.5, largest: 1}\ndecimate: {faces: auto}\n"
-      "mechanics: {young_modulus: 10, anchor_fraction: 0.5}\nplace: {count: 12}\n"
+      "schema: organbake/recipe/1\nname: organ\nphantom: {size_voxels: [32, 32, 16], seed: 3}\n"
+      "isosurface: {smooth_mm: 1.5, largest: 1}\ndecimate: {faces: auto}\n"
+      "mechanics: {young_modulus_kpa: 10, anchor_fraction: 0.5}\nplace: {count: 12}\n"
       "capture: {material: liver}\nbundle: {surface: true}\n",
       "schema: organbake/recipe/1\nname: \"a\\tb\"\nquality: draft\ndecimate:\n  faces: 16\n"};
 }
