@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The base layer as the image base.exr and back, and the interpolation between its nodes. The file
+// does not say how fine the lattice is; that follows from the number of its columns, and a count
+// that no lattice has is refused.
 #include "organbake/bundle/base_layer.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads the pack of a web page: contents with sizes and a checksum (CRC-32 of ISO 3309),
+// then gzip streams that a browser can fetch one by one. Sizes that the file claims are checked
+// against its length before memory is taken for them.
 #include "organbake/bundle/bundle_pack.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads cameras.json: lenses, poses and the viewing projection manifold. What is read is
+// checked for what later code takes for granted: proper rotations, unit directions, and triangles
+// of cameras that exist.
 #include "organbake/bundle/cameras_json.h"
 
 #include "organbake/bundle/json_fields.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads JSON of the runtime so that every error names the document and the way to the value.
+// Numbers are checked for their range where they are read, so that no other code has to doubt them.
 #include "organbake/bundle/json_fields.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A pass over a JSON text that builds nothing and finds what a parser would not refuse: nesting
+// deep enough to exhaust the stack, and keys that an object has twice.
 #include "organbake/bundle/json_structure.h"
 
 #include <cstdint>

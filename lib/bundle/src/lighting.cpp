@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The light of a bundle: its sums on the skin (a sky, distant lamps, and gloss by the half-way
+// vector, Blinn 1977) and lighting.json. The schema that is written is the oldest that can hold the
+// light, so that older players read all that they can show.
 #include "organbake/bundle/lighting.h"
 
 #include <Eigen/Geometry>

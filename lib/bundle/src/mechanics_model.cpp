@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads mechanics.json: masses, springs, anchors and, where there are some, the
+// tetrahedra. Indices and numbers are checked here, so that the solver never meets a spring without
+// length or a vertex that does not exist.
 #include "organbake/bundle/mechanics_model.h"
 
 #include "organbake/bundle/json_fields.h"

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads images of named planes without any library. The bytes of like weight of all
+// numbers stand together, because neighbouring pixels agree in their high bytes, which deflate then
+// packs well.
 #include "packed_image.h"
 
 #include <array>

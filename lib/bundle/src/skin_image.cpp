@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A smooth skin as the image of its weights and back. The lattice's number of steps is not stored:
+// it is found as the one that gives as many nodes as the image has rows.
 #include "organbake/bundle/skin_image.h"
 
 #include <algorithm>

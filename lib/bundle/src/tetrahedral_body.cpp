@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Geometry of the tetrahedra (volumes, node masses, gradients of their linear basis functions), and
+// their part of mechanics.json, read with a check of every index and every sum of weights.
 #include "organbake/bundle/tetrahedral_body.h"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A tile of a map: rays through texel centres, their points bound in the shell, colours averaged
+// over each texel. What is stored is rounded first and bound as it is stored, since the player sees
+// the rounded depth. Confidence falls off towards grazing views and towards edges of the depth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -67,9 +70,6 @@ std::vector<float> depth_edge_distance(std::span<const float> depth_mm, int widt
   return result;
 }
 
-// A tile of a map: rays through texel centres, their points bound in the shell, colours averaged
-// over each texel. What is stored is rounded first and bound as it is stored, since the player sees
-// the rounded depth.
 namespace {
 
 // A texel whose centre sees the surface.
@@ -101,7 +101,7 @@ float rounded_below(double depth_mm, int bits, double value) {
       std::ldexp(std::round(std::ldexp(value, bits - exponent)), exponent - bits));
 }
 
-// By the angle between surface and view.
+// The confidence that the angle between surface and view allows.
 float confidence_at(const CaptureScene& scene, const Ray& ray, const RayHit& hit) {
   const double cosine = -scene.surface.normals.at(hit).dot(ray.direction.normalized());
   return static_cast<float>(smooth_step(kDarkCosine, kSureCosine, cosine));
@@ -259,7 +259,8 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
       }
       const std::size_t texel = std::size_t(y) * maps.width + x;
       maps.confidence[texel] = confidence_at(scene, rays[next], hits[next]);
-      // Of those without, till fade_at_edges has seen where the surface is.
+      // Texels without confidence have a depth, too, until fade_at_edges() has seen where the
+      // surface is.
       maps.depth_mm[texel] = static_cast<float>(hits[next].t);
       if (maps.confidence[texel] > 0) centers.push_back({x, y, hits[next]});
     }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// What an exception means outside: the exit code that a program ends with, and one line for its
+// user.
 #include "organbake/core/error.h"
 
 #include <filesystem>

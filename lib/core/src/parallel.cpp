@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Parallel loops by TBB; with ORGANBAKE_THREADS off each of them runs in order. A loop reports the
+// processor time of its pieces to the work meter that its caller has set up, which tells how far
+// more threads could help (Brent 1974).
 #include "organbake/core/parallel.h"
 
 #include "thread_order.h"
@@ -24,7 +27,7 @@ thread_local
 #endif
     WorkMeter* metering = nullptr;
 
-// Of this thread.
+// The processor time that this thread has taken, or without threads the time of a steady clock.
 double processor_ms() {
   timespec now{};
 #ifndef ORGANBAKE_NO_THREADS

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Random numbers by SplitMix64 (Steele, Lea, Flood 2014). Distributions are our own, because those
+// of the standard library give other numbers on other systems: normal ones by Box and Muller's
+// formula, whole ones by Lemire's multiplication.
 #include "organbake/core/random.h"
 
 #include <cmath>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// How a long computation speaks to whoever runs it: a second listener to its messages, and the way
+// out when it is cancelled.
 #include "organbake/core/run_context.h"
 
 #include "organbake/core/error.h"

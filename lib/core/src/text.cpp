@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Numbers as text and back, without a look at the locale, which may write a comma for the point;
+// and small work on texts: padding, trimming, escaping for HTML.
 #include "organbake/core/text.h"
 
 #include <algorithm>

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Divides one tetrahedron, some of whose edges are cut, into pieces with closed surfaces: for each
+// group of corners that still hang together, its parts of the four faces and the walls inside. A
+// face is divided by its own edges alone, so that the two tetrahedra beside it agree without asking
+// each other.
 #include "tetrahedron_pieces.h"
 
 #include <Eigen/Geometry>

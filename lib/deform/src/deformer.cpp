@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The public face of the solver: steps of tissue under instruments, in the units that callers use,
+// with a report of forces and contacts. Tissue that has come to rest sleeps, and its steps then
+// cost next to nothing and change no number.
 #include "organbake/deform/deformer.h"
 
 #include <algorithm>

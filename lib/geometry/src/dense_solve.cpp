@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Eigen's dense solvers for matrices of any size, compiled in this one file because each takes long
+// to compile.
 #include "organbake/geometry/dense_solve.h"
 
 #include <Eigen/Cholesky>

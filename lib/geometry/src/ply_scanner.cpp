@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads PLY files (Turk 1994) word by word or byte by byte. Counts in the header are checked
+// against the length of the file before anything is made that large.
 #include "ply_scanner.h"
 
 #include <algorithm>

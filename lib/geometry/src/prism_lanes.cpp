@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Binds four points at a time in the prism over a face: the height solves a cubic, by Newton's
+// method, and then the place in the face follows. Points for which the cubic may have several roots
+// are handed back to the caller, which solves each exactly.
 #include "prism_lanes.h"
 
 namespace organbake {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Which three cameras show a view, and by what weights: the triangle of the viewing projection
+// manifold (the paper, Figure 2) that the direction pierces, or the nearest place of its edges.
 #include "organbake/geometry/view_manifold.h"
 
 #include <Eigen/Geometry>

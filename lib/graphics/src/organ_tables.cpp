@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Packs an organ's samples, nodes and faces into the textures that the shaders read, and puts only
+// what has changed there: all of it once, after a cut the faces beside it, and in each pose the
+// shell.
 #include "organ_passes.h"
 
 #include <algorithm>
@@ -55,7 +58,7 @@ void put_changed(std::vector<std::uint8_t>& before, std::vector<std::uint8_t> no
   before = std::move(now);
 }
 
-// For what a cut that goes on adds.
+// Leaves room for what a cut that goes on will add, so that not each step makes a new table.
 std::size_t with_room(std::size_t count, bool cut) { return cut ? count + count / 8 : count; }
 
 }  // namespace
@@ -198,7 +201,7 @@ const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
   return one.samples;
 }
 
-// Those that no view asked for the longest go first.
+// Drops cameras' samples, those first that no view has asked for the longest.
 void OrganTables::make_room() {
   std::size_t bytes = 0;
   for (const auto& [camera, one] : cameras_) bytes += one.samples.table.bytes();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Access to the planes of an image by name and type, with an error that names the file.
 #include "organbake/image/channel_image.h"
 
 #include <algorithm>

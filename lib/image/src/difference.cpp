@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// How far two pictures are apart: mean, largest difference and PSNR of their values, and the mean
+// structural similarity of their luma (Wang et al. 2004).
 #include "organbake/image/difference.h"
 
 #include <array>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The transfer curve of sRGB (IEC 61966-2-1). Pictures take its 8-bit form for every pixel, so that
+// one comes from tables that give what the formula gives, to the bit.
 #include "organbake/image/srgb.h"
 
 #include <algorithm>
@@ -16,7 +18,7 @@ float linear_from_srgb(float encoded) {
 
 namespace {
 
-// By the formula, which a table of its steps is made from.
+// The 8-bit level by the formula itself, from which the table of its steps is made.
 std::uint8_t formula8(float linear) {
   return static_cast<std::uint8_t>(255 * srgb_from_linear(linear) + 0.5f);
 }

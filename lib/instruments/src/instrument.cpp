@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Checks instruments, and follows them along their key frames and from one step to the next as the
+// sweeps that contacts and cuts are found by.
 #include "organbake/instruments/instrument.h"
 
 #include <algorithm>

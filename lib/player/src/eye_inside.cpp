@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Says why a picture is empty: the eye is inside an organ, by the winding number of its proxy
+// (solid angles; van Oosterom & Strackee 1983), or the lens touches skin that is too near to be
+// drawn.
 #include "organbake/player/eye_inside.h"
 
 #include <Eigen/Geometry>

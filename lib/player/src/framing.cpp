@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A pose of the orbit that frames several organs: the eye is moved to the middle of what it sees
+// and to the distance that fills the picture, again and again, since perspective changes both.
 #include "organbake/player/framing.h"
 
 #include <Eigen/Geometry>

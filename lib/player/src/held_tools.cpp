@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws the tools that a script or a session holds: for each a trocar, chosen so that the shaft is
+// seen from its side and meets no organ if possible, and jaws or blades turned so that the viewer
+// sees them open.
 #include "organbake/player/held_tools.h"
 
 #include <Eigen/Geometry>
@@ -34,7 +37,7 @@ Vector3d aside_of(const Instrument& tool, const Vector3d& turned_to_eye) {
   return scissors && !scissors->opening_mm.isZero(0) ? scissors->opening_mm : turned_to_eye;
 }
 
-// A grasper is seen to close when it comes.
+// How far jaws stand open: they close in the first moments, so that a viewer sees it.
 double jaws_open(double held_s) {
   constexpr double kClosing_s = 0.15;
   return std::clamp(1 - held_s / kClosing_s, 0.0, 1.0);

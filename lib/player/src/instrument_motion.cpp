@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A script's tool paths in world millimetres: depths below the skin become places, by the skin of
+// the organ at rest.
 #include "organbake/player/instrument_motion.h"
 
 #include <string>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The camera on an orbit about an organ, by angles from virtual camera 0. It stops just short of
+// the poles, where the azimuth would lose its meaning.
 #include "organbake/player/orbit.h"
 
 #include <Eigen/Geometry>
@@ -43,7 +45,7 @@ Eigen::Vector3d eye_from_center(const CameraSet& cameras) {
   return cameras.cameras.front().center_world_mm() - cameras.manifold.center_world_mm;
 }
 
-// From the horizon.
+// The eye's elevation above the horizon.
 double elevation_rad(const Eigen::Vector3d& to_eye_upright, const OrbitPose& pose) {
   return std::asin(std::clamp(to_eye_upright.z() / to_eye_upright.norm(), -1.0, 1.0)) +
          pose.elevation_rad;

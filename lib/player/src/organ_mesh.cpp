@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// An organ's meshes and mechanics for other solvers, in the standard library's types; and forces on
+// the proxy as forces on the nodes that carry it.
 #include "organbake/player/organ_mesh.h"
 
 #include "organbake/core/error.h"

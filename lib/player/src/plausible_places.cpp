@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Whether positions from another program can be a state of this organ. Wrong units, another mesh or
+// another order of the vertices show in the size, the place and the length of edges, and the
+// message says which is likely.
 #include "plausible_places.h"
 
 #include <utility>

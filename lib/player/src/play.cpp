@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Plays a script frame by frame: tools and camera of the moment, a step, a picture; and writes the
+// report of times, contacts and forces.
 #include "organbake/player/play.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The player's organs, each with its bundle, its warper and its pose; stepping and drawing them, by
+// the processor or by another way of drawing that was handed in. Cuts are in player_cuts.cpp.
 #include "organbake/player/player.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Cuts while the player runs. What blades sweep is gathered in each step; a thread of its own works
+// out the parted organs, with all that draws and moves them, while the old ones are still shown,
+// and a later step takes them over whole.
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -54,7 +57,7 @@ void Player::PendingCut::begin(std::span<const Player::Organ> shown, const Defor
   thread->start([this, shown, options](const std::atomic<bool>&) { run(shown, options); });
 }
 
-// A build without threads does it all now.
+// In a build without threads nothing has been done yet, so all of it is done now.
 void Player::PendingCut::finish(std::span<const Player::Organ> shown,
                                 const DeformOptions& options) {
   thread.reset();

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A tool that a mouse or a finger moves: from where it was put onto the skin and how far it was
+// dragged in the picture follow its place, its depth and, of scissors, the opening.
 #include "organbake/player/pointer_tool.h"
 
 #include <algorithm>
@@ -40,7 +42,7 @@ void PointerTool::move(Instrument& tool) {
   if (Scissors* scissors = std::get_if<Scissors>(&tool.kind)) open(*scissors);
 }
 
-// Across the view, at the depth of the place touched; world.
+// How far the pointer has moved across the view, at the depth of the place touched; world.
 Eigen::Vector3d PointerTool::dragged_mm() const {
   const RigidTransform& camera_from_world = touched_.camera.camera_from_world;
   const double z = (camera_from_world * touched_mm_).z();

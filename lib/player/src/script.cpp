@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads scripts (interaction.schema.json), and the orbit's camera between key frames by
+// a Catmull–Rom spline.
 #include "organbake/player/script.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The camera of a script in its three forms: key frames on an orbit, key frames of free poses, and
+// one recorded camera for each frame. Angles too large for radians are refused as degrees.
 #include "organbake/player/script_camera.h"
 
 #include <Eigen/Geometry>
@@ -22,7 +24,7 @@ Eigen::Vector3d place_from(const JsonField& field) {
   return place;
 }
 
-// Of an eye at a place that looks at another.
+// The pose of an eye at one place that looks at another.
 RigidTransform looking_from(const JsonField& field) {
   field.allow_only({"frame", "position_mm", "look_at_mm", "up_direction"});
   const Eigen::Vector3d eye = place_from(field["position_mm"]),

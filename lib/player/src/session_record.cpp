@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The record of a live session, from which it can be saved as a script, undone to the touch before,
+// or cut short. A touch is a tool with waypoints for all of its steps.
 #include "organbake/player/session_record.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Depth of the skin under a pixel, by the crossings of its ray with every face: a pointer asks it
+// once for a touch, so that no tree is worth its upkeep.
 #include "skin_ahead.h"
 
 #include "line_crossing.h"

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Where a line from an organ's centre meets its skin at rest: the farthest crossing with the
+// triangles of the base layer's lattice. From it follow the places of pokes and the thickness
+// there.
 #include "organbake/player/skin_point.h"
 
 #include <Eigen/Geometry>

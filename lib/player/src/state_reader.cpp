@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Takes the positions of vertices or nodes from another program's memory into an organ's state,
+// after a check of their count, their values and whether they can be this organ's.
 #include "organbake/player/state_reader.h"
 
 #include <array>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Builds what a viewer sees of a tool from balls, rods and plates: the jaws of a grasper, a
+// scalpel's blade, the wire of a hook, and the shaft to the trocar.
 #include "tool_parts.h"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The loops of optical flow over a row's pixels: where their skin lies in the other picture, and
+// whether it is seen there. They have no branches, and their arrays do not overlap, so that
+// compilers make vector code of them.
 #include "flow_kernels.h"
 
 #include <cmath>
@@ -12,7 +15,7 @@ namespace {
   return std::abs(value) < std::numeric_limits<float>::infinity();
 }
 
-// To a pixel beside; not a number where there is none.
+// How much the depth rises to a pixel beside; not a number where there is none.
 [[gnu::always_inline]] inline float rise(const float* depth_mm, int at, int step, bool exists) {
   const float mm = depth_mm[at + step * int{exists}] - depth_mm[at];
   return exists ? mm : kNowhere;
@@ -120,7 +123,7 @@ void find_whole(const FlowPlaces& above, const FlowPlaces& row, const FlowPlaces
   const std::int32_t *label = row.label, *left_label = label - 1, *right_label = label + 1,
                      *up_label = above.label, *down_label = below.label;
   for (unsigned i = 0; i < count; ++i) {
-    // From one neighbour to the other, of those that show the same.
+    // Differences run from one neighbour to the other, of those that show the same label.
     const bool left = (left_label[i] == label[i]) & (left_x[i] == left_x[i]),
                right = (right_label[i] == label[i]) & (right_x[i] == right_x[i]),
                up = (up_label[i] == label[i]) & (up_x[i] == up_x[i]),

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Hands an organ's samples and the drawing's constants to another way of drawing, so that shaders
+// take every number from the code that the processor runs.
 #include "organbake/warp/organ_source.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws one organ from any view by a three-dimensional image warp of its samples (the paper, 2.2).
+// This file runs a frame's passes in order, and keeps between frames what the next one can go on
+// with.
 #include "organbake/warp/warper.h"
 
 #include <algorithm>
@@ -236,7 +239,7 @@ void Warper::Impl::light_faces(const View& view, const DrawOptions& options, dou
     relit->light_faces_from_scope(view, reference_mm, visibility.shown);
 }
 
-// Those tiles, or parts of them, in which something moved.
+// Draws the tiles, or parts of them, in which something moved.
 void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
                               const Background& background, Frame& frame, DrawReport& report) {
   depth.resize(frame.color.width, frame.color.height, reach_mm(view));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads a bundle from a folder that may come from anyone. Each file has to be listed in the
+// manifest and to agree with its size and SHA-256 before its content is looked at.
 #include "organbake/bundle/bundle_reader.h"
 
 #include <algorithm>

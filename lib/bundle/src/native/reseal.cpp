@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Brings a bundle's manifest up to images that were edited by hand. Depth and microstructure name
+// the same place in two ways; where an edit drives them more than a texel apart, it is refused,
+// because pushed skin would jump there.
 #include "organbake/bundle/reseal.h"
 
 #include <algorithm>
@@ -56,7 +59,7 @@ void check_depth_planes(const BundleReader& reader, const std::string& path) {
                      "alike, or leave Z out");
 }
 
-// No reader of bundles opens this one.
+// Players never open detail.exr, so its size is checked here alone.
 void check_detail(const BundleReader& reader, const std::string& path, const Bundle& bundle) {
   const std::string name = (reader.folder() / path).string();
   const ChannelImage image = parse_exr(reader.read(path), name);
@@ -70,7 +73,7 @@ void check_detail(const BundleReader& reader, const std::string& path, const Bun
   }
 }
 
-// That a camera's depth and heights tell the same places.
+// Throws unless a camera's depth and heights tell the same places.
 void check_places(const std::string& name, const CameraMaps& maps, const PosedCamera& camera,
                   const std::vector<ShellMatrix>& shells) {
   const RigidTransform world_from_camera = camera.camera_from_world.inverse();

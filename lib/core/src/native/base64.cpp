@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads base64 (RFC 4648).
 #include "organbake/core/base64.h"
 
 #include <algorithm>

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// Files and folders on POSIX systems. Results are written under a hidden temporary name that
+// carries the process id, and renamed when they are whole; what killed processes left is recognised
+// by that id and removed. Files of strangers are opened folder by folder, so that no link leads
+// out.
 #include "organbake/core/files.h"
 
 #include <fcntl.h>
@@ -116,7 +120,7 @@ std::size_t openable_size(const fs::path& path, int fd) {
   return static_cast<std::size_t>(status.st_size);
 }
 
-// As many as there are, up to the span's size; returns how many.
+// Reads as many bytes as there are, up to the span's size; returns how many.
 std::size_t read_some(int fd, std::span<std::byte> bytes, const fs::path& path) {
   std::size_t done = 0;
   while (done < bytes.size()) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Settings of glibc's malloc for a program that takes and frees hundreds of megabytes: freed memory
+// is kept, and the heap is reserved at once, so that the system can give it pages of 2 MB.
 #include "organbake/core/heap.h"
 
 #include <cstdint>

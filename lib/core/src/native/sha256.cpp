@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// SHA-256 (FIPS 180-4) by OpenSSL, which uses the processor's own instructions for it where there
+// are some.
 #include "organbake/core/sha256.h"
 
 #include <openssl/evp.h>

@@ -80,7 +80,7 @@ void nearest_rotations(const Matrices& f, Matrices& rotation) {
   for (int lane = 0; lane < 4; ++lane) {
     flat[lane] = !(det[lane] > kFlatShare * size[lane] * size[lane] * size[lane]);
     if (!flat[lane]) continue;
-    set_lane(rotation, lane, Eigen::Matrix3d::Identity());  // goes along for nothing
+    set_lane(rotation, lane, Eigen::Matrix3d::Identity());  // a stand-in, overwritten below
     set_lane(cofactor, lane, Eigen::Matrix3d::Identity());
     det[lane] = 1;
   }

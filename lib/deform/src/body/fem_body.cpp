@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Tissue as linear corotational finite elements (Müller & Gross 2004; the energy of Chao et al.
+// 2010). In: the tetrahedra of one organ or several. Out: the constant matrix, factored once, and
+// in each local step the forces that are left, by blocks of four elements.
 #include "body/fem_body.h"
 
 #include <Eigen/Dense>
@@ -102,7 +105,7 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
   ++organs;
 }
 
-// With the tissue's damping (Kelvin and Voigt's), by an implicit step.
+// Adds the skin's own springs, damped as the tissue is (Kelvin and Voigt), for an implicit step.
 void FemBody::Solid::add_give(const TetrahedralBody& body, double time_step_s) {
   const auto first = static_cast<std::uint32_t>(gives.size());
   const double damping_steps = body.damping_s / time_step_s;

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// The skin that instruments and tissue touch: where it lies over a face in the present pose, the
+// place of it that is nearest to a point, and whether a point is inside (by solid angles, van
+// Oosterom & Strackee 1983). Nodes and normals are worked out when they are asked for, because a
+// step looks at few.
 #include "body/skin.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Nodes of a smooth skin in the present pose, each worked out when it is first asked for. A stamp
+// by node tells whether it belongs to this pose, so that a new pose costs nothing.
 #include "body/smooth_nodes.h"
 
 #include <algorithm>
@@ -45,7 +47,8 @@ const PaddedVector& SmoothNodes::point(std::uint32_t node) {
   return points_[node];
 }
 
-// By area: the faces of a skin are all of a size.
+// The mean of the faces' normals by area. Weights by angle would change little, because the faces
+// of a smooth skin are all about as large.
 const PaddedVector& SmoothNodes::normal(std::uint32_t node) {
   if (posed_normals_[node] != pose_) {
     Double4 sum{};

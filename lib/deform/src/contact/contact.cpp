@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A contact's constrained point and the force that it hands on to the vertices that carry it, for
+// all kinds of contacts.
 #include "contact/contact.h"
 
 namespace organbake::deform {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds the places where tips press into the skin. First the faces near each tip's way through the
+// step, by boxes; then on each of them the deepest point, which becomes a contact or moves one that
+// is there already.
 #include "contact/contact_search.h"
 
 #include <algorithm>
@@ -20,7 +23,7 @@ constexpr double kSquareCosine = 0.5;
 // Of a capsule's deepest point on a face: how often and how closely, in radii, it is sought.
 constexpr int kMostAlternations = 8;
 constexpr double kAlternationWithin = 1e-3;
-// Of a needle's shaft on what it went through, per mm of it below the skin.
+// Friction between a needle's shaft and what it went through, per mm of it below the skin.
 constexpr double kFriction_mn_per_mm = 20;
 
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
@@ -148,7 +151,7 @@ Eigen::Vector3d ContactSearch::way_out(const Instrument& tip) const {
     }
     const bool free = round > 0 ? deepest.distance_mm == 0 : deepest.distance_mm < tip.radius_mm;
     if (free) return way;
-    // A whole organ that hangs on nothing would be flung away.
+    // No way out is given to a whole organ that hangs on nothing: it would be flung away.
     const Tissue::Piece& piece = tissue_.pieces()[tissue_.piece_of_face(deepest.at.face)];
     if (!piece.held && !piece.cut) return Eigen::Vector3d::Zero();
     const double reach_mm = deepest.distance_mm + tip.radius_mm;
@@ -156,7 +159,7 @@ Eigen::Vector3d ContactSearch::way_out(const Instrument& tip) const {
     way += tip.is<Needle>() ? Eigen::Vector3d(reach_mm * tip.axis_mm.normalized())
                             : Eigen::Vector3d(reach_mm * out.head<3>());
   }
-  return Eigen::Vector3d::Zero();  // out of what is turned inside out no way leads
+  return Eigen::Vector3d::Zero();  // of skin that is inside out nothing tells the way
 }
 
 double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pairs of faces whose skins may touch, by a tree of boxes that is built once and fitted anew in
+// each pose. Cones of normals (Volino & Thalmann 1994) rule out parts that cannot touch themselves.
 #include "contact/face_tree.h"
 
 #include <Eigen/Geometry>
@@ -71,7 +73,7 @@ std::uint32_t FaceTree::piece_in_tree(std::uint32_t face) const {
   return tissue_.pieces()[piece].cut ? piece + 1 : 0;
 }
 
-// Between pieces, or at the median along the longest side.
+// Where the faces are divided: between pieces, or at the median along the longest side.
 std::uint32_t FaceTree::split(std::uint32_t first, std::uint32_t last) {
   const auto begin = order_.begin() + first, end = order_.begin() + last;
   const std::uint32_t middle = (first + last) / 2;

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Holds skin off skin. Points spread over the faces look for faces near them in the present pose;
+// one that has sunk below skin in front of which it was before becomes a contact. Pairs of faces
+// are kept until something has moved far enough to make others possible.
 #include "contact/tissue_contacts.h"
 
 #include <algorithm>
@@ -139,7 +142,7 @@ void TissueContacts::measure_rest() {
     const std::uint32_t own = own_[k].at.face, other = probed_[k].other.at.face;
     if (probed_[k].depth_mm <= 0) continue;
     if (tissue_.organ_of_face(own) == tissue_.organ_of_face(other)) {
-      // Shreds of wall where cuts cross.
+      // Where cuts cross, shreds of their walls lie in each other from the first.
       if (in_front_[k] && between_pieces(own, other)) rest_depth_mm_[k] = probed_[k].depth_mm;
       continue;
     }
@@ -193,7 +196,7 @@ void TissueContacts::probe_all() {
 
 TissueContacts::~TissueContacts() = default;
 
-// A face meets many others, and in folds as many as the fold has.
+// Made once for each face in a pose, because a face meets many others.
 const TissueContacts::Prism& TissueContacts::prism_of(std::uint32_t face) {
   std::uint32_t& number = prism_number_[face];
   if (number == kNoPrism) {
@@ -266,7 +269,8 @@ bool TissueContacts::parts_pieces(const Contact& contact) const {
   return other && between_pieces(probes_[other->probe].face, probed_[other->probe].other.at.face);
 }
 
-// In the piece that it lies below. Where it was outside it is not asked again in the same step.
+// Whether a probe is inside the piece whose skin it lies below. One that was found outside is not
+// asked again in the same step.
 bool TissueContacts::is_inside(std::uint32_t probe) {
   if (outside_in_step_[probe] == step_) return false;
   const std::uint32_t other = probed_[probe].other.at.face;
@@ -276,14 +280,14 @@ bool TissueContacts::is_inside(std::uint32_t probe) {
   return inside;
 }
 
-// Below the other skin by so much it still counts as in front.
+// How far below the other skin a probe still counts as in front of it.
 double TissueContacts::touching_mm(std::uint32_t probe) const {
   const bool walls =
       skin_.at_cut(probes_[probe].face) || skin_.at_cut(probed_[probe].other.at.face);
   return walls ? kWallSlack_mm : 0;
 }
 
-// How much deeper than it may be.
+// How much deeper a probe is than it may be.
 double TissueContacts::sunk_mm(std::uint32_t probe) const {
   return in_front_[probe] ? probed_[probe].depth_mm - allowed_mm(probe) : 0;
 }
@@ -293,7 +297,7 @@ double TissueContacts::allowed_mm(std::uint32_t probe) const {
                    rest_depth_mm_[probe], touching_mm(probe)});
 }
 
-// Of all that could sink.
+// How far the nearest of the points that could sink still has to go.
 double TissueContacts::clearance_mm() const {
   double least = margin_mm_;
   for (const std::uint32_t k : touched_) {

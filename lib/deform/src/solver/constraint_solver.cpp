@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Solves for contact forces and pressures by projected Gauss–Seidel: gathers what the contacts ask,
+// couples them through columns of the inverse matrix, sweeps until forces settle within Coulomb's
+// cones, and moves the shape by them.
 #include "solver/constraint_solver.h"
 
 #include <algorithm>
@@ -64,7 +67,7 @@ void ComplianceColumns::make(std::span<CarrierResponse* const> responses) {
   }
 }
 
-// A force on a slot, among those of its lane.
+// Adds a force on a slot to the right side in a lane.
 void ComplianceColumns::put(std::uint32_t slot, double weight, std::size_t lane) {
   const auto column = static_cast<Eigen::Index>(lane);
   if (slot < tissue_.free_count()) {
@@ -105,7 +108,7 @@ Double4 into_cone(const Double4& force, const Double4& normal, double friction) 
   return along * normal + limit / std::sqrt(squared) * across;
 }
 
-// Along a needle's shaft no more than friction.
+// The force with its part along a needle's shaft limited to what friction holds.
 Double4 along_shaft(const Double4& force, const Double4& shaft, double most) {
   const double along = dot(force, shaft);
   return force - (along - std::clamp(along, -most, most)) * shaft;

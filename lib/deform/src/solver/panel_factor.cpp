@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The factor L D Lᵀ of a sparse symmetric matrix by dense panels of columns with one pattern
+// (supernodes; Ng & Peyton 1993). In: the lower half in elimination order. Out: the panels, from
+// left to right, each updated by the earlier ones that reach it.
 #include "solver/panel_factor.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Orders, scales and factors a sparse matrix in double precision, then stores the panels in single
+// precision in the order in which a solve reads them. The diagonal blocks are inverted once, so
+// that a solve is products alone.
 #include "solver/sparse_factor.h"
 
 #include <Eigen/OrderingMethods>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Springs, dampers and masses as projective dynamics has them (Bouaziz et al. 2014): the constant
+// matrix, and local steps over springs that are sorted by their vertices and worked on in blocks.
 #include "solver/spring_network.h"
 
 #include <algorithm>
@@ -130,7 +132,7 @@ void SpringNetwork::place_springs(const Net& net, double time_step_s) {
     const double length = (rest_[ends.a] - rest_[ends.b]).norm();
     if (std::abs(length - s.rest_length_mm) > kRelaxedWithin_mm) relaxed_at_rest_ = false;
   }
-  // In slot order, neighbours in memory are neighbours in the loop.
+  // In the order of slots the loop reads memory from front to back.
   std::stable_sort(in_order.begin(), in_order.end(), [&](const Spring* p, const Spring* q) {
     const Ends m = ends_of(*p), n = ends_of(*q);
     return m.a != n.a ? m.a < n.a : m.b < n.b;
@@ -173,7 +175,7 @@ void SpringNetwork::find_parts(const Net& net) {
   }
 }
 
-// In blocks, so that roots and divisions are taken four at a time.
+// Springs are worked on in blocks, so that roots and divisions are taken four at a time.
 struct SpringNetwork::SpringBlock {
   using Values = Eigen::Array<double, kBlock, 1>;
   Double4 edge[kBlock];

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The folders that a viewer offers to open, with a mark on those that are bundles.
 #include "organbake/player/bundle_list.h"
 
 #include <algorithm>

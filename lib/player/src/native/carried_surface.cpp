@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws the original surface in a deformed state, as the truth that pictures from samples are
+// judged by: each vertex carried by the shell map, 4×4 rays a pixel, drawn in bands of rows that
+// stay in the cache.
 #include "organbake/player/carried_surface.h"
 
 #include <algorithm>
@@ -52,7 +55,7 @@ constexpr int kCentralRay = (kRaysPerSide / 2) * (kRaysPerSide + 1);
 
 void draw_faces(const std::vector<SnappedTriangle>& faces, const PixelBox& window, Hits& hits) {
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    // Only what turns to the eye: a closed surface hides its own inside.
+    // Faces that turn away are left out: a closed surface hides its own inside.
     if (faces[f].doubled_area >= 0) continue;
     rasterise(faces[f], window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);

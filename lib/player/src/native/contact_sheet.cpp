@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// One picture that shows what an organ can do: it at rest, poked ever deeper, and from several
+// sides, as tiles.
 #include "organbake/player/contact_sheet.h"
 
 #include <algorithm>

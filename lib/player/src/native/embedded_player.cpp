@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The player behind a header that shows the standard library alone, for programs that must not see
+// Eigen or our types: every call changes the caller's types into ours and back.
 #include "organbake/player/embedded_player.h"
 
 #include <cstring>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pictures whose colours stand for a number on the skin, such as displacement or strain: the
+// numbers are rasterised over the posed surface and shown in viridis (Smith, van der Walt & Firing
+// 2015), by the light and dark of the frame.
 #include "organbake/player/false_colors.h"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Divides a window between the organ and its panels. Where the organ would become too narrow,
+// panels fold.
 #include "organbake/player/panel_layout.h"
 
 #include <algorithm>

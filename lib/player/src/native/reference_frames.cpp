@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Holds the frames of a script against the pictures of an earlier run, and fails where the worst of
+// them has too low a PSNR.
 #include "organbake/player/reference_frames.h"
 
 #include "organbake/core/error.h"

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws tools: capsules, spheres and rounded plates, met by rays in closed form. Before that the
+// picture is divided into blocks, each with the solids that planes through the eye and its sides
+// cannot rule out, so that a long shaft costs only the blocks beside it.
 #include "organbake/warp/solids.h"
 
 #include <Eigen/Geometry>

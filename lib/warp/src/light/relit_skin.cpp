@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Lights the skin as it lies now, at the nodes of the base layer's lattice: by the world's light,
+// or from the scope. A face in view is lit anew only when its normals have turned since, or the
+// light has changed.
 #include "light/relit_skin.h"
 
 #include <algorithm>
@@ -57,7 +60,7 @@ std::vector<std::uint8_t> RelitSkin::turn(const PosedShell& shell) {
   return turned;
 }
 
-// Another light than the last time finds every face unlit.
+// When the light changes, every face has to be lit anew.
 void RelitSkin::light_by(bool scope) {
   if (scope == from_scope_) return;
   from_scope_ = scope;

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The paper's own image warp (2.2, Figure 2), as a baseline. In: a bundle and the deformed proxy.
+// Each active camera's microstructure is laid onto the proxy's new depth and warped into the
+// picture by squares of pixels; then the nearest surface's views are blended. Out: a frame.
 #include "organbake/warp/paper_warp.h"
 
 #include <Eigen/Geometry>
@@ -87,7 +90,7 @@ struct PaperWarp::Warped {
   std::vector<float> depth_mm;  // +inf where nothing placed
   std::vector<Eigen::Vector3f> color;
   std::vector<Eigen::Vector3f> rest_mm;  // the skin that placed, at rest; empty unless asked for
-  // Of its texels, and the widest square.
+  // How many of its texels were drawn and how many lay outside; the widest square.
   std::size_t drawn = 0, outside_view = 0;
   double widest_px = 0;
 

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes samples of one camera's maps. In: the maps and the shell at rest. Out: chunks of up to 64
+// texels that lie on one face, each bound to it, with its bounds, the change of place by texel
+// (from a plane fitted to the depth) and the cone of its normals.
 #include "samples/samples.h"
 
 #include <Eigen/Geometry>

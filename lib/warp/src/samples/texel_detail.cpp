@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// The finer content of a map's texels, packed into words: colour and how it changes across the
+// texel, from neighbours on the same surface, and slopes of the depth. Rows are worked on whole,
+// three at a time, by loops that become vector code.
 #include "samples/samples.h"
 
 #include <algorithm>
@@ -71,7 +74,7 @@ void join(const float* __restrict here, const float* __restrict there,
 inline std::int8_t to_int8(std::int16_t v) {
   return static_cast<std::int8_t>(v > 127 ? 127 : v < -127 ? -127 : v);
 }
-// A sixth, to the nearest.
+// A sixth of the value, rounded to the nearest.
 inline std::int16_t sixth(std::int16_t v) {
   return static_cast<std::int16_t>((v * 10923 + (1 << 15)) >> 16);
 }
