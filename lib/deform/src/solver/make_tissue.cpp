@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks what bundles tell of a body, and makes the tissue that stands for it: in, the bodies as they
-// were baked or cut; out, springs or finite elements, or an error that names what is wrong.
+// Checks what bundles tell of a body, and makes the tissue that stands for it: in, the bodies as
+// they were baked or cut; out, springs or finite elements, or an error that names what is wrong.
 #include "solver/make_tissue.h"
 
 #include <cmath>
