@@ -216,8 +216,11 @@ TEST(StageOptions, ACopyHasTheValuesAndItsOwnStruct) {
 
 // Of a unit that does not depend on the volume.
 std::string ending_of(const std::string& unit) {
-  static const std::map<std::string, std::string> kEndings = {
-      {"kg/m³", "_kg_per_m3"}, {"mm²", "_mm2"}, {"mm, LPS", "_mm"}, {"Mbit/s", "_mbit_per_s"}};
+  static const std::map<std::string, std::string> kEndings = {{"kg/m³", "_kg_per_m3"},
+                                                              {"mm²", "_mm2"},
+                                                              {"1/s", "_per_s"},
+                                                              {"mm, LPS", "_mm"},
+                                                              {"Mbit/s", "_mbit_per_s"}};
   const auto found = kEndings.find(unit);
   if (found != kEndings.end()) return found->second;
   std::string ending = "_" + unit;
