@@ -43,13 +43,6 @@ namespace {
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
 
-Mask at_size(const Mask& mask, int width, int height) {
-  Mask resized(width, height);
-  cv::Mat target = cv_view(resized);
-  cv::resize(cv_view(mask), target, target.size(), 0, 0, cv::INTER_NEAREST);
-  return resized;
-}
-
 }  // namespace
 
 UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_every_(look_every) {

@@ -25,17 +25,6 @@
 #include "view_depths.h"
 
 namespace organbake {
-namespace {
-
-Mask of_size(const Mask& mask, int width, int height) {
-  Mask reduced(width, height);
-  cv::Mat target = cv_view(reduced);
-  cv::resize(cv_view(mask), target, target.size(), 0, 0, cv::INTER_NEAREST);
-  return reduced;
-}
-
-}  // namespace
-
 PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int halvings,
                        const RigidTransform& camera_from_world) {
   StoredPicture picture = frame.picture;
@@ -49,7 +38,7 @@ PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int hal
   // The glow round a highlight moves with it, and would be matched behind the surface.
   constexpr int kGlow = 213;  // of the width one such part
   posed.counts =
-      eroded(of_size(frame.usable, small.width, small.height), std::max(1, small.width / kGlow));
+      eroded(at_size(frame.usable, small.width, small.height), std::max(1, small.width / kGlow));
   if (small.has_distortion()) {
     picture.color = undistorted(picture.color, small, posed.camera.intrinsics);
     posed.counts = undistorted(posed.counts, small, posed.camera.intrinsics);

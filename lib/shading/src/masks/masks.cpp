@@ -137,6 +137,13 @@ Mask without(Mask a, const Mask& b) {
   return a;
 }
 
+Mask at_size(const Mask& mask, int width, int height) {
+  Mask resized(width, height);
+  cv::Mat target = cv_view(resized);
+  cv::resize(cv_view(mask), target, target.size(), 0, 0, cv::INTER_NEAREST);
+  return resized;
+}
+
 Mask largest_region(const Mask& mask) {
   Mask region(mask.width, mask.height);
   if (mask.size() == 0) return region;

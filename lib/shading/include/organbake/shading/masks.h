@@ -18,6 +18,8 @@ namespace organbake {
 // Pixels of both; of one and not of the other.
 [[nodiscard]] Mask common(Mask a, const Mask& b);
 [[nodiscard]] Mask without(Mask a, const Mask& b);
+// Of another size in pixels; each takes the value of the pixel that lies nearest to it.
+[[nodiscard]] Mask at_size(const Mask& mask, int width, int height);
 
 // The largest 4-connected region of non-zero pixels, as ones.
 [[nodiscard]] Mask largest_region(const Mask& mask);
