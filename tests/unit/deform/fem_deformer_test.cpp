@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "organbake/deform/deformer.h"
-#include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

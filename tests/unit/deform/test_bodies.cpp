@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -144,6 +145,180 @@ BaseLayer sphere_base(const TriangleMesh& mesh, double radius_mm, std::uint32_t 
     }
   }
   return base;
+}
+
+namespace {
+
+void add_tetrahedron(std::array<std::uint32_t, 4> nodes, TetrahedralBody& body) {
+  if (volume_of(body, {nodes}) < 0) std::swap(nodes[2], nodes[3]);
+  body.tetrahedra.push_back({nodes});
+}
+
+// Three tetrahedra that meet their neighbours' whichever way round the faces are numbered.
+void add_prism(Face outer, std::uint32_t to_inner, TetrahedralBody& body) {
+  std::sort(outer.begin(), outer.end());
+  const auto [a, b, c] = outer;
+  add_tetrahedron({a, b, c, a + to_inner}, body);
+  add_tetrahedron({b, c, a + to_inner, b + to_inner}, body);
+  add_tetrahedron({c, a + to_inner, b + to_inner, c + to_inner}, body);
+}
+
+// Every proxy vertex is the node of the same number.
+void embed_nodes(std::size_t vertices, TetrahedralBody& body) {
+  body.vertices.resize(vertices);
+  for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t n = body.tetrahedra[t].nodes[k];
+      if (n >= vertices) continue;
+      body.vertices[n] = {t, {}};
+      body.vertices[n].weights[k] = 1;
+    }
+  }
+}
+
+std::vector<Face> outer_faces(const TetrahedralBody& body) {
+  std::map<Face, std::vector<Face>> by_corners;
+  for (const Tetrahedron& t : body.tetrahedra) {
+    const auto& n = t.nodes;
+    for (const Face& f : {Face{n[0], n[2], n[1]}, Face{n[0], n[1], n[3]}, Face{n[1], n[2], n[3]},
+                          Face{n[2], n[0], n[3]}}) {
+      Face key = f;
+      std::sort(key.begin(), key.end());
+      by_corners[key].push_back(f);
+    }
+  }
+  std::vector<Face> faces;
+  for (const auto& [key, same] : by_corners) {
+    if (same.size() == 1) faces.push_back(same.front());
+  }
+  return faces;
+}
+
+MechanicsModel tissue(const FemOptions& options) {
+  MechanicsModel model;
+  model.young_modulus_kpa = options.young_modulus_kpa;
+  model.density_kg_per_m3 = 1060;
+  return model;
+}
+
+}  // namespace
+
+MechanicsModel fem_ball(const TriangleMesh& mesh, const FemOptions& options) {
+  MechanicsModel model = tissue(options);
+  TetrahedralBody body;
+  body.poisson_ratio = options.poisson_ratio;
+  body.damping_s = options.damping_s;
+  const Bounds box = bounds(mesh);
+  const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+  body.nodes_mm = mesh.vertices;
+  for (const auto& v : mesh.vertices) body.nodes_mm.push_back(0.5 * (v + box.center()));
+  body.nodes_mm.push_back(box.center());
+  for (const Face& f : mesh.faces) {
+    add_prism(f, n, body);
+    add_tetrahedron({f[0] + n, f[1] + n, f[2] + n, 2 * n}, body);
+  }
+  embed_nodes(n, body);
+  const double radius = 0.5 * (box.max.z() - box.min.z());
+  for (std::uint32_t v = 0; v < n; ++v) {
+    if (mesh.vertices[v].z() - box.center().z() < options.anchored_below * radius)
+      body.anchors.push_back(v);
+  }
+  model.body = body;
+  return model;
+}
+
+FemBar::FemBar(const FemOptions& options) : mechanics(tissue(options)) {
+  TetrahedralBody body;
+  body.poisson_ratio = options.poisson_ratio;
+  body.damping_s = options.damping_s;
+  const auto node = [this](const Eigen::Vector3i& at) {
+    return std::uint32_t((at.z() * (cubes.y() + 1) + at.y()) * (cubes.x() + 1) + at.x());
+  };
+  for (int z = 0; z <= cubes.z(); ++z)
+    for (int y = 0; y <= cubes.y(); ++y)
+      for (int x = 0; x <= cubes.x(); ++x) {
+        if (x == 0) body.anchors.push_back(node({x, y, z}));
+        body.nodes_mm.push_back(cube_mm * Eigen::Vector3d(x, y, z));
+      }
+  for (int z = 0; z < cubes.z(); ++z)
+    for (int y = 0; y < cubes.y(); ++y)
+      for (int x = 0; x < cubes.x(); ++x) {
+        std::array<int, 3> order = {0, 1, 2};  // Kuhn: one tetrahedron for each way to walk across
+        do {
+          Eigen::Vector3i at(x, y, z);
+          std::array<std::uint32_t, 4> nodes{node(at)};
+          for (int k = 0; k < 3; ++k) ++at[order[k]], nodes[k + 1] = node(at);
+          add_tetrahedron(nodes, body);
+        } while (std::next_permutation(order.begin(), order.end()));
+      }
+  embed_nodes(body.nodes_mm.size(), body);
+  mesh.vertices = body.nodes_mm;
+  mesh.faces = outer_faces(body);
+  mechanics.body = body;
+}
+
+std::vector<double> FemBar::end_areas() const {
+  std::vector<double> areas(mesh.vertices.size(), 0.0);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (face_normal(mesh, f).x() < 0.5) continue;
+    for (const std::uint32_t v : mesh.faces[f]) areas[v] += face_area(mesh, f) / 3;
+  }
+  return areas;
+}
+
+BentTube bent_tube(double gap_rad) {
+  constexpr int kRings = 25, kAround = 10;
+  constexpr double kArc_mm = 30, kTube_mm = 8;
+  BentTube tube;
+  const auto ring_center = [&](int ring) {
+    const double at = gap_rad / 2 + (2 * std::numbers::pi - gap_rad) * ring / (kRings - 1);
+    return Eigen::Vector3d(std::cos(at), std::sin(at), 0);
+  };
+  for (int ring = 0; ring < kRings; ++ring) {
+    const Eigen::Vector3d out = ring_center(ring);
+    for (int k = 0; k < kAround; ++k) {
+      const double turn = 2 * std::numbers::pi * k / kAround;
+      tube.mesh.vertices.push_back(
+          kArc_mm * out +
+          kTube_mm * (std::cos(turn) * out + std::sin(turn) * Eigen::Vector3d::UnitZ()));
+    }
+  }
+  const auto at = [](int ring, int k) {
+    return static_cast<std::uint32_t>(ring * kAround + k % kAround);
+  };
+  auto& faces = tube.mesh.faces;
+  for (int ring = 0; ring + 1 < kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) {
+      faces.push_back({at(ring, k), at(ring, k + 1), at(ring + 1, k)});
+      faces.push_back({at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)});
+    }
+  }
+  for (const int ring : {0, kRings - 1}) {
+    const auto middle = static_cast<std::uint32_t>(tube.mesh.vertices.size());
+    tube.mesh.vertices.push_back(kArc_mm * ring_center(ring));
+    for (int k = 0; k < kAround; ++k) {
+      const std::uint32_t p = at(ring, k), q = at(ring, k + 1);
+      faces.push_back(ring == 0 ? Face{middle, q, p} : Face{middle, p, q});
+    }
+  }
+  if (signed_volume(tube.mesh) < 0) {
+    for (Face& f : faces) std::swap(f[1], f[2]);
+  }
+  tube.mechanics.mass_kg.assign(tube.mesh.vertices.size(), 1e-4);
+  const auto spring = [&](std::uint32_t a, std::uint32_t b) {
+    const double length = (tube.mesh.vertices[a] - tube.mesh.vertices[b]).norm();
+    tube.mechanics.springs.push_back({a, b, length, 0.1, 5e-5});
+  };
+  for (const Face& f : faces) {
+    for (int k = 0; k < 3; ++k)
+      if (f[k] < f[(k + 1) % 3]) spring(f[k], f[(k + 1) % 3]);
+  }
+  for (int ring = 0; ring + 1 < kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) spring(at(ring, k), at(ring + 1, k + kAround / 2));
+  }
+  for (int k = 0; k < kAround; ++k) tube.mechanics.anchors.push_back(at(kRings / 2, k));
+  tube.mechanics.volume_stiffness = 1;
+  return tube;
 }
 
 }  // namespace organbake::test

@@ -31,4 +31,37 @@ MechanicsModel spring_body(const TriangleMesh& mesh, const BodyOptions& options 
 // A base layer of smooth bumps: the height of the sphere of `radius_mm` over each face.
 BaseLayer sphere_base(const TriangleMesh& mesh, double radius_mm, std::uint32_t steps);
 
+struct FemOptions {
+  double young_modulus_kpa = 10;
+  double poisson_ratio = 0.45;
+  double damping_s = 0;
+  double anchored_below = -0.6;  // vertices with z < this share of the radius are held
+};
+
+// A star-shaped mesh round its centre, filled with two layers of tetrahedra; its vertices are
+// nodes.
+MechanicsModel fem_ball(const TriangleMesh& mesh, const FemOptions& options = {});
+
+// A bar along x of whole cubes, six tetrahedra each; all its nodes are the proxy's vertices, those
+// at x = 0 are held.
+struct FemBar {
+  Eigen::Vector3i cubes = {6, 2, 2};
+  double cube_mm = 10;
+  TriangleMesh mesh;
+  MechanicsModel mechanics;
+
+  explicit FemBar(const FemOptions& options = {});
+  Eigen::Vector3d size_mm() const { return cube_mm * cubes.cast<double>(); }
+  // Of each vertex at the far end: its third of the faces there, mm²; 0 elsewhere.
+  std::vector<double> end_areas() const;
+};
+
+// A tube bent into a C, its gap to the right: rings of vertices round an arc, closed at the ends,
+// held opposite the gap. The last two vertices are the ends' middles, the lower end's last.
+struct BentTube {
+  TriangleMesh mesh;
+  MechanicsModel mechanics;
+};
+BentTube bent_tube(double gap_rad);
+
 }  // namespace organbake::test

@@ -5,8 +5,6 @@
 
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
-#include "unit/deform/bent_tube.h"
-#include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {
