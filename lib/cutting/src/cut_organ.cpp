@@ -128,6 +128,16 @@ bool CutOrgan::part(const CutSheet& sheet) {
   return true;
 }
 
+// The lattices of two base layers, and what lies about each vertex and tetrahedron, in a few dozen
+// lists.
+std::size_t CutOrgan::bytes() const {
+  constexpr std::size_t kPerNode = sizeof(float) + sizeof(Eigen::Vector3f) + sizeof(std::uint32_t);
+  constexpr std::size_t kPerVertex = 500, kPerTetrahedron = 500;
+  return kPerNode * (base_.height_mm.size() + now_.base.height_mm.size()) +
+         kPerVertex * (skin_.vertices.size() + now_.proxy.vertices.size()) +
+         kPerTetrahedron * body_.cut().copies().size();
+}
+
 void CutOrgan::remake(const CutSheet& sheet) {
   const CutSkin skin(fine_skin_.mesh(), fine_skin_.edges(), sheet);
   const CutWalls walls = cut_walls(skin, sheet);

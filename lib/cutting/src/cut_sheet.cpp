@@ -172,6 +172,12 @@ void CutSheet::add(const BladeLine& line) {
   }
 }
 
+std::size_t CutSheet::bytes() const {
+  std::size_t lines = 0;
+  for (const std::vector<BladeLine>& stroke : strokes_) lines += stroke.size();
+  return sizeof *this + lines * sizeof(BladeLine) + triangles_.size() * sizeof(Triangle);
+}
+
 Eigen::Vector3d CutSheet::at(const SheetPlace& place) const {
   const std::vector<BladeLine>& stroke = strokes_[place.stroke];
   const double last = static_cast<double>(stroke.size() - 1);

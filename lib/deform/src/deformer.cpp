@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "contact/tool_contacts.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/instruments/instrument.h"
 #include "solver/shape_solver.h"
+#include "solver/state_tape.h"
 
 namespace organbake {
 namespace {
@@ -81,6 +83,12 @@ struct Deformer::Impl {
   void report_forces();
   ContactPoint contact_point(const deform::Contact& c) const;
   bool publish();
+
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.held, self.report, self.still_steps, self.asleep, self.moved);
+    deform::ShapeSolver::pass(self.solver, tape);
+  }
 
   deform::ShapeSolver solver;
   std::vector<Instrument> held;            // where the last step held them
@@ -315,6 +323,36 @@ void Deformer::place(std::size_t organ, const std::vector<Eigen::Vector3d>& poin
 }
 std::vector<Eigen::Vector3d> Deformer::contact_force_n() const { return impl_->contact_force_n(); }
 bool Deformer::moved() const { return impl_->moved; }
+
+std::size_t Deformer::State::bytes_beside(const State& other) const {
+  if (!tape_) return 0;
+  std::size_t bytes = sizeof(Tape) + tape_->other_bytes;
+  for (std::size_t p = 0; p < tape_->pieces.size(); ++p) {
+    const bool shared =
+        other.tape_ && p < other.tape_->pieces.size() && tape_->pieces[p] == other.tape_->pieces[p];
+    bytes += sizeof(Tape::Piece) + (shared ? 0 : tape_->pieces[p]->size());
+  }
+  return bytes;
+}
+
+Deformer::State Deformer::save_state(const State& earlier) const {
+  const auto tape = std::make_shared<State::Tape>();
+  deform::StateWriter writer(*tape, earlier.tape_.get());
+  Impl::pass(std::as_const(*impl_), writer);
+  State state;
+  state.tape_ = tape;
+  return state;
+}
+
+void Deformer::restore_state(const State& state) {
+  deform::StateReturner returner(*state.tape_);
+  Impl::pass(*impl_, returner);
+  impl_->solver.be_restored();
+  const bool moved = impl_->moved;
+  impl_->publish();
+  impl_->moved = moved;
+}
+
 void Deformer::reset() {
   impl_->to_rest();
   impl_->held.clear();

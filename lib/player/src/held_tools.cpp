@@ -140,6 +140,8 @@ HeldTools::~HeldTools() = default;
 HeldTools::HeldTools(HeldTools&&) noexcept = default;
 HeldTools& HeldTools::operator=(HeldTools&&) noexcept = default;
 
+void HeldTools::put_down() { held_.clear(); }
+
 std::vector<Solid> HeldTools::solids(const std::vector<Instrument>& instruments, const View& view,
                                      double time_s) {
   held_.resize(instruments.size());

@@ -123,6 +123,7 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind
   const std::optional<Seen> seen = seen_at(pixel);
   if (!seen || !std::isfinite(seen->depth_mm)) return false;
   go_on_from_here();
+  keep_state(true);
   pointer_.emplace(view_, at_px, seen->depth_mm);
   take_tool(kind);
   return true;
@@ -172,12 +173,28 @@ void LiveSession::record_step() {
   ++steps_;
 }
 
+void LiveSession::keep_state(bool begins_touch) {
+  if (lost_track()) return;
+  if (!states_.has(steps_)) {
+    states_.keep(player_->save_state(states_.before(steps_)), begins_touch);
+  } else if (begins_touch) {
+    states_.begins_touch(steps_);
+  }
+}
+
+void LiveSession::keep_each_second() {
+  const auto second = static_cast<std::size_t>(std::max(1.0, std::round(1 / time_step_s_)));
+  if (steps_ % second == 0) keep_state(false);
+}
+
 StepReport LiveSession::step_live() {
+  keep_each_second();
   record_step();
   return player_->step(tips_);
 }
 
 StepReport LiveSession::step_recorded() {
+  keep_each_second();
   tips_ = record_.tools_at(steps_);
   ++steps_;
   return player_->step(tips_);
@@ -252,6 +269,7 @@ void LiveSession::reset() {
   begin_anew();
   placed_.clear();
   record_ = SessionRecord(time_step_s_);
+  states_.clear();
   if (player_->cut_times()) player_->set_cut_times(Player::CutTimes{});
   target_.reset();
   stopped_at_.reset();
@@ -265,6 +283,7 @@ void LiveSession::set_solver(TissueSolver solver) {
   player_->set_solver(solver);
   if (position > record_.steps() || (solver == TissueSolver::springs && record_.has_blades()))
     return reset();
+  states_.clear();
   begin_anew();
   seek(position);
 }
@@ -278,13 +297,26 @@ void LiveSession::seek(std::size_t step) {
   let_go();
   if (lost_track()) return;
   replaying_ = false;
-  target_ = std::min(step, record_.steps());
-  if (*target_ < steps_) begin_anew();
+  const std::size_t target = std::min(step, record_.steps());
+  const Player::State kept = states_.before(target);
+  if (target < steps_ || kept.steps() > steps_) kept ? go_back_to(kept) : begin_anew();
+  target_.reset();
+  if (target > steps_) target_ = target;
+}
+
+void LiveSession::go_back_to(const Player::State& state) {
+  player_->restore_state(state);
+  steps_ = state.steps();
+  tips_.clear();
+  if (steps_ > 0) tips_ = record_.tools_at(steps_ - 1);
+  tools_.put_down();
 }
 
 void LiveSession::undo() {
   let_go();
-  if (can_undo()) seek(*record_.begin_before(bound_for()));
+  if (!can_undo()) return;
+  keep_state(true);  // for redo()
+  seek(*record_.begin_before(bound_for()));
 }
 
 void LiveSession::redo() {
@@ -293,7 +325,6 @@ void LiveSession::redo() {
 
 void LiveSession::replay() {
   seek(0);
-  target_.reset();
   replaying_ = steps_ < record_end();
 }
 
@@ -302,6 +333,7 @@ void LiveSession::go_on_from_here() {
   replaying_ = false;
   if (steps_ >= record_.steps()) return;
   record_.cut_short(steps_);
+  states_.forget_after(steps_);
   if (auto times = player_->cut_times()) {
     std::erase_if(times->steps, [&](std::uint32_t s) { return s >= steps_; });
     times->known_steps = std::min(times->known_steps, steps_);

@@ -24,8 +24,8 @@ constexpr int kLongestWait = 600;  // steps; a cut that no thread has made by th
 // The organs as they are once what blades have swept has parted, in the making.
 struct Player::PendingCut {
   struct Organ {
-    std::optional<CutSheet> sheet;  // none: no blade was near
-    std::unique_ptr<CutOrgan> cutting;
+    std::shared_ptr<const CutSheet> sheet;  // none: no blade was near
+    std::shared_ptr<const CutOrgan> cutting;
     bool changed = false;
     // Of what has changed, which is drawn by it, and whose nodes lay there in what is shown.
     std::optional<Warper> warper;
@@ -81,8 +81,9 @@ void Player::PendingCut::part(std::span<const Player::Organ> shown, const Deform
   for (std::size_t o = 0; o < shown.size(); ++o) {
     Organ& next = organs[o];
     if (next.sheet) {
-      next.cutting = std::make_unique<CutOrgan>(*shown[o].cutting);
-      next.changed = next.cutting->part(*next.sheet);
+      const auto parted = std::make_shared<CutOrgan>(*shown[o].cutting);
+      next.changed = parted->part(*next.sheet);
+      next.cutting = parted;
     }
     any_changed = any_changed || next.changed;
     bodies.push_back(deform_body(next.changed ? next.cutting->now() : shown[o].now()));
@@ -133,7 +134,7 @@ void Player::sweep(const std::vector<Instrument>& instruments) {
   const std::vector<CuttingStep> steps = cutting_edges_.advance(instruments);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
-    if (!organ.cutting && steps.empty()) continue;
+    if (steps.empty() && (!organ.sweeps || organ.sweeps->lifted())) continue;
     begin_cutting(organ);
     organ.sweeps->advance(
         steps, *organ.cutting,
@@ -154,10 +155,14 @@ void Player::leave_holes(const std::vector<Instrument>& instruments,
   }
 }
 
+// Readies an organ for blades; what they sweep is taken from states that have it, too.
 void Player::begin_cutting(Organ& organ) {
-  if (organ.cutting) return;
-  organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
-  organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
+  if (!organ.cutting) organ.cutting = std::make_shared<const CutOrgan>(organ.bundle);
+  if (!organ.sweeps) {
+    organ.sweeps = std::make_shared<BladeSweeps>(*organ.cutting);
+  } else if (organ.sweeps.use_count() > 1) {
+    organ.sweeps = std::make_shared<BladeSweeps>(*organ.sweeps);
+  }
 }
 
 // When blades have swept more than was taken.
@@ -166,12 +171,18 @@ void Player::begin_pending_cut() {
     return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.cutting->taken();
   };
   if (std::none_of(organs_.begin(), organs_.end(), has_more)) return;
+  Sheets sheets;
+  for (const Organ& organ : organs_)
+    sheets.push_back(has_more(organ) ? std::make_shared<const CutSheet>(organ.sweeps->sheet())
+                                     : nullptr);
+  begin_pending_cut(std::move(sheets));
+}
+
+void Player::begin_pending_cut(Sheets sheets) {
   auto next = std::make_shared<PendingCut>();
   next->retired = std::move(pending_cut_);
   next->organs.resize(organs_.size());
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
-  }
+  for (std::size_t o = 0; o < organs_.size(); ++o) next->organs[o].sheet = std::move(sheets[o]);
   next->begin(organs_, options_);
   pending_cut_ = std::move(next);
 }
@@ -198,6 +209,114 @@ void Player::end_pending_cut() {
   pending_cut_->deformer->continue_from(deformer_, sources, cut_times_.has_value());
   std::swap(deformer_, *pending_cut_->deformer);
   take_positions();
+}
+
+// The moment without what can be made again: the warpers and the solver of organs that are cut.
+struct Player::State::Data {
+  struct Organ {
+    std::shared_ptr<const CutOrgan> cutting;
+    bool cut = false;
+    std::shared_ptr<const BladeSweeps> sweeps;
+    std::optional<OrganState> placed;  // by another solver, since the last step
+    StateOf placed_of = StateOf::vertices;
+  };
+  std::weak_ptr<const void> of;
+  TissueSolver solver = TissueSolver::springs;
+  std::size_t steps = 0;
+  CuttingEdges cutting_edges;
+  std::vector<Organ> organs;
+  Sheets pending;  // of a cut that is under way; else empty
+  int pending_steps_left = 0;
+  Deformer::State tissue;
+};
+
+std::size_t Player::State::steps() const { return data_ ? data_->steps : 0; }
+
+std::size_t Player::State::bytes_beside(const State& other) const {
+  if (!data_) return 0;
+  static const Data kNone;
+  const Data& beside = other.data_ ? *other.data_ : kNone;
+  std::size_t bytes = sizeof(Data) + data_->tissue.bytes_beside(beside.tissue);
+  for (std::size_t o = 0; o < data_->organs.size(); ++o) {
+    const Data::Organ& own = data_->organs[o];
+    const Data::Organ& its = o < beside.organs.size() ? beside.organs[o] : Data::Organ{};
+    bytes += sizeof own;
+    if (own.cutting && own.cutting != its.cutting) bytes += own.cutting->bytes();
+    if (own.sweeps && own.sweeps != its.sweeps) bytes += own.sweeps->sheet().bytes();
+    if (own.placed)
+      bytes +=
+          sizeof(Eigen::Vector3d) * (own.placed->vertices_mm.size() + own.placed->nodes_mm.size());
+  }
+  for (const auto& sheet : data_->pending) bytes += sheet ? sheet->bytes() : 0;
+  return bytes;
+}
+
+Player::State Player::save_state(const State& earlier) const {
+  const auto data = std::make_shared<State::Data>();
+  data->of = mark_;
+  data->solver = solver();
+  data->steps = steps_;
+  data->cutting_edges = cutting_edges_;
+  for (const Organ& organ : organs_) {
+    State::Data::Organ& saved = data->organs.emplace_back();
+    saved.cutting = organ.cutting;
+    saved.cut = organ.cut_warper.has_value();
+    saved.sweeps = organ.sweeps;
+    save_placed(organ, saved.placed, saved.placed_of);
+  }
+  if (pending_cut_ && pending_cut_->under_way()) {
+    for (const PendingCut::Organ& organ : pending_cut_->organs)
+      data->pending.push_back(organ.sheet);
+    data->pending_steps_left = pending_cut_->steps_left;
+  }
+  data->tissue = deformer_.save_state(earlier.data_ ? earlier.data_->tissue : Deformer::State{});
+  State state;
+  state.data_ = data;
+  return state;
+}
+
+bool Player::hang_together_as_in(const State::Data& state) const {
+  bool same = solver() == state.solver;
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    const bool cut = organs_[o].cut_warper.has_value();
+    same = same && cut == state.organs[o].cut &&
+           (!cut || organs_[o].cutting == state.organs[o].cutting);
+  }
+  return same;
+}
+
+void Player::restore_state(const State& state) {
+  if (!state) throw UsageError("an empty state cannot be restored: save one first");
+  const State::Data& saved = *state.data_;
+  if (saved.of.lock() != mark_)
+    throw UsageError("a state of another player cannot be restored: save one of this player");
+  pending_cut_.reset();  // its thread reads what changes now
+  const bool remake = !hang_together_as_in(saved);
+  options_.solver = saved.solver;
+  steps_ = saved.steps;
+  cutting_edges_ = saved.cutting_edges;
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    Organ& organ = organs_[o];
+    const State::Data::Organ& was = saved.organs[o];
+    const bool other_cut = was.cut && (organ.cutting != was.cutting || !organ.cut_warper);
+    organ.cutting = was.cutting;
+    organ.sweeps = std::const_pointer_cast<BladeSweeps>(was.sweeps);  // begin_cutting() copies it
+    organ.placed.reset();
+    if (!was.cut) {
+      organ.cut_warper.reset();
+    } else if (other_cut) {
+      organ.cut_warper.emplace(organ.warper.cut(organ.cutting->now(), organ.cutting->face_parts()));
+    }
+    organ.positions.resize(organ.now().proxy.vertices.size());
+  }
+  if (remake) deformer_ = Deformer(deform_bodies(organs_), options_);
+  deformer_.restore_state(saved.tissue);
+  take_positions();
+  for (std::size_t o = 0; o < organs_.size(); ++o)
+    restore_placed(organs_[o], saved.organs[o].placed, saved.organs[o].placed_of);
+  if (saved.pending.empty()) return;
+  begin_pending_cut(saved.pending);
+  pending_cut_->steps_left = saved.pending_steps_left;
 }
 
 std::size_t Player::piece_count(std::size_t organ) const {

@@ -44,6 +44,18 @@ void Player::set_nodes(std::span<const double> xyz_mm, std::size_t organ) {
   place(xyz_mm, StateOf::nodes, organ);
 }
 
+void Player::save_placed(const Organ& organ, std::optional<OrganState>& state, StateOf& of) {
+  if (organ.placed && organ.placed->since_step) state = organ.placed->last, of = organ.placed->of;
+}
+
+void Player::restore_placed(Organ& organ, const std::optional<OrganState>& state, StateOf of) {
+  if (!state) return;
+  organ.placed = std::make_shared<Placed>(organ.now());
+  organ.placed->last = *state, organ.placed->of = of;
+  organ.placed->since_step = true;
+  organ.positions = state->vertices_mm;
+}
+
 bool Player::go_on_from_placed() {
   bool any = false;
   for (std::size_t o = 0; o < organs_.size(); ++o) {

@@ -4,6 +4,8 @@
 #include "organbake/player/session_record.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 namespace organbake {
@@ -87,6 +89,71 @@ void SessionRecord::write(Script& script, std::size_t steps) const {
     if (touch.tool.path.empty() || touch.first_step >= steps) continue;
     script.instruments.push_back(until(touch, steps));
   }
+}
+
+bool SessionStates::has(std::size_t step) const {
+  const Player::State state = before(step);
+  return state && state.steps() == step;
+}
+
+Player::State SessionStates::before(std::size_t step) const {
+  const auto next = std::upper_bound(
+      kept_.begin(), kept_.end(), step,
+      [](std::size_t wanted, const Kept& kept) { return wanted < kept.state.steps(); });
+  return next == kept_.begin() ? Player::State() : std::prev(next)->state;
+}
+
+void SessionStates::begins_touch(std::size_t step) {
+  for (Kept& kept : kept_)
+    if (kept.state.steps() == step) kept.begins_touch = true;
+}
+
+void SessionStates::keep(Player::State state, bool begins_touch) {
+  const auto next = std::find_if(kept_.begin(), kept_.end(), [&](const Kept& kept) {
+    return kept.state.steps() >= state.steps();
+  });
+  const auto number = static_cast<std::size_t>(next - kept_.begin());
+  kept_.insert(next, {std::move(state), begins_touch, 0});
+  measure(number);
+  measure(number + 1);
+  while (bytes_ > most_bytes_ && kept_.size() > 2) forget(least_missed());
+}
+
+void SessionStates::measure(std::size_t number) {
+  if (number >= kept_.size()) return;
+  Kept& kept = kept_[number];
+  const std::size_t before = std::exchange(
+      kept.bytes, kept.state.bytes_beside(number > 0 ? kept_[number - 1].state : Player::State()));
+  bytes_ += kept.bytes - before;
+}
+
+void SessionStates::forget(std::size_t number) {
+  bytes_ -= kept_[number].bytes;
+  kept_.erase(kept_.begin() + static_cast<std::ptrdiff_t>(number));
+  measure(number);
+}
+
+// Neither the first nor the last one.
+std::size_t SessionStates::least_missed() const {
+  constexpr double kOfTouch = 1e6, kYoung = 60;  // steps
+  const auto at = [this](std::size_t i) { return double(kept_[i].state.steps()); };
+  std::size_t least = 1;
+  double least_gap = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i + 1 < kept_.size(); ++i) {
+    const double age = at(kept_.size() - 1) - at(i) + kYoung;
+    const double gap = (kept_[i].begins_touch ? kOfTouch : 1) * (at(i + 1) - at(i - 1)) / age;
+    if (gap < least_gap) least_gap = gap, least = i;
+  }
+  return least;
+}
+
+void SessionStates::forget_after(std::size_t step) {
+  while (!kept_.empty() && kept_.back().state.steps() > step) forget(kept_.size() - 1);
+}
+
+void SessionStates::clear() {
+  kept_.clear();
+  bytes_ = 0;
 }
 
 }  // namespace organbake

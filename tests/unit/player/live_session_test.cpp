@@ -169,7 +169,7 @@ TEST(LiveSession, UndoBringsTheOrganBackToBeforeTheTouchAndRedoBehindIt) {
   ASSERT_TRUE(s.session.can_undo());
   EXPECT_FALSE(s.session.can_redo());
   s.session.undo();
-  s.arrive();
+  EXPECT_FALSE(s.session.seeking());  // it is there at once
   EXPECT_EQ(s.session.position(), s.second);
   EXPECT_EQ(s.player.proxy_positions(), s.positions[s.second - 1]);
   s.advance();  // time stands still there
@@ -183,6 +183,35 @@ TEST(LiveSession, UndoBringsTheOrganBackToBeforeTheTouchAndRedoBehindIt) {
   s.arrive();
   EXPECT_EQ(s.player.proxy_positions(), s.positions.back());
   EXPECT_FALSE(s.session.can_redo());
+}
+
+TEST(LiveSession, MomentsToGoBackToFitIntoTheirMemory) {
+  Player player(organ_to_play());
+  const auto step_with = [&](double depth_mm) {
+    Instrument tip;
+    tip.active = true;
+    tip.position_mm = bounds(organ_to_play().proxy).center() + Eigen::Vector3d(0, 0, depth_mm);
+    player.step({tip});
+  };
+  player.step({});
+  const std::size_t one = player.save_state().bytes_beside({});
+  SessionStates states(20 * one);
+  constexpr std::size_t kSteps = 400, kTouch = 37;
+  for (std::size_t s = 1; s <= kSteps; ++s) {
+    states.keep(player.save_state(states.before(s)), s % kTouch == 0);
+    EXPECT_LE(states.bytes(), 20 * one);
+    step_with(30 + double(s % 20));
+  }
+  EXPECT_GT(states.count(), 15u);
+  for (std::size_t s = kTouch; s <= kSteps; s += kTouch) EXPECT_TRUE(states.has(s)) << s;
+  EXPECT_TRUE(states.has(1));
+  EXPECT_TRUE(states.has(kSteps));
+  EXPECT_EQ(states.before(kTouch).steps(), kTouch);
+  states.forget_after(kTouch);
+  EXPECT_EQ(states.before(kSteps).steps(), kTouch);
+  states.clear();
+  EXPECT_EQ(states.bytes(), 0u);
+  EXPECT_FALSE(states.before(kSteps));
 }
 
 TEST(LiveSession, ATouchInThePastForgetsWhatFollowedAndTheRecordStillPlaysBack) {

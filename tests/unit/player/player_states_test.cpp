@@ -274,6 +274,73 @@ TEST(PlayerStates, ForcesOfToolsAreToldByVertex) {
   EXPECT_THROW(forces_on_nodes(organ_to_play(), organ_to_play().proxy.vertices), UsageError);
 }
 
+// Poked, pulled, cut through and poked again, with rest between.
+std::vector<Instrument> tools_of_a_course(int step) {
+  std::vector<Instrument> tools(3, probe(-20));
+  for (Instrument& tool : tools) tool.active = false;
+  const auto between = [step](int from, int to) { return step >= from && step < to; };
+  if (between(2, 14) || between(104, 130)) tools[0] = probe((step < 14 ? step : step - 104) * 0.5);
+  if (between(16, 30)) {
+    tools[1] = probe(6 - (step - 16) * 0.6);
+    tools[1].kind = Grasper{};
+  }
+  if (between(34, 95)) tools[2] = blade_at((step - 34) / 60.0);
+  return tools;
+}
+
+TEST(PlayerStates, ARestoredStateGoesOnToTheByte) {
+  constexpr int kSteps = 116, kOn = 12;
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    const int steps = solver == TissueSolver::fem ? kSteps : 34;  // springs cannot follow blades
+    Player player(lit_organ(), {.solver = solver});
+    std::vector<Player::State> states;
+    std::vector<std::vector<Vector3d>> positions, forces_n;
+    std::vector<std::vector<std::uint8_t>> pictures;
+    const auto see = [&](int step) {
+      return step % 7 == 0 ? drawn(player, DrawnLight::world).color.pixels
+                           : std::vector<std::uint8_t>();
+    };
+    for (int step = 0; step < steps; ++step) {
+      states.push_back(player.save_state(states.empty() ? Player::State() : states.back()));
+      EXPECT_EQ(states.back().steps(), std::size_t(step));
+      forces_n.push_back(player.step(tools_of_a_course(step)).tip_force_n);
+      positions.push_back(player.proxy_positions());
+      pictures.push_back(see(step));
+    }
+    ASSERT_EQ(player.is_cut(), solver == TissueSolver::fem);
+    // Held and let go, asleep, amid a stroke, while a cut is under way, back to whole and forth.
+    for (const int from : {110, 8, 20, 41, 44, 31, 0, 33}) {
+      if (from >= steps) continue;
+      player.restore_state(states[from]);
+      for (int step = from; step < std::min(from + kOn, steps); ++step) {
+        EXPECT_EQ(player.step(tools_of_a_course(step)).tip_force_n, forces_n[step])
+            << from << " on to " << step;
+        ASSERT_EQ(player.proxy_positions(), positions[step]) << from << " on to " << step;
+        EXPECT_EQ(see(step), pictures[step]) << from << " on to " << step;
+      }
+    }
+    EXPECT_LT(states[1].bytes_beside(states[0]), states[1].bytes_beside({}) / 4);  // both at rest
+  }
+}
+
+TEST(PlayerStates, AStateHoldsWhatAnotherSolverSetAndLoadsAndIsOfOnePlayer) {
+  Player player(lit_organ());
+  std::vector<Vector3d> moved = lit_organ().proxy.vertices;
+  for (Vector3d& v : moved) v.z() *= 1.05;
+  player.set_vertices(flat(moved));
+  const Player::State state = player.save_state();
+  player.step({});
+  const std::vector<Vector3d> after = player.proxy_positions();
+  player.reset();
+  player.restore_state(state);
+  EXPECT_EQ(player.proxy_positions(), moved);
+  player.step({});
+  EXPECT_EQ(player.proxy_positions(), after);
+  EXPECT_THROW(player.restore_state({}), UsageError);
+  Player other(lit_organ());
+  EXPECT_THROW(other.restore_state(state), UsageError);
+}
+
 TEST(PlayerStates, TheMeshTellsWhatASolverNeeds) {
   const Bundle& organ = lit_organ();
   const EmbeddedPlayer::Mesh mesh = organ_mesh(organ);

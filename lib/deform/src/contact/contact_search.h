@@ -38,6 +38,10 @@ class ContactSearch {
   // The lever of a skin point; its free share is 0 where nothing can give way.
   VertexResponse response_of(const SkinPoint& at) const;
   const Tissue& tissue() const { return tissue_; }
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.boxes_, self.x_of_boxes_, self.slack_left_mm_);
+  }
   // Sets where a contact's skin point is and how it answers, in the skin's pose.
   SkinHit place(Contact& contact, const PaddedVector& center) const;
 

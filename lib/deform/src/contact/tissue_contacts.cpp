@@ -183,6 +183,12 @@ void TissueContacts::find_pairs() {
   x_of_pairs_ = x;
 }
 
+void TissueContacts::be_restored() {
+  if (x_of_pairs_.empty()) return;
+  skin_.pose(x_of_pairs_);
+  tree_.find_pairs(margin_mm_, pairs_);
+}
+
 void TissueContacts::probe_all() {
   find_pairs();
   for (const std::uint32_t k : touched_) probed_[k].found = false;

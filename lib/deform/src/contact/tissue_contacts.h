@@ -42,6 +42,11 @@ class TissueContacts {
   };
   Sides sides() const { return {in_front_, released_}; }
   void go_back_to(const Sides& sides);
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.x_of_pairs_, self.x_probed_, self.clearance_mm_, self.in_front_, self.released_);
+  }
+  void be_restored();  // by a tape: finds the pairs that were known
   // Lets go of everything that touches, until it has parted: a crumpled fold that only its own
   // contacts keep shut has run partly through itself.
   void untangle(std::vector<Contact>& contacts);

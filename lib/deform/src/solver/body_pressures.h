@@ -55,6 +55,10 @@ class BodyPressures {
   BodyPressures(const Tissue& tissue, EnclosedVolume volume);
 
   bool none() const { return pressure_.empty(); }
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.pressure_);
+  }
   std::uint32_t count() const { return static_cast<std::uint32_t>(pressure_.size()); }
   void reset();
   // Takes ∇V at the shape a step starts from.

@@ -53,6 +53,10 @@ class ConstraintSolver {
   // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
   void solve(const PaddedVectors& x_start, const PaddedVectors& x_free,
              std::vector<Contact>& contacts, PaddedVectors& x);
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.given_);
+  }
   // How far the skin has given way (SkinGive): not at all, or as before another cut.
   void forget_give() { given_ = tissue_.give().none(); }
   void take_give(const ConstraintSolver& before, PaddedVectors& x) {

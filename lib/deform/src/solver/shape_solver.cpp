@@ -387,6 +387,11 @@ void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
   last_energy_ = kUnknownEnergy;
 }
 
+void ShapeSolver::be_restored() {
+  if (tissue_search_) tissue_search_->be_restored();
+  skin_.pose(x_);
+}
+
 void ShapeSolver::continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,
                                 const std::vector<Instrument>& instruments) {
   to_rest();

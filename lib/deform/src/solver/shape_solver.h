@@ -74,6 +74,16 @@ class ShapeSolver {
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
   void to_rest();
+  // Names to a tape what outlasts a step; what came back from one is then taken up.
+  template <class Self, class Tape>
+  static void pass(Self& self, Tape& tape) {
+    tape(self.x_, self.velocity_, self.load_, self.contacts_, self.last_energy_);
+    BodyPressures::pass(self.pressures_, tape);
+    ConstraintSolver::pass(self.constraints_, tape);
+    ContactSearch::pass(self.search_, tape);
+    if (self.tissue_search_) TissueContacts::pass(*self.tissue_search_, tape);
+  }
+  void be_restored();
   // Time that the search for contacts took since this was last asked.
   double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
 

@@ -4,6 +4,7 @@
 // From instruments that move to what they have swept through an organ at rest.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -77,6 +78,7 @@ class BladePath {
   void advance(const CuttingEdge& to, const StrokeOptions& stroke, const PosedBody& posed,
                const SkinInside& inside, double reach_mm, CutSheet& sheet);
   void lift() { last_.reset(), cutting_ = false; }
+  bool lifted() const { return !last_; }
 
  private:
   using Carriers = std::array<TetrahedronCorner, BladeLine::kPoints>;
@@ -113,6 +115,11 @@ class BladeSweeps {
               const CutOrgan& organ, const std::vector<Eigen::Vector3d>& nodes_mm);
 
   const CutSheet& sheet() const { return sheet_; }
+  // Whether no edge is down: a step without edges then changes nothing.
+  bool lifted() const {
+    return std::all_of(paths_.begin(), paths_.end(),
+                       [](const auto& path) { return path.second.lifted(); });
+  }
 
  private:
   CutSheet sheet_;

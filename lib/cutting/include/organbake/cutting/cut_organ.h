@@ -35,6 +35,7 @@ class CutOrgan {
   // whether the organ hangs together otherwise now, or shows it.
   bool part(const CutSheet& sheet);
   bool cut() const { return cut_; }
+  std::size_t bytes() const;  // of memory, about
   // How many of the sheet's triangles it has come apart by.
   std::size_t taken() const { return taken_; }
 

@@ -87,6 +87,7 @@ class CutSheet {
 
   const std::vector<std::vector<BladeLine>>& strokes() const { return strokes_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  std::size_t bytes() const;  // of memory
   double width_mm(std::uint32_t stroke) const { return widths_mm_[stroke]; }
   // At rest, mm; a place beyond a stroke's ends is taken for the end.
   Eigen::Vector3d at(const SheetPlace& place) const;

@@ -122,6 +122,25 @@ class Deformer {
   std::vector<Eigen::Vector3d> contact_force_n() const;
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
+
+  // All that is remembered from one step to the next: how the tissue lies and moves, what touches
+  // and is held, loads, sleep. Copies share what they hold.
+  class State {
+   public:
+    // Memory that it takes beside another, with which it shares what is the same in both.
+    std::size_t bytes_beside(const State& other) const;
+    struct Tape;
+
+   private:
+    friend class Deformer;
+    std::shared_ptr<const Tape> tape_;
+  };
+  // earlier: a state to share with what has not changed since; may be empty.
+  State save_state(const State& earlier = {}) const;
+  // What follows is what followed when it was saved, to the last bit. It must come from this
+  // deformer, or from one that was made of the same bodies and options.
+  void restore_state(const State& state);
+
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.
   // They outlast reset(). Throws UsageError for another count and for what is no force.
   void set_load(const std::vector<Eigen::Vector3d>& force_n);

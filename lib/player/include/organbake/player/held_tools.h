@@ -45,6 +45,7 @@ class HeldTools {
   HeldTools(HeldTools&&) noexcept;
   HeldTools& operator=(HeldTools&&) noexcept;
 
+  void put_down();  // all of them
   // view: whose picture they are drawn into; time_s: of the tissue's, from any beginning.
   std::vector<Solid> solids(const std::vector<Instrument>& instruments, const View& view,
                             double time_s);

@@ -74,6 +74,7 @@ class LiveSession {
   // At most SessionRecord::kMostSteps; later ones are not kept.
   Script record(const std::string& name) const;
   std::size_t recorded_steps() const { return record_.steps(); }
+  const SessionStates& states() const { return states_; }
   bool records() const { return !stopped_at_; }
   void stop_recording();  // what follows is no part of record(), until the reset
   std::size_t record_end() const {
@@ -82,7 +83,9 @@ class LiveSession {
 
   // Back and forth in what was done. Before the end of the record time stands still, until it is
   // played on or tissue is touched: what was recorded from there on is then forgotten. Steps beyond
-  // the longest record cannot be undone.
+  // the longest record cannot be undone. What moves the organs is kept once a second and where
+  // touches begin (SessionStates), so that undo, redo and replay are there at once; to other steps
+  // seek() goes on from what was kept before them.
   std::size_t position() const { return steps_; }  // steps from rest
   void seek(std::size_t step);
   bool seeking() const { return target_.has_value(); }
@@ -113,6 +116,9 @@ class LiveSession {
   StepReport approach_target();
   void go_on_from_here();
   void begin_anew();
+  void keep_state(bool begins_touch);
+  void keep_each_second();
+  void go_back_to(const Player::State& state);
   std::size_t bound_for() const { return target_.value_or(steps_); }
   bool lost_track() const { return steps_ > record_.steps(); }
   void draw(int width, int height, const DrawOptions& options, double time_s, PlayedFrame& played);
@@ -131,6 +137,7 @@ class LiveSession {
   std::vector<Instrument> placed_;
   std::optional<PointerTool> pointer_;  // while a tool is held
   SessionRecord record_;
+  SessionStates states_;
   std::size_t steps_ = 0;
   std::optional<std::size_t> target_, stopped_at_;
   bool replaying_ = false;

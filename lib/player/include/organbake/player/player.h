@@ -97,6 +97,29 @@ class Player {
   std::vector<Eigen::Vector3d> contact_force_n(const std::vector<Instrument>& instruments,
                                                std::size_t organ = 0);
 
+  // A moment between two steps, to go back to: how the organs lie and move, what is cut or on its
+  // way to be, what instruments hold and what loads there are, the steps from rest. It is kept in
+  // memory, for the player that saved it, and copies share what they hold.
+  class State {
+   public:
+    explicit operator bool() const { return data_ != nullptr; }
+    std::size_t steps() const;  // from rest
+    // Memory that it takes beside another, with which it shares what is the same in both.
+    std::size_t bytes_beside(const State& other) const;
+
+   private:
+    friend class Player;
+    struct Data;
+    std::shared_ptr<const Data> data_;
+  };
+  // earlier: one to share with what has not changed since, or none.
+  State save_state(const State& earlier = {}) const;
+  // Steps and frames that follow are to the byte those that followed when it was saved. What does
+  // not belong to the organs stays as it is: cut times, the drawing. Where the organs hang together
+  // otherwise than now, what moves and draws them is made anew, which takes as long as a cut.
+  // Throws UsageError for an empty state and for another player's.
+  void restore_state(const State& state);
+
   // When cuts part for whoever plays live: of the first known_steps steps from rest in those that
   // are named; later as soon as they are worked out, kCutDelaySteps after the blade at the
   // earliest, which is then known. So what was played live is repeated to the last bit. Nothing: in
@@ -147,11 +170,12 @@ class Player {
   struct Organ {
     Bundle bundle;
     Warper warper;
-    std::vector<Eigen::Vector3d> positions;    // of the proxy, mm
-    std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
-    std::unique_ptr<BladeSweeps> sweeps = {};  // through it
-    std::optional<Warper> cut_warper = {};     // once it has cut
-    std::shared_ptr<Placed> placed = {};       // once another solver has moved what is shown now
+    std::vector<Eigen::Vector3d> positions;  // of the proxy, mm
+    // Once a blade was near, and what blades have swept through it; states share both.
+    std::shared_ptr<const CutOrgan> cutting = {};
+    std::shared_ptr<BladeSweeps> sweeps = {};
+    std::optional<Warper> cut_warper = {};  // once it has cut
+    std::shared_ptr<Placed> placed = {};    // once another solver has moved what is shown now
 
     Warper& shown() { return cut_warper ? *cut_warper : warper; }
     const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
@@ -172,6 +196,9 @@ class Player {
   void place(std::span<const Number> xyz_mm, StateOf of, std::size_t organ);
   bool go_on_from_placed();  // false when no other solver has moved anything since the last step
   bool make_whole();         // false when nothing was cut
+  bool hang_together_as_in(const State::Data& state) const;
+  static void save_placed(const Organ& organ, std::optional<OrganState>& state, StateOf& of);
+  static void restore_placed(Organ& organ, const std::optional<OrganState>& state, StateOf of);
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);
@@ -182,6 +209,8 @@ class Player {
                    const std::vector<ContactPoint>& punctures);
   bool cut_is_due(std::size_t step);
   void begin_pending_cut();
+  using Sheets = std::vector<std::shared_ptr<const CutSheet>>;  // by organ; null: nothing new
+  void begin_pending_cut(Sheets sheets);
   void end_pending_cut();
   template <class Use>
   auto with_drawn_organs(const Use& use);
@@ -199,7 +228,8 @@ class Player {
   std::string drawing_note_;
   CuttingEdges cutting_edges_;
   std::optional<CutTimes> cut_times_;
-  std::size_t steps_ = 0;  // from rest
+  std::size_t steps_ = 0;                                        // from rest
+  std::shared_ptr<const void> mark_ = std::make_shared<char>();  // of its states
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.
   struct PendingCut;

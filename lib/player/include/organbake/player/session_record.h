@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "organbake/instruments/instrument.h"
+#include "organbake/player/player.h"
 #include "organbake/player/script.h"
 
 namespace organbake {
@@ -57,6 +58,40 @@ class SessionRecord {
   double time_step_s_;
   std::vector<OrbitPose> poses_;
   std::vector<Touch> touches_;
+};
+
+// Moments of a session to go back to at once, by their steps from rest: one for each second, and
+// one for each touch's beginning. Beyond a measure of memory those are forgotten that lie closest
+// together for their age, the beginnings of touches last.
+class SessionStates {
+ public:
+  // Programs of 32 bits, as pages are, have less to spare.
+  static constexpr std::size_t kMostBytes = (sizeof(void*) > 4 ? 150 : 40) * std::size_t{1'000'000};
+
+  explicit SessionStates(std::size_t most_bytes = kMostBytes) : most_bytes_(most_bytes) {}
+
+  bool has(std::size_t step) const;
+  void keep(Player::State state, bool begins_touch);
+  void begins_touch(std::size_t step);  // of one that there is
+  // The last one that is not after a step; an empty one where there is none.
+  Player::State before(std::size_t step) const;
+  void forget_after(std::size_t step);
+  void clear();
+  std::size_t count() const { return kept_.size(); }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  struct Kept {
+    Player::State state;
+    bool begins_touch;
+    std::size_t bytes;  // beside the one before it
+  };
+  void measure(std::size_t kept);
+  void forget(std::size_t kept);
+  std::size_t least_missed() const;
+
+  std::size_t most_bytes_, bytes_ = 0;
+  std::vector<Kept> kept_;  // by steps, increasing
 };
 
 }  // namespace organbake
