@@ -7,7 +7,6 @@
 #include "commands.h"
 #include "organbake/bundle/bundle.h"
 #include "organbake/bundle/bundle_reader.h"
-#include "organbake/bundle/reseal.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"

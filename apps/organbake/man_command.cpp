@@ -7,7 +7,7 @@
 #include "commands.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 #include "organbake/core/version.h"
 
 namespace organbake {

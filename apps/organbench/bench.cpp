@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "organbake/core/parallel.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/processes.h"
 #include "report/report.h"

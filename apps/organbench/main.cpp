@@ -6,7 +6,6 @@
 #include "command_line.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/documents.h"
 #include "report/report.h"

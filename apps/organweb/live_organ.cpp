@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "organbake/bundle/map_code.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/core/error.h"
 #include "organbake/graphics/graphics_drawing.h"
 #include "organbake/player/eye_inside.h"

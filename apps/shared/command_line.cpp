@@ -9,7 +9,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
 #include "organbake/core/version.h"
 

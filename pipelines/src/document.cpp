@@ -9,13 +9,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "organbake/bundle/json_structure.h"
+#include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 
 namespace organbake {
 namespace {
 
-using Json = nlohmann::json;
+using SortedJson = nlohmann::json;
 
 // Aliases let a few lines of YAML stand for any number of values.
 constexpr std::size_t kMostNodes = 20000;
@@ -36,26 +36,26 @@ class YamlToJson {
  public:
   explicit YamlToJson(const std::string& name) : name_(name) {}
 
-  Json convert(const YAML::Node& node) {
+  SortedJson convert(const YAML::Node& node) {
     if (++nodes_ > kMostNodes) throw RecipeError(name_ + ": has too many values");
     switch (node.Type()) {
       case YAML::NodeType::Map:
         return convert_map(node);
       case YAML::NodeType::Sequence: {
-        Json array = Json::array();
+        SortedJson array = SortedJson::array();
         for (const YAML::Node& item : node) array.push_back(convert(item));
         return array;
       }
       case YAML::NodeType::Scalar:
-        return node.Tag() == "!" ? Json(node.Scalar()) : plain_scalar(node.Scalar());
+        return node.Tag() == "!" ? SortedJson(node.Scalar()) : plain_scalar(node.Scalar());
       default:
         return nullptr;
     }
   }
 
  private:
-  Json convert_map(const YAML::Node& node) {
-    Json object = Json::object();
+  SortedJson convert_map(const YAML::Node& node) {
+    SortedJson object = SortedJson::object();
     for (const auto& item : node) {
       const std::string where = at_line(name_, item.first.Mark());
       if (!item.first.IsScalar()) throw RecipeError(where + ": a key must be a plain word");
@@ -71,7 +71,7 @@ class YamlToJson {
 };
 
 // The mark of a key (or list item), or of the deepest part of the pointer that exists.
-YAML::Mark find_mark(YAML::Node node, const Json::json_pointer& pointer) {
+YAML::Mark find_mark(YAML::Node node, const SortedJson::json_pointer& pointer) {
   std::vector<std::string> parts;
   for (auto rest = pointer; !rest.empty(); rest.pop_back()) parts.push_back(rest.back());
   YAML::Mark mark = node.Mark();
@@ -97,7 +97,7 @@ YAML::Mark find_mark(YAML::Node node, const Json::json_pointer& pointer) {
 
 }  // namespace
 
-Json plain_scalar(const std::string& text) {
+SortedJson plain_scalar(const std::string& text) {
   if (text.empty() || text == "~" || text == "null") return nullptr;
   if (text == "true") return true;
   if (text == "false") return false;
@@ -108,17 +108,17 @@ Json plain_scalar(const std::string& text) {
   return text;
 }
 
-Document::Document(std::string text, std::string name, Json json)
+Document::Document(std::string text, std::string name, SortedJson json)
     : text_(std::move(text)),
       name_(std::move(name)),
-      json_(std::make_shared<Json>(std::move(json))) {}
+      json_(std::make_shared<SortedJson>(std::move(json))) {}
 
 Document Document::parse_json(std::string text, std::string name) {
   try {
     check_json_structure(text, name);
-    Json json = Json::parse(text);
+    SortedJson json = SortedJson::parse(text);
     return {std::move(text), std::move(name), std::move(json)};
-  } catch (const Json::exception& error) {  // a number too large for a double is one, too
+  } catch (const SortedJson::exception& error) {  // a number too large for a double is one, too
     // "[json.exception.parse_error.101] parse error at line 3, column 5: …"
     const std::string what = error.what();
     const std::size_t begin = what.find("] ");
@@ -128,7 +128,7 @@ Document Document::parse_json(std::string text, std::string name) {
 
 Document Document::parse_yaml(std::string text, std::string name) {
   try {
-    Json json = YamlToJson(name).convert(YAML::Load(text));
+    SortedJson json = YamlToJson(name).convert(YAML::Load(text));
     return {std::move(text), std::move(name), std::move(json)};
   } catch (const YAML::DeepRecursion&) {
     throw RecipeError(name + ": is nested too deeply");
@@ -137,21 +137,21 @@ Document Document::parse_yaml(std::string text, std::string name) {
   }
 }
 
-void Document::set(const std::string& pointer, const Json& value, const std::string& origin) {
+void Document::set(const std::string& pointer, const SortedJson& value, const std::string& origin) {
   try {
-    const Json::json_pointer target(pointer);
+    const SortedJson::json_pointer target(pointer);
     // The outermost that is new: the groups of keys that it is the first in stand nowhere else.
-    Json::json_pointer first = target;
+    SortedJson::json_pointer first = target;
     while (!first.empty() && !json_->contains(first.parent_pointer())) first.pop_back();
     (*json_)[target] = value;
     origins_[first.to_string()] = origin;
-  } catch (const Json::exception&) {
+  } catch (const SortedJson::exception&) {
     throw RecipeError(origin + ": " + name_ + " holds something else than keys there");
   }
 }
 
 void Document::remove(const std::string& pointer) {
-  const Json::json_pointer target(pointer);
+  const SortedJson::json_pointer target(pointer);
   if (json_->contains(target)) (*json_)[target.parent_pointer()].erase(target.back());
 }
 
@@ -163,7 +163,7 @@ std::string Document::location(const std::string& pointer) const {
   try {
     // JSON is YAML, so one parser that keeps its marks serves both; it is slow, and asked only
     // when there is an error to tell.
-    return at_line(name_, find_mark(YAML::Load(text_), Json::json_pointer(pointer)));
+    return at_line(name_, find_mark(YAML::Load(text_), SortedJson::json_pointer(pointer)));
   } catch (const YAML::Exception&) {
     return name_;
   }

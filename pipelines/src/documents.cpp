@@ -19,7 +19,6 @@
 #include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/options/options.h"

@@ -9,7 +9,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/options_json.h"

@@ -11,7 +11,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/recipe.h"

@@ -10,7 +10,7 @@
 #include "measuring/programs.h"
 #include "measuring/scenes.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/triangle_mesh.h"

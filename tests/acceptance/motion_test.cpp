@@ -7,7 +7,7 @@
 
 #include "measuring/programs.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/image/png.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/masks.h"

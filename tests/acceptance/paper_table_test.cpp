@@ -6,7 +6,7 @@
 
 #include "measuring/programs.h"
 #include "organbake/bundle/bundle_reader.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/image/difference.h"

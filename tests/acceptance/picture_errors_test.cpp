@@ -18,7 +18,7 @@
 #include "peers/peers.h"
 #endif
 #include "measuring/programs.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "promises.h"
 

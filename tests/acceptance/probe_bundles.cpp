@@ -11,7 +11,7 @@
 #include "organbake/capture/surface_color.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/isosurface/isosurface.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/player/player.h"

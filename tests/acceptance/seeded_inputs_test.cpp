@@ -9,7 +9,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "probes.h"
 #include "promises.h"

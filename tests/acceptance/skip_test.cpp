@@ -10,7 +10,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"

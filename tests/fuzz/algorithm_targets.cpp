@@ -12,7 +12,7 @@
 #include "organbake/decimate/decimate.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/viewpoints/placement.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cameras and calibrations.
 #include "fuzz/readers.h"
-#include "organbake/bundle/packed_bytes.h"
+#include "organbake/bundle/bundle_pack.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/stereo/stereo_rig.h"
 

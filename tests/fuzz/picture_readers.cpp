@@ -3,7 +3,7 @@
 
 #include "fuzz/readers.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 
 namespace organbake {
 

@@ -14,7 +14,7 @@
 #include "fuzz/heap_meter.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "support/places.h"
 
 namespace organbake {

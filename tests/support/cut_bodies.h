@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/bundle/mechanics_model.h"
 #include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_sheet.h"
 #include "organbake/geometry/triangle_mesh.h"

@@ -6,9 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "organbake/geometry/adjacency.h"
-#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/refine.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 TriangleMesh tetrahedron_mesh() {

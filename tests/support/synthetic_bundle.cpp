@@ -8,7 +8,7 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
 #include "support/meshes.h"
 
 namespace organbake {

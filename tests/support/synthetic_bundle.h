@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/bundle/mechanics_model.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {

@@ -13,7 +13,7 @@
 
 #include "measuring/agreement.h"
 #include "organbake/capture/traced_surface.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 
 namespace organbake {

@@ -9,7 +9,7 @@
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/raycast/ray_scene.h"

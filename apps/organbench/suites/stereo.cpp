@@ -11,7 +11,7 @@
 
 #include "bench.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/phantom/laparoscopy.h"

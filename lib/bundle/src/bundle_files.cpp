@@ -2,7 +2,7 @@
 // Reads a bundle from whatever holds its files, a folder or the pack of a web page, so that both go
 // through the same checks. Maps may come from a stranger: what a renderer would index or divide by
 // is looked at texel by texel.
-#include "organbake/bundle/bundle_files.h"
+#include "organbake/bundle/bundle_reader.h"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A virtual camera's maps as the images that a bundle stores, in channels that other programs
 // understand: depth, colour with coverage, and microstructure with its face and confidence.
-#include "organbake/bundle/camera_maps.h"
+#include "organbake/bundle/bundle.h"
 
 #include <array>
 #include <string>

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "organbake/core/error.h"
-#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 namespace {

@@ -16,8 +16,8 @@
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/lattice.h"
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
+#include "organbake/geometry/smooth_skin.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

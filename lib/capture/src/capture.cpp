@@ -17,9 +17,9 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 namespace {

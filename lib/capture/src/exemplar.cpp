@@ -12,7 +12,7 @@
 
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 

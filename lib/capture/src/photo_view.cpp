@@ -17,7 +17,7 @@
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

@@ -20,9 +20,8 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/adjacency.h"
-#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "organbake/raycast/ray_scene.h"
 

@@ -9,8 +9,8 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A thread of its own for long work; its owner's end asks it to stop and waits for it. A build
 // without threads starts none, and the caller does the work itself.
-#include "organbake/core/background_thread.h"
+#include "organbake/core/background.h"
 
 #include <thread>
 #include <utility>

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/bundle/mechanics_model.h"
 #include "organbake/cutting/cut_sheet.h"
 
 namespace organbake {

@@ -11,7 +11,7 @@
 #include <numbers>
 
 #include "organbake/bundle/json_fields.h"
-#include "organbake/core/background_tasks.h"
+#include "organbake/core/background.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"

@@ -18,7 +18,6 @@
 #include "organbake/core/text.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/decimate/mesh_distance.h"
-#include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "proxies.h"

@@ -9,7 +9,7 @@
 
 #include "organbake/core/quantile.h"
 #include "organbake/decimate/decimate.h"
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {

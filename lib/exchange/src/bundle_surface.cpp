@@ -10,9 +10,9 @@
 #include <set>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/lattice.h"
+#include "organbake/core/quantile.h"
+#include "organbake/geometry/smooth_skin.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "organbake/bundle/bundle_pack.h"
-#include "organbake/bundle/map_code.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/depth_maps.h"

@@ -12,8 +12,8 @@
 
 #include "organbake/contour/contour.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/mesh_edges.h"

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/image/srgb.h"

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/dense_solve.h"
 

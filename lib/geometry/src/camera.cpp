@@ -13,7 +13,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
-#include "organbake/geometry/rotation_between.h"
 
 namespace organbake {
 bool is_rotation(const Eigen::Matrix3d& r, double tolerance) {

@@ -15,7 +15,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/union_find.h"
-#include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {

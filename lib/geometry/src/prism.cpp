@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake {
 ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& normals,

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "organbake/geometry/prism.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake {
 

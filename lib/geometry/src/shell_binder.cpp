@@ -3,7 +3,7 @@
 // reach into it; in each of these the height is a root of a cubic (prism.h). Points come in
 // runs of neighbours, as maps have them, so that four of them are tried against one prism at once
 // (prism_lanes.h).
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -3,7 +3,7 @@
 // them, with deformation gradients at its vertices: by least squares over the edges that meet
 // there. The fit is of second order: a first-order one over an uneven ring would take the ring's
 // curvature for a slope of the surface.
-#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/shell.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -16,7 +16,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "organbake/geometry/vertex_gradients.h"
 

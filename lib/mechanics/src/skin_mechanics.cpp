@@ -20,7 +20,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "tissue_parts.h"
 
 namespace organbake {

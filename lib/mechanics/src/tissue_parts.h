@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "organbake/bundle/mechanics_model.h"
-#include "organbake/bundle/tetrahedral_body.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {

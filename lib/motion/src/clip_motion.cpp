@@ -12,8 +12,8 @@
 #include <optional>
 #include <vector>
 
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/motion/scene.h"
 #include "two_views.h"

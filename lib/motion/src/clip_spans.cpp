@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/motion/feature_tracker.h"
 #include "organbake/shading/prepared_frame.h"

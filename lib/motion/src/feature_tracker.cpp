@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"

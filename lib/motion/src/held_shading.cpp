@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"

@@ -16,7 +16,7 @@
 #include <optional>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"

@@ -12,8 +12,8 @@
 #include <string>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"

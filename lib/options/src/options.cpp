@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "organbake/core/error.h"
-#include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
 
 namespace organbake {

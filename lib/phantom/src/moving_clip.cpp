@@ -15,8 +15,8 @@
 
 #include "moving_scene.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/raycast/ray_scene.h"

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/bundle/mechanics_model.h"
 
 namespace organbake {
 

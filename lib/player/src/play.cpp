@@ -8,7 +8,7 @@
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
 #include "organbake/player/eye_inside.h"

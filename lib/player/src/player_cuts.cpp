@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "organbake/core/background_thread.h"
+#include "organbake/core/background.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/player/player.h"

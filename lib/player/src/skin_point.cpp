@@ -10,7 +10,7 @@
 #include "line_crossing.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake {
 namespace {

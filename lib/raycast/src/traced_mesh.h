@@ -13,7 +13,7 @@
 #include <memory>
 #include <vector>
 
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/face_queries.h"
 

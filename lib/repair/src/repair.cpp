@@ -21,7 +21,7 @@
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/rotation_between.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/raycast/winding.h"

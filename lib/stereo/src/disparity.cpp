@@ -9,7 +9,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "disparity.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"

@@ -11,8 +11,8 @@
 
 #include "disparity.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"

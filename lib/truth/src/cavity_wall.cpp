@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/image/srgb.h"
 #include "organbake/truth/lens_picture.h"
 

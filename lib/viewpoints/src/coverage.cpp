@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "organ.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "sight.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/bundle/map_files.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/filtered_detail.h"
 #include "organbake/formats/mesh_files.h"

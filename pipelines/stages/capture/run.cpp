@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "organbake/bundle/cameras_json.h"
-#include "organbake/bundle/map_files.h"
 #include "organbake/bundle/skin_image.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"

@@ -20,7 +20,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/geometry/rigid_transform.h"
-#include "organbake/image/depth_notes.h"
+#include "organbake/image/exr.h"
 #include "organbake/pipelines/stage.h"
 #include "stages/fuse/options.h"
 #include "stages/shared/posed_depth.h"

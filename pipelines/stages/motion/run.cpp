@@ -7,7 +7,7 @@
 #include "organbake/bundle/lighting.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/fusion/depth_view.h"

@@ -9,9 +9,8 @@
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/files.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
-#include "organbake/image/depth_notes.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/frame_albedo.h"

@@ -50,7 +50,7 @@ struct WrittenFrame {
   RigidTransform camera_from_scope;  // how the frame's camera was turned against the scope's
 };
 // depth/, normals/, mask/, confidence/ and pictures/ of one frame, named as it is. The depth map
-// says its camera, in the scope's own axes, and whether it is relative (image/depth_notes.h).
+// says its camera, in the scope's own axes, and whether it is relative (image/exr.h).
 void write_frame(const std::filesystem::path& folder, const WrittenFrame& written,
                  const PreparedFrame& frame, const FrameDepth& depth);
 

@@ -8,7 +8,7 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"

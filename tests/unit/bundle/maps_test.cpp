@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/bundle/map_code.h"
+#include "organbake/bundle/stored_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,12 +9,11 @@
 #include <limits>
 
 #include "organbake/bundle/bundle_reader.h"
-#include "organbake/bundle/map_files.h"
 #include "organbake/bundle/skin_image.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/image/exr.h"
 #include "support/error_message.h"
 #include "support/meshes.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "organbake/bundle/tetrahedral_body.h"
 #include "organbake/core/error.h"
 #include "support/synthetic_bundle.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/bundle/reseal.h"
+#include "organbake/bundle/bundle_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,13 +8,11 @@
 #include <string>
 
 #include "organbake/bundle/bundle_pack.h"
-#include "organbake/bundle/bundle_reader.h"
 #include "organbake/bundle/json_fields.h"
-#include "organbake/bundle/json_structure.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/image/exr.h"
 #include "support/error_message.h"
 #include "support/synthetic_bundle.h"

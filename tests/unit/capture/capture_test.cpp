@@ -11,7 +11,7 @@
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
 #include "support/error_message.h"

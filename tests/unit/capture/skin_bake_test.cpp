@@ -13,11 +13,9 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/shell_binder.h"
-#include "organbake/geometry/shell_map.h"
-#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/shell.h"
+#include "organbake/geometry/smooth_skin.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

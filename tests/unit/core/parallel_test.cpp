@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "organbake/core/background_thread.h"
+#include "organbake/core/background.h"
 
 namespace organbake {
 namespace {

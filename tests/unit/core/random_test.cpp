@@ -8,7 +8,6 @@
 #include <cmath>
 #include <vector>
 
-#include "organbake/core/median.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
 

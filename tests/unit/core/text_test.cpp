@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "organbake/core/error.h"
-#include "organbake/core/nearest_name.h"
 #include "organbake/core/run_context.h"
 #include "organbake/core/scalar_type.h"
 #include "organbake/core/sha256.h"

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "solver/body_pressures.h"
 #include "solver/spring_network.h"
 #include "support/meshes.h"

@@ -11,7 +11,7 @@
 
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake::test {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "organ_to_export.h"
 #include "organbake/bundle/bundle_pack.h"
-#include "organbake/bundle/map_code.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/exchange/bundle_surface.h"
 #include "organbake/exchange/cut_out.h"
 #include "organbake/geometry/mesh_checks.h"

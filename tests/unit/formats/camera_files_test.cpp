@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "organbake/bundle/packed_bytes.h"
+#include "organbake/bundle/bundle_pack.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "posed_cameras.h"
 #include "support/error_message.h"

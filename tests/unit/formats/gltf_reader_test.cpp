@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "file_bytes.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 
 namespace organbake {
 namespace {

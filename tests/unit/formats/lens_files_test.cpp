@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
 #include "support/error_message.h"

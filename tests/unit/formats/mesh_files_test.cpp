@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "file_bytes.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"

@@ -13,7 +13,7 @@
 #include <Eigen/LU>
 
 #include "file_bytes.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/exports.h"
 #include "organbake/geometry/ply.h"

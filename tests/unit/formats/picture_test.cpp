@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "file_bytes.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"

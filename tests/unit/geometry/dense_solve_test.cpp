@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "organbake/geometry/rotation_between.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/shell_binder.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -11,8 +11,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/lattice.h"
-#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/vertex_gradients.h"
 #include "support/meshes.h"
 

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "organbake/core/error.h"
-#include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "support/meshes.h"

@@ -20,7 +20,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "support/places.h"
 
 namespace organbake {

@@ -10,7 +10,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/pipelines/cache.h"
 
 namespace organbake {

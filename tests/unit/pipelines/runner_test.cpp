@@ -11,7 +11,7 @@
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "organ_to_cut.h"
 #include "organbake/core/error.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/skin_point.h"

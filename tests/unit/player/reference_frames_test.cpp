@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "organbake/core/error.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/image/png.h"
 
 namespace organbake {

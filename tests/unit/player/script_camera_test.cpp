@@ -9,7 +9,7 @@
 #include "organ_to_play.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 
 namespace organbake {
 namespace {

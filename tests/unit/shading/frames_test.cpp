@@ -8,7 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/prepared_frame.h"
 #include "support/places.h"

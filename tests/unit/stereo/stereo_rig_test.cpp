@@ -10,7 +10,7 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "stereo_scene.h"

@@ -11,7 +11,7 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/player/orbit.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"

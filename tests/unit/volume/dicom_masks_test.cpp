@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "dicom_folder_fixture.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"

@@ -14,7 +14,7 @@
 
 #include "dicom_folder_fixture.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"

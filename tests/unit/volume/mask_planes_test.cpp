@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"

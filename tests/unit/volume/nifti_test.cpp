@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
 

@@ -6,7 +6,7 @@
 
 #include <bzlib.h>
 
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"

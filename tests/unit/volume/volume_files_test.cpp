@@ -9,7 +9,7 @@
 #include "dicom_folder_fixture.h"
 #include "files/volume_files.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "support/dicom_bytes.h"
 #include "support/error_message.h"

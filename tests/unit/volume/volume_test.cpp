@@ -12,7 +12,7 @@
 #include "files/volume_files.h"
 #include "grid/grids.h"
 #include "organbake/core/files.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
 

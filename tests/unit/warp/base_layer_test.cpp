@@ -11,7 +11,7 @@
 #include "drawing/base_drawing.h"
 #include "drawing/splat.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/rasteriser.h"

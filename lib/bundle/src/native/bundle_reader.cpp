@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <set>
 
-#include "organbake/bundle/bundle_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"

@@ -2,7 +2,7 @@
 // Writes and reads manifest.json. It lists the SHA-256 of every other file, and as its last key its
 // own, taken with zeros in the place of that value, so that a change of the manifest is noticed,
 // too.
-#include "organbake/bundle/manifest.h"
+#include "organbake/bundle/bundle.h"
 
 #include <algorithm>
 #include <span>

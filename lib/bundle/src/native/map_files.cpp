@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the images of all virtual cameras and the base layer, side by side on all threads, since
 // compressing takes most of the time.
-#include "organbake/bundle/map_files.h"
+#include "organbake/bundle/stored_maps.h"
 
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"

@@ -2,17 +2,16 @@
 // Brings a bundle's manifest up to images that were edited by hand. Depth and microstructure name
 // the same place in two ways; where an edit drives them more than a texel apart, it is refused,
 // because pushed skin would jump there.
-#include "organbake/bundle/reseal.h"
+#include "organbake/bundle/bundle_reader.h"
 
 #include <algorithm>
 #include <initializer_list>
 
-#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/sha256.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/image/exr.h"
 
 namespace organbake {

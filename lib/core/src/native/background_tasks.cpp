@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tasks beside the caller's own work: a group of TBB's or, in a build without threads, plain calls.
-#include "organbake/core/background_tasks.h"
+#include "organbake/core/background.h"
 
 #include <utility>
 

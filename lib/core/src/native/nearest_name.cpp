@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the name that was probably meant by a mistyped one: the candidate of the least Levenshtein
 // distance, or one that differs by a unit at its end.
-#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 
 #include <algorithm>
 #include <cctype>

@@ -12,8 +12,8 @@
 #include <numeric>
 
 #include "contact/padded_vector.h"
-#include "organbake/geometry/lattice.h"
 #include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake::deform {
 namespace {

@@ -10,11 +10,11 @@
 #include "body/tissue.h"
 #include "contact/padded_vector.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake::deform {
 
-// A material point of the skin: bound to the shell over a proxy face (geometry/shell_map.h).
+// A material point of the skin: bound to the shell over a proxy face (geometry/shell.h).
 struct SkinPoint {
   std::uint32_t face = 0;
   double b1 = 0, b2 = 0;

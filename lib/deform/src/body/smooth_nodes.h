@@ -8,7 +8,7 @@
 #include "body/tissue.h"
 #include "contact/padded_vector.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake::deform {
 

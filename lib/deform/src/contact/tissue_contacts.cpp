@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "organbake/geometry/prism.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake::deform {
 namespace {

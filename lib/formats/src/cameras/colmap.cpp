@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "cameras/camera_formats.h"
+#include "organbake/bundle/bundle_pack.h"
 #include "organbake/bundle/cameras_json.h"
-#include "organbake/bundle/packed_bytes.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"

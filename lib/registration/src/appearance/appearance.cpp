@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "cost_functions/cost_functions.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/registration/register_photo.h"
 

@@ -11,7 +11,6 @@
 #include <tuple>
 
 #include "organbake/core/random.h"
-#include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 

@@ -11,8 +11,8 @@
 
 #include "appearance/prediction.h"
 #include "cost_functions/cost_functions.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/registration/registered_surface.h"

@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "cost_functions/cost_functions.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/geometry/dense_solve.h"
 
 namespace organbake {

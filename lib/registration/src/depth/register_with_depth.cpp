@@ -9,8 +9,8 @@
 
 #include "cost_functions/cost_functions.h"
 #include "depth/depth_alignment.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"

@@ -9,7 +9,7 @@
 
 #include "cost_functions/cost_functions.h"
 #include "depth/depth_alignment.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/registration/register_photo.h"
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "cost_functions/cost_functions.h"
-#include "organbake/core/median.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/geometry/dense_solve.h"
-#include "organbake/geometry/rotation_between.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"

@@ -13,7 +13,7 @@
 #include <limits>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/distant.h"

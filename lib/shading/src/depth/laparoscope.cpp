@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/grid_filters.h"
 

@@ -10,7 +10,7 @@
 
 #include "light/light.h"
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/image/srgb.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/image/srgb.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/tent_mean.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "masks/searches.h"
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/masks.h"
 

@@ -12,7 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "organbake/core/median.h"
+#include "organbake/core/quantile.h"
 
 namespace organbake {
 namespace {

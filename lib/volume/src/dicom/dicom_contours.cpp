@@ -14,7 +14,7 @@
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/rotation_between.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/volume.h"
 

@@ -15,7 +15,7 @@
 
 #include "grid/grids.h"
 #include "organbake/core/scalar_type.h"
-#include "organbake/core/temporary_folder.h"
+#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"

@@ -13,7 +13,7 @@
 
 #include "files/volume_files.h"
 #include "organbake/core/error.h"
-#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 #include "organbake/volume/labels.h"
 
 namespace organbake {

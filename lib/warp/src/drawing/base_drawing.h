@@ -11,7 +11,7 @@
 
 #include "drawing/splat.h"
 #include "organbake/bundle/base_layer.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/rasteriser.h"
 #include "picture/tiles.h"

@@ -12,7 +12,7 @@
 #include "drawing/splat.h"
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/frame.h"
 #include "picture/spans.h"

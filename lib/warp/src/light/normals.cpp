@@ -10,8 +10,8 @@
 
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/lattice.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "picture/spans.h"
 #include "placing/placing.h"
 

@@ -10,9 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "organbake/geometry/adjacency.h"
-#include "organbake/geometry/shell_map.h"
-#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/vertex_gradients.h"
 #include "organbake/warp/view.h"
 #include "picture/tiles.h"

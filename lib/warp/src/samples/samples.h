@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/core/background_thread.h"
+#include "organbake/core/background.h"
 #include "organbake/cutting/cut_organ.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/core/background_tasks.h"
+#include "organbake/core/background.h"
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/recipe.h"

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace organbake {
 
@@ -26,5 +27,9 @@ char first_letter(std::string_view text);
 
 // For text and for quoted attributes of an HTML page or an SVG.
 std::string escape_html(const std::string& text);
+
+// "; did you mean 'faces'?" when one of the candidates is close to `name`, whatever their case,
+// else nothing. To be put at the end of an error message.
+std::string suggestion(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace organbake

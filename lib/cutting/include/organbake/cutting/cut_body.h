@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/bundle/mechanics_model.h"
 #include "organbake/cutting/cut_sheet.h"
 #include "organbake/geometry/triangle_mesh.h"
 

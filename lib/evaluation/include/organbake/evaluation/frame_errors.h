@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/geometry/shell_binder.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/player/carried_surface.h"

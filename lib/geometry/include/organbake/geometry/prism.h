@@ -6,7 +6,7 @@
 #include <array>
 #include <cstddef>
 
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 
 namespace organbake {
 

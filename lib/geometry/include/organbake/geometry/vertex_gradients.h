@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "organbake/geometry/adjacency.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// OpenEXR files, read with a check of all that they say and written by several threads.
-
 #include <cstddef>
 #include <filesystem>
 #include <map>
@@ -13,6 +11,8 @@
 
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
+
+// OpenEXR files, read with a check of all that they say and written by several threads.
 
 namespace organbake {
 
@@ -52,5 +52,14 @@ struct ExrWriteOptions {
 // Throws IoError.
 void write_exr(const std::filesystem::path& path, const ChannelImage& image,
                const ExrWriteOptions& options = {});
+
+// What a depth map of a frame says of itself (ExrWriteOptions::notes), for who brings it together
+// with poses from elsewhere.
+inline constexpr const char* kDepthUnitNote = "depthUnit";
+inline constexpr const char* kRelativeDepth = "relative";  // of this map alone; else mm
+inline constexpr const char* kLensNote = "lens";
+inline constexpr const char* kAssumedLens = "assumed";  // a field of view nobody measured
+inline constexpr const char* kWorldNote = "world";
+inline constexpr const char* kScopesOwnAxes = "scope";  // camera_from_world begins at the scope
 
 }  // namespace organbake

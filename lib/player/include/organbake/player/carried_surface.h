@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/geometry/shell_map.h"
-#include "organbake/geometry/shell_surface.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/warp/view.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "organbake/bundle/base_layer.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/player/player.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/solids.h"

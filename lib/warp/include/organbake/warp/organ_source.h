@@ -11,7 +11,7 @@
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/joint_drawing.h"

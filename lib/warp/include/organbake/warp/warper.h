@@ -9,7 +9,7 @@
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/cutting/cut_organ.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell.h"
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
