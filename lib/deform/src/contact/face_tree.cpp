@@ -108,7 +108,7 @@ void FaceTree::fit(double margin_mm) {
   margin_mm_ = margin_mm;
   const PaddedVectors& x = skin_.shape();
   skin_.pose_all_normals();
-  for (std::uint32_t f = 0; f < order_.size(); ++f) {
+  for (const std::uint32_t f : order_) {
     const auto [i, j, k] = tissue_.faces()[f];
     const Prism prism = skin_.skin_prism(f);
     Box& box = box_[f] = {prism[0], prism[0]};

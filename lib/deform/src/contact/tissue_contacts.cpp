@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 #include "organbake/geometry/prism.h"
 #include "organbake/geometry/shell.h"
@@ -54,9 +56,8 @@ struct TissueContacts::Prism {
                             skin.highest_mm(face) + margin_mm)),
         cubic(matrix) {}
 
-  // The smallest height of a point in the prism; false outside.
+  // The smallest height of a point in the prism, which its bounds hold; false outside.
   bool find(const Eigen::Vector3d& point, ShellBinding& found) const {
-    if (!bounds.holds(point)) return false;
     const PrismCubic::Roots roots = cubic.heights(point, farthest_mm);
     for (int i = 0; i < roots.count; ++i) {
       const Eigen::Vector2d b = barycentric_at_height(matrix, roots.heights[i], point);
@@ -136,7 +137,6 @@ void TissueContacts::measure_rest() {
   rest_depth_mm_.assign(probes_.size(), 0.0);
   overlap_mm_.assign(tissue_.pieces().size() * tissue_.pieces().size(), 0.0);
   probe_all();
-  see_fronts();
   // What lies below another organ's skin came from its front.
   for (const std::uint32_t k : touched_) {
     const std::uint32_t own = own_[k].at.face, other = probed_[k].other.at.face;
@@ -179,14 +179,37 @@ void TissueContacts::untangle(std::vector<Contact>& contacts) {
 void TissueContacts::find_pairs() {
   const PaddedVectors& x = skin_.shape();
   if (!x_of_pairs_.empty() && !farther_than(x, x_of_pairs_, margin_mm_ / 2)) return;
-  tree_.find_pairs(margin_mm_, pairs_);
   x_of_pairs_ = x;
+  list_pairs();
+}
+
+// In the skin's pose; and by face those beside it, in the order of the pairs.
+void TissueContacts::list_pairs() {
+  tree_.find_pairs(margin_mm_, pairs_);
+  first_beside_.assign(tissue_.faces().size() + 1, 0);
+  for (const auto& [f, g] : pairs_) ++first_beside_[f + 1], ++first_beside_[g + 1];
+  std::partial_sum(first_beside_.begin(), first_beside_.end(), first_beside_.begin());
+  beside_.resize(first_beside_.back());
+  std::vector<std::uint32_t> next(first_beside_.begin(), first_beside_.end() - 1);
+  for (const auto& [f, g] : pairs_) beside_[next[f]++] = g, beside_[next[g]++] = f;
 }
 
 void TissueContacts::be_restored() {
+  for (Probed& probed : probed_) probed.found = false;
+  touched_ = watched_;
   if (x_of_pairs_.empty()) return;
   skin_.pose(x_of_pairs_);
-  tree_.find_pairs(margin_mm_, pairs_);
+  list_pairs();
+  if (x_probed_.empty()) return;
+  skin_.pose(x_probed_);
+  forget_prisms();
+  for (const std::uint32_t k : watched_) own_[k] = skin_.hit(probes_[k], PaddedVector::Zero());
+  list_near_watched();
+}
+
+void TissueContacts::forget_prisms() {
+  prisms_.clear();
+  std::fill(prism_number_.begin(), prism_number_.end(), kNoPrism);
 }
 
 void TissueContacts::probe_all() {
@@ -194,10 +217,37 @@ void TissueContacts::probe_all() {
   for (const std::uint32_t k : touched_) probed_[k].found = false;
   touched_.clear();
   balls_.assign(tissue_.faces().size(), ProbeBall{});
-  prisms_.clear();
-  std::fill(prism_number_.begin(), prism_number_.end(), kNoPrism);
+  forget_prisms();
   for (const auto& [f, g] : pairs_) probe(f, g), probe(g, f);
   std::sort(touched_.begin(), touched_.end());
+  for (std::uint32_t k = 0; k < probed_.size(); ++k) see_front(k);
+}
+
+// Those alone that may sink before something has moved so far that all are probed again.
+void TissueContacts::probe_watched() {
+  forget_prisms();
+  for (std::size_t w = 0; w < watched_.size(); ++w) {
+    const std::uint32_t k = watched_[w];
+    probed_[k].found = false;
+    own_[k] = skin_.hit(probes_[k], PaddedVector::Zero());
+    for (std::size_t n = first_near_[w]; n < first_near_[w + 1]; ++n) feel(k, prism_of(near_[n]));
+    see_front(k);
+  }
+}
+
+// Those faces in whose prisms watched probes may be before all are probed again.
+void TissueContacts::list_near_watched() {
+  first_near_.assign(1, 0);
+  near_.clear();
+  for (const std::uint32_t k : watched_) {
+    const std::uint32_t face = probes_[k].face;
+    for (std::uint32_t b = first_beside_[face]; b < first_beside_[face + 1]; ++b) {
+      const PrismBounds& bounds = prism_of(beside_[b]).bounds;
+      if (bounds.touches_sphere(own_[k].point.head<3>(), clearance_mm_ + bounds.slack))
+        near_.push_back(beside_[b]);
+    }
+    first_near_.push_back(near_.size());
+  }
 }
 
 TissueContacts::~TissueContacts() = default;
@@ -232,36 +282,40 @@ void TissueContacts::probe(std::uint32_t face, std::uint32_t other) {
   const Prism& prism = prism_of(other);
   const ProbeBall& ball = ball_of(face);
   if (!prism.bounds.touches_sphere(ball.center, ball.radius_mm + prism.bounds.slack)) return;
-  const bool has_few_nodes = skin_.smooth(other) && skin_.steps(other) == 1;
-  for (std::uint32_t k = first_probe_[face]; k < first_probe_[face + 1]; ++k) {
-    const SkinHit& own = own_[k];
-    ShellBinding place;
-    if (probed_[k].found && has_few_nodes &&
-        skin_.least_distance(other, own.point) > kLonger * probed_[k].other.distance_mm)
-      continue;
-    if (!prism.find(own.point.head<3>(), place)) continue;
-    const SkinHit hit = skin_.hit(skin_.point_over(other, place.b1, place.b2), own.point);
-    if (own.normal.dot(hit.normal) > kOpposed) continue;
-    Probed& probed = probed_[k];
-    if (probed.found && probed.other.distance_mm <= hit.distance_mm) continue;
-    if (!probed.found) touched_.push_back(k);
-    probed = {hit, (hit.point - own.point).dot(hit.normal), true, false};
-  }
+  for (std::uint32_t k = first_probe_[face]; k < first_probe_[face + 1]; ++k)
+    if (feel(k, prism)) touched_.push_back(k);
+}
+
+// Whether a probe is in a prism, and was in none before.
+bool TissueContacts::feel(std::uint32_t k, const Prism& prism) {
+  const SkinHit& own = own_[k];
+  Probed& probed = probed_[k];
+  const bool has_few_nodes = skin_.smooth(prism.face) && skin_.steps(prism.face) == 1;
+  if (!prism.bounds.holds(own.point.head<3>())) return false;
+  if (probed.found && has_few_nodes &&
+      skin_.least_distance(prism.face, own.point) > kLonger * probed.other.distance_mm)
+    return false;
+  ShellBinding place;
+  if (!prism.find(own.point.head<3>(), place)) return false;
+  const SkinHit hit = skin_.hit(skin_.point_over(prism.face, place.b1, place.b2), own.point);
+  if (own.normal.dot(hit.normal) > kOpposed) return false;
+  if (probed.found && probed.other.distance_mm <= hit.distance_mm) return false;
+  const bool is_first = !probed.found;
+  probed = {hit, (hit.point - own.point).dot(hit.normal), true, false};
+  return is_first;
 }
 
 // Skin that is not felt any more has to come from the front again.
-void TissueContacts::see_fronts() {
-  for (std::uint32_t k = 0; k < probed_.size(); ++k) {
-    const Probed& probed = probed_[k];
-    if (!probed.found) {
-      in_front_[k] = released_[k] = 0;
-    } else if (released_[k]) {
-      in_front_[k] = 0;
-    } else if (probed.depth_mm <= touching_mm(k)) {
-      in_front_[k] = 1;
-    } else if (!in_front_[k] && between_pieces(probes_[k].face, probed.other.at.face)) {
-      in_front_[k] = is_inside(k);
-    }
+void TissueContacts::see_front(std::uint32_t k) {
+  const Probed& probed = probed_[k];
+  if (!probed.found) {
+    in_front_[k] = released_[k] = 0;
+  } else if (released_[k]) {
+    in_front_[k] = 0;
+  } else if (probed.depth_mm <= touching_mm(k)) {
+    in_front_[k] = 1;
+  } else if (!in_front_[k] && between_pieces(probes_[k].face, probed.other.at.face)) {
+    in_front_[k] = is_inside(k);
   }
 }
 
@@ -315,11 +369,10 @@ double TissueContacts::clearance_mm() const {
 double TissueContacts::refresh(std::vector<Contact>& contacts) {
   // Skin moves farther than the proxy's vertices where its normals turn.
   constexpr double kSafe = 0.25;
-  if (!x_probed_.empty() && !farther_than(skin_.shape(), x_probed_, kSafe * clearance_mm_))
-    return 0;
-  x_probed_.clear();
-  probe_all();
-  see_fronts();
+  const bool all =
+      x_probed_.empty() || farther_than(skin_.shape(), x_probed_, kSafe * clearance_mm_);
+  if (!all && watched_.empty()) return 0;
+  all ? probe_all() : probe_watched();
   std::erase_if(contacts, [&](const Contact& c) {
     const OnTissue* other = c.as<OnTissue>();
     return other && !probed_[other->probe].found;
@@ -335,8 +388,8 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
     deepest = std::max(deepest, sunk_mm(other->probe));
   }
   std::vector<std::uint32_t> sunk;
-  for (const std::uint32_t k : touched_) {
-    if (!probed_[k].has_contact && sunk_mm(k) > 0) sunk.push_back(k);
+  for (const std::uint32_t k : all ? touched_ : watched_) {
+    if (probed_[k].found && !probed_[k].has_contact && sunk_mm(k) > 0) sunk.push_back(k);
   }
   std::stable_sort(sunk.begin(), sunk.end(),
                    [&](std::uint32_t p, std::uint32_t q) { return sunk_mm(p) > sunk_mm(q); });
@@ -350,8 +403,38 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
     deepest = std::max(deepest, sunk_mm(k));
     if (count++ < kMost) contacts.push_back(made);
   }
-  if (count == 0 && (clearance_mm_ = clearance_mm()) > 0) x_probed_ = skin_.shape();
+  if (all) watch_nearest(contacts, count);
   return deepest;
+}
+
+// Where nothing touches, none: all keep the clearance of the nearest. Else the contacts' and some
+// more, so that the others have some way to go: a step ends with many rounds that move little.
+void TissueContacts::watch_nearest(const std::vector<Contact>& contacts, std::size_t count) {
+  constexpr std::size_t kMorePerContact = 4;
+  x_probed_.clear();
+  watched_.clear();
+  clearance_mm_ = clearance_mm();
+  if (count > 0) {
+    clearance_mm_ = margin_mm_;
+    std::vector<std::pair<double, std::uint32_t>> left_mm;
+    for (const std::uint32_t k : touched_)
+      if (in_front_[k]) left_mm.emplace_back(-sunk_mm(k), k);
+    for (const Contact& c : contacts)
+      if (const OnTissue* other = c.as<OnTissue>()) watched_.push_back(other->probe);
+    const std::size_t more = kMorePerContact * count;
+    if (more < left_mm.size()) {
+      const auto next = left_mm.begin() + static_cast<std::ptrdiff_t>(more);
+      std::nth_element(left_mm.begin(), next, left_mm.end());
+      clearance_mm_ = std::min(margin_mm_, next->first);
+    }
+    for (const auto& [mm, k] : left_mm)
+      if (mm < clearance_mm_) watched_.push_back(k);
+    std::sort(watched_.begin(), watched_.end());
+    watched_.erase(std::unique(watched_.begin(), watched_.end()), watched_.end());
+  }
+  if (clearance_mm_ <= 0) return;
+  x_probed_ = skin_.shape();
+  list_near_watched();
 }
 
 // Skin beside cuts is made of small faces, each with a point that feels, of which a few hold all.

@@ -44,9 +44,10 @@ class TissueContacts {
   void go_back_to(const Sides& sides);
   template <class Self, class Tape>
   static void pass(Self& self, Tape& tape) {
-    tape(self.x_of_pairs_, self.x_probed_, self.clearance_mm_, self.in_front_, self.released_);
+    tape(self.x_of_pairs_, self.x_probed_, self.clearance_mm_, self.watched_, self.in_front_,
+         self.released_);
   }
-  void be_restored();  // by a tape: finds the pairs that were known
+  void be_restored();  // by a tape: finds again what is known of a pose
   // Lets go of everything that touches, until it has parted: a crumpled fold that only its own
   // contacts keep shut has run partly through itself.
   void untangle(std::vector<Contact>& contacts);
@@ -69,9 +70,15 @@ class TissueContacts {
   void spread_probes();
   void measure_rest();
   void find_pairs();
+  void list_pairs();
+  void list_near_watched();
+  void forget_prisms();
   void probe(std::uint32_t face, std::uint32_t other);
+  bool feel(std::uint32_t probe, const Prism& prism);
   void probe_all();
-  void see_fronts();
+  void probe_watched();
+  void see_front(std::uint32_t probe);
+  void watch_nearest(const std::vector<Contact>& contacts, std::size_t count);
   const Prism& prism_of(std::uint32_t face);
   bool between_pieces(std::uint32_t face, std::uint32_t other) const;
   bool is_inside(std::uint32_t probe);
@@ -94,9 +101,14 @@ class TissueContacts {
   std::vector<SkinPoint> probes_;
   std::vector<std::uint32_t> first_probe_;  // by face, and the end
   std::vector<FacePair> pairs_;
-  PaddedVectors x_of_pairs_;           // mm; empty: not searched yet
-  PaddedVectors x_probed_;             // where nothing touched, and
-  double clearance_mm_ = 0;            // what was left then
+  std::vector<std::uint32_t> first_beside_, beside_;  // by face, its partners in pairs, and the end
+  PaddedVectors x_of_pairs_;                          // mm; empty: not searched yet
+  PaddedVectors x_probed_;                            // where all were probed, and
+  double clearance_mm_ = 0;                           // what was left then of those
+  std::vector<std::uint32_t> watched_;                // that are not among these probes, increasing
+  std::vector<std::size_t>
+      first_near_;  // by watched probe, the faces that it may meet, and the end
+  std::vector<std::uint32_t> near_;
   std::vector<double> overlap_mm_;     // of two pieces at rest, by how much the deepest point
   std::vector<double> rest_depth_mm_;  // in another piece, by probe
   std::vector<std::vector<std::uint32_t>> piece_faces_;
