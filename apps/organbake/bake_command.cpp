@@ -12,6 +12,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/bake_report.h"
+#include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/runner.h"
@@ -226,7 +227,7 @@ void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
   const std::string output = flags.output.string();
   std::string text = output + ": " + state + "; " + std::to_string(count_ran(steps)) + " of " +
                      std::to_string(steps.size()) + " stages ran; " + to_text(seconds, 1) + " s";
-  if (flags.to.empty()) text += ". To play it: organplay " + output;
+  if (flags.to.empty()) text += ". To play it: organplay " + shell_word(output);
   terminal.log(LogLevel::info, text);
 }
 

@@ -2,6 +2,7 @@
 // From a folder of somebody's own data to what bakes it: a recipe for one organ or clip, a table
 // for several. Which volumes are masks, and what their labels are called, `inspect` tells.
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -9,6 +10,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/runner.h"
@@ -24,6 +26,7 @@ struct PatientCase {
   std::string name, input;  // "ct", "frames" or "surface"
   fs::path path, mask;
   std::vector<std::string> labels;  // of the mask, a line each: "5 liver: 1423.1 ml, …"
+  std::vector<std::string> doubts;  // what its surface's stage warns of
   std::vector<std::string> series;  // of a folder that holds several
 };
 
@@ -79,7 +82,7 @@ std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session&
     }
     if (labels.empty()) {
       if (series.size() < 2) series.clear();
-      cases.push_back({stem_of(one.path), one.input, fs::absolute(one.path), {}, {}, series});
+      cases.push_back({stem_of(one.path), one.input, fs::absolute(one.path), {}, {}, {}, series});
     } else {
       masks.emplace_back(fs::absolute(one.path), std::move(labels));
     }
@@ -92,14 +95,65 @@ std::vector<PatientCase> cases_of(const std::vector<FoundInput>& found, Session&
   return cases;
 }
 
-// A liver where there is one, else what comes first. Nothing without labels.
-std::string label_to_take(const PatientCase& one) {
+// The line of a liver where there is one, else what comes first. Nothing without labels.
+std::string line_to_take(const PatientCase& one) {
   if (one.labels.empty()) return "";
   const auto liver = std::find_if(one.labels.begin(), one.labels.end(), [](const auto& line) {
     return line.find(" liver:") != std::string::npos;
   });
-  const std::string& line = liver == one.labels.end() ? one.labels.front() : *liver;
+  return liver == one.labels.end() ? one.labels.front() : *liver;
+}
+
+std::string label_to_take(const PatientCase& one) {
+  const std::string line = line_to_take(one);
   return line.substr(0, line.find_first_of(" :"));
+}
+
+// The material that the label's name holds ("kidney_left"), or plain for another organ; a liver's
+// where the label has no name.
+std::string material_of(const PatientCase& one) {
+  const std::string line = line_to_take(one), name = line.substr(0, line.find(':'));
+  if (name.find(' ') == std::string::npos) return "liver";
+  constexpr std::pair<const char*, const char*> kOthers[] = {
+      {"colon", "bowel"}, {"duodenum", "bowel"}, {"intestine", "bowel"}};
+  std::string plain_name = name;
+  std::transform(name.begin(), name.end(), plain_name.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  for (const std::string& material : material_names())
+    if (plain_name.find(material) != std::string::npos) return material;
+  for (const auto& [part, material] : kOthers)
+    if (plain_name.find(part) != std::string::npos) return material;
+  return "plain";
+}
+
+// Takes the organ's surface as the recipe would, for what that warns of: a mask in the wrong place,
+// an organ that is cut. `beside`: where there is room for the surface.
+std::vector<std::string> doubts_of(const PatientCase& one, const fs::path& beside,
+                                   Session& session) {
+  std::vector<std::string> doubts;
+  const Stage& stage = *find_stage("isosurface");
+  const StageOptions options = stage.make_options();
+  for (const auto& [name, value] :
+       {std::pair<std::string, std::string>{"cap", "round"}, {"label", label_to_take(one)}}) {
+    const Option& option = *options.list.find(name);
+    option.set(parse_option(option, value, name));
+  }
+  const AtomicFolder folder(beside);
+  const RunContext context =
+      session.context(stage.name).heard_by([&](LogLevel level, std::string_view text) {
+        if (level == LogLevel::warning) doubts.emplace_back(text);
+      });
+  try {
+    run_in_module(stage, {options.storage.get(),
+                          {},
+                          {{"ct", one.path}, {"mask", one.mask}},
+                          folder.path(),
+                          context});
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::bad_data) throw;
+    context.warn(std::string("as it stands it cannot be baked: ") + error.what());
+  }
+  return doubts;
 }
 
 const char* recipe_for(const PatientCase& one) {
@@ -114,6 +168,8 @@ std::string inputs_text(const PatientCase& one) {
     text += "  mask: " + yaml_text(one.mask.string()) + "\n  label: " + label_to_take(one) +
             "  # the organ's; the mask has these:\n";
     for (const std::string& line : one.labels) text += "  #   " + line + "\n";
+    if (!one.doubts.empty()) text += "  # Of this label's surface organbake says:\n";
+    for (const std::string& doubt : one.doubts) text += "  #   " + doubt + "\n";
   }
   if (!one.series.empty()) {
     text += "  # It holds several series; say which by isosurface.series, below:\n";
@@ -133,11 +189,19 @@ std::string inputs_text(const PatientCase& one) {
 
 // The known recipe's sections as they are, comments with them, behind the case's own inputs.
 std::string recipe_text(const PatientCase& one, const fs::path& file) {
-  const std::string known = read_text_file(recipe_file(recipe_for(one)));
+  std::string known = read_text_file(recipe_file(recipe_for(one)));
+  constexpr std::string_view kLiverLook = "{material: liver}";
+  const std::string material = material_of(one);
+  if (const std::size_t look = known.find(kLiverLook); look != std::string::npos)
+    known.replace(look, kLiverLook.size(),
+                  "{material: " + material +
+                      (material == "plain" ? "}  # of this organ none is known; 'organbake "
+                                             "materials' lists them"
+                                           : "}"));
   const std::size_t name = known.find("\nname: ");
+  const std::string bundle = shell_word(file.stem().string() + "_bundle");
   return "# Made by 'organbake new'. Look through it, then bake and play:\n#   organbake bake " +
-         file.string() + " -o " + file.stem().string() + "_bundle\n#   organplay " +
-         file.stem().string() + "_bundle\n" +
+         shell_word(file.string()) + " -o " + bundle + "\n#   organplay " + bundle + "\n" +
          "schema: organbake/recipe/1\nname: " + yaml_text(one.name) + "\n" + inputs_text(one) +
          known.substr(known.find('\n', name + 1) + 1);
 }
@@ -155,6 +219,7 @@ std::string table_text(const std::vector<PatientCase>& cases) {
     if (one.mask.empty()) continue;
     rows.back().settings.push_back("mask=" + one.mask.string());
     rows.back().settings.push_back("label=" + label_to_take(one));
+    rows.back().settings.push_back("capture.material=" + material_of(one));
   }
   return case_table_text(rows);
 }
@@ -198,11 +263,14 @@ int run_new(const Arguments& arguments, Session& session) {
   check_output_file(output, single ? ".yaml" : ".csv");
   if (fs::exists(output))
     throw IoError::writing(output, "is there already; name another -o, or remove it");
+  if (single && !cases.front().mask.empty())
+    cases.front().doubts = doubts_of(cases.front(), output, session);
   write_file_atomically(output, single ? recipe_text(cases.front(), output) : table_text(cases));
-  const std::string next =
-      single ? "organbake bake " + output.string() + " -o " + output.stem().string() + "_bundle"
-             : "organbake batch " + output.string() + " --recipe " + recipe_for(cases.front()) +
-                   " -o " + output.stem().string() + "_organs";
+  const std::string next = single ? "organbake bake " + shell_word(output.string()) + " -o " +
+                                        shell_word(output.stem().string() + "_bundle")
+                                  : "organbake batch " + shell_word(output.string()) +
+                                        " --recipe " + recipe_for(cases.front()) + " -o " +
+                                        shell_word(output.stem().string() + "_organs");
   session.terminal().log(LogLevel::info, "next: " + next);
   session.print_result(output.string(),
                        {{"output", output.string()}, {"cases", cases.size()}, {"next", next}});

@@ -124,7 +124,7 @@ void write_picture(const fs::path& file, const Rgb8Image& picture, const RunCont
 
 void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
   Frame frame;
-  View view = view_of(command, player.bundle());
+  View view = view_of(command, player);
   const auto lens =
       lens_picture(command, view.camera.intrinsics.width, view.camera.intrinsics.height);
   if (lens) view.camera.intrinsics = lens->pinhole();
@@ -161,6 +161,18 @@ void compare(const Command& command, Player& player, Results& results, const Run
   results.add("comparison", Json::parse(found.json), found.text);
 }
 
+// Of the skin in the middle of the view, by a small picture.
+double depth_ahead_mm(const Command& command, Player& player) {
+  constexpr int kSide = 33;
+  Frame frame;
+  DrawOptions options = drawing(command, player);
+  options.keep_depth = true;
+  player.draw(orbit_view(player.bundle().cameras, command.view, kSide, kSide), options, frame);
+  const double depth_mm = frame.depth_mm[frame.depth_mm.size() / 2];
+  if (std::isfinite(depth_mm)) return depth_mm;
+  throw UsageError("--distance-mm: no tissue lies in the middle of --view-deg; turn the view");
+}
+
 }  // namespace
 
 DrawOptions drawing(const Command& command, const Player& player,
@@ -176,14 +188,21 @@ DrawOptions drawing(const Command& command, const Player& player,
   return options;
 }
 
-View view_of(const Command& command, const Bundle& bundle) {
+View view_of(const Command& command, Player& player) {
   if (!command.cameras.empty()) return first_recorded_view(command);
   const auto [width, height] = command.picture_size();
-  if (leads_past_pole(bundle.cameras, command.view))
+  const CameraSet& cameras = player.bundle().cameras;
+  if (leads_past_pole(cameras, command.view))
     throw UsageError(
         "the view's elevation leads past the pole, above or below the organ, where a view stops: "
         "take one nearer to 0, and half a turn of azimuth to look from the other side");
-  return orbit_view(bundle.cameras, command.view, width, height);
+  OrbitPose pose = command.view;
+  if (command.distance_mm) {
+    const double unit_mm =
+        (cameras.cameras.front().center_world_mm() - cameras.manifold.center_world_mm).norm();
+    pose.distance += (*command.distance_mm - depth_ahead_mm(command, player)) / unit_mm;
+  }
+  return orbit_view(cameras, pose, width, height);
 }
 
 void run_command(const Command& given, const ContextOf& context_of) {

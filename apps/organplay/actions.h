@@ -20,8 +20,8 @@ using ContextOf = std::function<RunContext(const std::string& task)>;
 // Does everything that the command asks for and prints the results on stdout.
 void run_command(const Command& command, const ContextOf& context_of);
 
-// From --view, in --size.
-View view_of(const Command& command, const Bundle& bundle);
+// From --view-deg and --distance-mm, in --size.
+View view_of(const Command& command, Player& player);
 
 // How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
 DrawOptions drawing(const Command& command, const Player& player,

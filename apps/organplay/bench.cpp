@@ -125,7 +125,7 @@ void run_bench(const Command& command, const RunContext& context) {
   Player player(command.bundles, deform);
   draw_as_asked(command, player, context);
   Frame first;
-  player.draw(view_of(command, player.bundle()), drawing(command, player), first);
+  player.draw(view_of(command, player), drawing(command, player), first);
   const double first_frame_ms = watch.lap();
   context.throw_if_cancelled();
   player.load_all();  // what the timed frames shall not wait for

@@ -5,11 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/options/options.h"
 #include "organbake/truth/truth_recorder.h"
@@ -17,6 +20,29 @@
 
 namespace organbake {
 namespace {
+
+namespace fs = std::filesystem;
+
+// A nearer eye stands inside the organ.
+constexpr double kNearestDistance = 0.1;
+
+// A file, or one of those that come with the recipes by its name alone.
+fs::path known_file(const fs::path& word, const char* folder) {
+  if (word.empty() || word.has_parent_path() || fs::exists(word)) return word;
+  const fs::path bin = program_folder();
+  std::vector<std::string> names;
+  for (const fs::path& recipes :
+       {bin / "../share/organbake/recipes", bin / "../../../pipelines/recipes"}) {
+    const fs::path known = recipes / folder / (word.stem().string() + ".json");
+    if (fs::exists(known)) return fs::weakly_canonical(known);
+    std::error_code none;
+    for (const fs::directory_entry& entry : fs::directory_iterator(recipes / folder, none))
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  if (names.empty()) return word;
+  throw NoInputError(word, "is neither a file nor one that comes with the recipes" +
+                               suggestion(word.stem().string(), names));
+}
 
 // The whole text as one number: "1x" and "4294967297" are none.
 std::optional<int> whole_number(std::string_view text) {
@@ -79,9 +105,10 @@ OrbitPose pose_from(const AngleOption& option, const std::string& text) {
   if (values->size() == 3) pose.distance = (*values)[2];
   if (!can_be_azimuth(pose.azimuth_rad) || !can_be_elevation(pose.elevation_rad))
     refuse(option, text, ": " + limits_of(option));
-  if (!(pose.distance > 0 && pose.distance < kFarthestDistance))
+  if (!(pose.distance >= kNearestDistance && pose.distance < kFarthestDistance))
     refuse(option, text,
-           ": the distance must lie above 0 and below a million; 1 is the virtual cameras' own");
+           ": the distance is in multiples of the virtual cameras' own, at least " +
+               to_text(kNearestDistance) + " and below a million; --distance-mm takes millimetres");
   return pose;
 }
 
@@ -110,7 +137,17 @@ void check_eyes(const Command& c) {
         "window");
 }
 
+void check_bundles(const std::vector<fs::path>& bundles) {
+  std::set<fs::path> seen;
+  std::error_code ignored;
+  for (const fs::path& bundle : bundles)
+    if (!seen.insert(fs::weakly_canonical(bundle, ignored)).second)
+      throw UsageError(bundle.string() + " is given twice: an organ lies in its place once");
+}
+
 void check(const Command& c) {
+  check_bundles(c.bundles);
+  if (c.stereo_mm) check_baseline(*c.stereo_mm);
   if (!c.wants_window() && c.bundles.empty()) throw UsageError("BUNDLE is missing: what to play");
   const bool shows =
       !c.out_folder.empty() || !c.video.empty() || !c.report.empty() || !c.reference.empty();
@@ -166,8 +203,8 @@ void check(const Command& c) {
 struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
                                         solver, light, layers;
-  static constexpr double kOneEye = std::numeric_limits<double>::quiet_NaN();
-  double stereo_mm = kOneEye;
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  double stereo_mm = kNone, distance_mm = kNone;
   bool side_by_side = false;
   bool baked_light = false;
 };
@@ -187,6 +224,12 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
             .value = "DEG,DEG[,X]"})
       .add("view", &texts.view_rad,
            {.help = "the same in radians, as it was written once", .value = "RAD,RAD[,X]"})
+      .add("distance_mm", &texts.distance_mm,
+           {.help = "look at the tissue in the middle of --view-deg from so far, in the place of "
+                    "its distance",
+            .unit = "mm",
+            .min = 1,
+            .max = 10000})
       .add("cameras", &c.cameras,
            {.help = "cameras.json to look from: one camera for each of the script's frames, in the "
                     "place of its own; its first camera for -o",
@@ -210,9 +253,11 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
 
 void add_scripts(OptionList& list, Command& c) {
   list.begin_group("Scripts")
-      .add("script", &c.script,
-           {.help = "interaction to play (JSON, see 'organbake schema interaction')",
-            .value = "FILE"})
+      .add(
+          "script", &c.script,
+          {.help = "interaction to play (JSON, see 'organbake schema interaction'), or the name of "
+                   "one that comes with the recipes: poke, demo, cut, dissect …",
+           .value = "FILE|NAME"})
       .add("out", &c.out_folder,
            {.help = "folder for the script's frames, frame_0000.png …", .value = "DIR"})
       .add("video", &c.video,
@@ -337,10 +382,13 @@ void interpret(const Texts& texts, Command& c) {
   if (!texts.angles_rad.empty()) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
   if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
   if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
+  if (!std::isnan(texts.distance_mm)) c.distance_mm = texts.distance_mm;
   if (texts.side_by_side) {
     c.eyes_mm = c.stereo_mm.value_or(kUsualBaseline_mm);
     c.stereo_mm.reset();
   }
+  c.script = known_file(c.script, "interactions");
+  c.lens = known_file(c.lens, "");
   c.paper_warp = texts.warp == "paper";
   c.drawn_by = texts.draw == "gpu"   ? DrawnBy::graphics
                : texts.draw == "cpu" ? DrawnBy::processor

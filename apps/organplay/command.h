@@ -39,7 +39,8 @@ struct Command {
   std::filesystem::path lens;     // of a scope, that the pictures are shown through
   std::filesystem::path cameras;  // to look from, in the view's or the script's place
   OrbitPose view;
-  LayerSet layers;  // beside the frames
+  std::optional<double> distance_mm;  // from the tissue in its middle, instead of the view's own
+  LayerSet layers;                    // beside the frames
   // From the left eye to the right one: of the truth, and of one picture of both.
   std::optional<double> stereo_mm, eyes_mm;
   std::optional<PictureSize> size;       // else the script's, or what is usual where it is shown

@@ -158,9 +158,12 @@ void check_ending(const Output& output) {
 }
 
 void check_writable(const fs::path& folder) {
-  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+  // What may be written is not what can be: one tries.
+  std::string probe = (folder / ".organplay-XXXXXX").string();
+  if (::mkdtemp(probe.data()) == nullptr)
     throw IoError::writing(
         folder, "cannot be written to: " + std::string(std::strerror(errno)) + "; name another");
+  ::rmdir(probe.c_str());
 }
 
 void check_place(const fs::path& file) {

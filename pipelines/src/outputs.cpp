@@ -7,6 +7,7 @@
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -34,10 +35,13 @@ void check_parent(const fs::path& target) {
   if (!fs::is_directory(parent)) {
     throw IoError::writing(target, parent.string() + " is a file, not a folder");
   }
-  if (::access(parent.c_str(), W_OK | X_OK) != 0) {
+  // What may be written is not what can be: one tries.
+  std::string probe = (parent / ".organbake-XXXXXX").string();
+  if (::mkdtemp(probe.data()) == nullptr) {
     throw IoError::writing(target,
                            "cannot be written: " + parent.string() + ": " + std::strerror(errno));
   }
+  ::rmdir(probe.c_str());
 }
 
 void add_listed_files(const fs::path& document, const std::set<std::string>& schemas,

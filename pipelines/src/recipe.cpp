@@ -10,6 +10,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
+#include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/options_json.h"
@@ -19,10 +20,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string quoted(const std::string& word) {
-  return word.find_first_of(" '\"()&;$") == std::string::npos ? word : "\"" + word + "\"";
-}
 
 // Who gives an organ in the place of a recipe is told what to write. Throws UsageError when the
 // file or folder is there and is, by its name or its first bytes, a scan, a surface, frames, a
@@ -35,12 +32,12 @@ void check_is_no_input(const fs::path& file) {
   const std::string ending = lower_ending(file);
   if (ending == ".csv" || ending == ".tsv")
     throw UsageError(name + " is a table of cases, not a recipe; write: organbake batch " +
-                     quoted(name) + " --recipe liver -o FOLDER");
+                     shell_word(name) + " --recipe liver -o FOLDER");
   const GivenInput given = given_input(file);
   if (given.input.empty()) return;
   throw UsageError(name + " is " + given.what + ", not a recipe; write: organbake bake " +
                    (given.input == "frames" ? "laparoscopy" : "liver") + " --set " +
-                   quoted(given.input + "=" + name) + " -o BUNDLE");
+                   shell_word(given.input + "=" + name) + " -o BUNDLE");
 }
 
 }  // namespace

@@ -199,6 +199,9 @@ std::string Runner::told(const Step& step, const std::string& text) {
   const std::string& stage = step.stage->name;
   std::string words = bakes_ ? in_bake_words(stage, text) : text;
   const std::string cache = cache_.folder().string() + "/";
+  // The unit that was given is of the user's files; that our own say theirs is no news.
+  if (words.starts_with(cache) && words.find(": says itself that it is in ") != words.npos)
+    return {};
   for (std::size_t at = 0; (at = words.find(cache, at)) != words.npos;) {
     const std::size_t end = words.find_first_of(": ", at + cache.size());
     words.erase(at, words.rfind('/', end) + 1 - at);

@@ -21,7 +21,7 @@ expect_sentence
 refused 65 "the volume spans" organbake isosurface p/ct.mha --iso 9000 -o made
 refused 65 "cut.mha" organbake isosurface cut.mha -o made
 refused 65 "empty.ply" organbake decimate empty.ply -o made
-refused 65 "no label 30000" organbake isosurface --mask p/ct.mha --label 30000 -o made
+refused 65 "values down to −" organbake isosurface --mask p/ct.mha --label 5 -o made
 refused 65 "bad.json:1: cameras.0.name is 5; it must be a text" \
   organbake capture p/truth.ply p/truth.ply bad.json -o made
 refused 66 "is a folder, a file is needed" organbake decimate p -o made

@@ -75,6 +75,7 @@ expect 0 organbake new patient
 expect_err "damaged.nii.gz: passed over, it cannot be read: "
 expect_err "next: organbake bake patient.yaml -o patient_bundle"
 grep -q '^  label: 5 ' patient.yaml || fail "the label: $(cat patient.yaml)"
+grep -q 'cap: round' patient.yaml || fail "the cap: $(cat patient.yaml)"
 expect 0 organbake verify patient.yaml --quiet
 expect 0 organbake bake patient.yaml -o bundle --quality draft --set place.count=4 --set place.size_px=48
 expect 0 organbake verify bundle --quiet
@@ -82,7 +83,7 @@ refused 73 "patient.yaml: is there already" organbake new patient
 mkdir -p patient/second
 cp s/ct.mha patient/second/other.mha
 expect 0 organbake new patient -o all.csv
-expect_equal "$(head -1 all.csv)" "case,ct,label,mask"
+expect_equal "$(head -1 all.csv)" "case,capture.material,ct,label,mask"
 expect_equal "$(wc -l <all.csv)" 3
 mkdir nothing
 expect 0 organbake new s/ct.mha -o alone.yaml

@@ -44,6 +44,8 @@ expect 0 organbake isosurface --mask mask.nii --label Gall_Bladder,2 --largest 0
 near "$(figure volume_ml)" 91
 expect 65 organbake isosurface --mask mask.nii --label spleen -o x.ply
 expect_err 'no label "spleen"; it holds 2 liver, 5 gall bladder'
+expect 65 organbake isosurface --mask mask.nii --label livver -o x.ply
+expect_err 'no label "livver"; did you mean '\''liver'\''? It holds 2 liver, 5 gall bladder'
 expect 65 organbake isosurface --mask mask.nii --label 3 -o x.ply
 expect_err "no label 3; it holds 2 liver, 5 gall bladder"
 expect 2 organbake isosurface --mask mask.nii --label 0 -o x.ply

@@ -50,7 +50,7 @@ done <<'END'
 78 | --set faces: it takes key=value                                   | organbake bake r.yaml -o made --set faces
 66 | gone.nii.gz: there is no such file                                | organbake bake r.yaml -o made --set ct=gone.nii.gz
 78 | there is no mask~mask=FILE                                        | organbake bake r.yaml -o made --set label=liver
-65 | no label 30000                                                    | organbake isosurface --mask p/ct.mha --label 30000 -o made
+65 | p/ct.mha: holds values down to −~swapped                           | organbake isosurface --mask p/ct.mha --label 5 -o made
 65 | cut.nii                                                           | organbake isosurface cut.nii -o made
 66 | empty: is an empty folder                                         | organbake isosurface empty -o made
 73 | is a folder                                                       | organbake decimate p/truth.ply -o p
@@ -58,6 +58,18 @@ done <<'END'
 66 | gone: there is no such folder                                        | organplay gone --sheet made.png
 65 | torn~proxy.ply                                                    | organplay torn --sheet made.png
 65 | script.json~schema                                                | organplay b --script script.json --report made.json
+66 | pok: is neither a file~did you mean 'poke'?                       | organplay b --script pok --report made.json
+66 | scop.json: is neither a file~did you mean 'scope'?                | organplay b --scope scop.json -o made.png
+2  | b/. is given twice~in its place once                             | organplay b b/. --sheet made.png
+2  | --view-deg 0,0,0.01~at least 0.1~--distance-mm                    | organplay b --view-deg 0,0,0.01 -o made.png
+2  | --distance-mm: '0.06' is not possible~1…10000                     | organplay b --distance-mm 0.06 -o made.png
+2  | a baseline of 0.005 mm makes no stereo                            | organplay b --stereo-mm 0.005 -o made.png
+2  | range_mm is 0.06~60, not 0.06                                     | organbake motion p/photos --range-mm 0.06 -o made
+2  | shaft_mm is 0.005~it is in mm                                     | organbake motion p/photos --shaft-mm 0.005 -o made
+2  | range_mm is 0.06~60, not 0.06                                     | organbake shade p/photos --range-mm 0.06 -o made
+73 | /proc/made.ply: cannot be written: /proc                          | organbake decimate p/truth.ply -o /proc/made.ply
+73 | /proc/made: cannot be written: /proc                              | organbake bake r.yaml -o /proc/made
+73 | /proc: cannot be written to                                       | organplay b --sheet /proc/made.png
 2  | --script needs --out DIR, --video FILE                            | organplay b --script script.json
 2  | --size big is no size~1280x720                                        | organplay b --size big -o made
 2  | --view-deg left is no view~AZIMUTH,ELEVATION                                                 | organplay b --view-deg left -o made

@@ -373,15 +373,16 @@ std::string comparison_json(const ComparisonTable& table) {
 
 std::string comparison_text(const ComparisonTable& table) {
   std::string text =
-      "state  angle     image-based px (mean, max)  no map   polygons px (mean, max)   PSNR dB "
-      "(paper's warp, ideal)  displayed px  "
-      "holes  edge step (frame, truth, excess)\n";
+      "state  view deg  warp is off by px (mean, max)  no map  polygons px (mean, max)  PSNR dB "
+      "(paper's warp, ideal)  skin is off by px  "
+      "holes  step at seams of 255 (frame, truth, more than there)\n";
   for (const ComparisonRow& row : table.rows) {
     const auto& image = row.projection.image_based;
     const auto& polygons = row.projection.polygons;
     const double no_map = 100.0 * double(row.projection.without_map) /
                           double(std::max<std::size_t>(row.projection.visible, 1));
-    text += std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
+    text += std::string(row.poked ? "poked" : "rest ") +
+            cell(to_text(row.angle_rad * (180 / std::numbers::pi), 1), 10) +
             cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
             cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
             cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +

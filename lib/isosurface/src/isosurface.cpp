@@ -291,12 +291,15 @@ TriangleMesh contour_of(const Volume& ct, const ValueRange& range, double level,
 }
 
 // Beyond the cut sides the values fall through the level within two voxels, over the dome.
-Volume rounded_off(const Volume& ct, const std::vector<CutSide>& sides, const ValueRange& range,
+Volume rounded_off(const Volume& ct, std::vector<CutSide>& sides, const ValueRange& range,
                    double level) {
+  const auto inside = with_values(ct, [&](const auto values) {
+    return std::count_if(values.begin(), values.end(), [&](auto value) { return value >= level; });
+  });
+  raise_domes(sides, static_cast<double>(inside) * ct.spacing_mm.prod());
   const double step = 0.5 * std::max(1.0, std::min(range.max - level, level - range.min));
-  return with_domes(
-      ct, sides, [&](double value) { return value >= level; },
-      [&](double depth) { return level + step * std::clamp(2 * depth, -1.0, 1.0); });
+  return with_domes(ct, sides,
+                    [&](double depth) { return level + step * std::clamp(2 * depth, -1.0, 1.0); });
 }
 
 }  // namespace
@@ -326,7 +329,7 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
   const double iso_hu = options.iso_hu ? *options.iso_hu : told_level(ct, context);
   check_level(range, iso_hu);
   context.throw_if_cancelled();
-  const std::vector<CutSide> sides = cut_sides(ct, [&](double value) { return value >= iso_hu; });
+  std::vector<CutSide> sides = cut_sides(ct, [&](double value) { return value >= iso_hu; });
   const bool round = options.cap == SurfaceCap::round && !sides.empty();
   const Volume domed = round ? rounded_off(ct, sides, range, iso_hu) : Volume();
   const Volume& contoured = round ? domed : ct;

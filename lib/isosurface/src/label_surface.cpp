@@ -132,7 +132,7 @@ constexpr double kLeastSigmaInHighestStairs = 0.8;
 // A kernel wider than this is a slip of units, and would take memory without end.
 constexpr double kLargestSigma_voxels = 60;
 
-Eigen::Vector3d sigma_voxels(const Volume& mask, const LabelBox& box,
+Eigen::Vector3d sigma_voxels(const Volume& mask, const Eigen::Vector3d& stairs,
                              const IsosurfaceOptions& options) {
   if (options.smooth_mm == 0) return Eigen::Vector3d::Zero();
   if (options.smooth_mm > kLargestSigma_voxels * mask.spacing_mm.minCoeff()) {
@@ -140,8 +140,7 @@ Eigen::Vector3d sigma_voxels(const Volume& mask, const LabelBox& box,
                      to_text(kLargestSigma_voxels) + " voxels of this mask (" +
                      to_text(mask.spacing_mm.minCoeff()) + " mm)");
   }
-  const Eigen::Vector3d stairs_mm =
-      stair_height_voxels(mask, options.label, box).cwiseProduct(mask.spacing_mm);
+  const Eigen::Vector3d stairs_mm = stairs.cwiseProduct(mask.spacing_mm);
   const double everywhere_mm =
       std::max(options.smooth_mm, kLeastSigmaInHighestStairs * stairs_mm.maxCoeff());
   return (kLeastSigmaInStairs * stairs_mm)
@@ -286,24 +285,21 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
                                  const RunContext& context, const Volume* scan) {
   options.check();
   check_volume(mask, "the mask");
-  const auto is_label = [&](double value) { return value == options.label; };
-  const std::vector<CutSide> sides = cut_sides(mask, is_label, scan);
   const std::string whose = name_of_label(mask, options.label) + ": ";
-  if (options.cap == SurfaceCap::round && !sides.empty()) {
-    Volume domed = with_domes(mask, sides, is_label,
-                              [&](double depth) { return depth >= 0 ? options.label : 0; });
-    domed.ends_with_label = true;
-    Isosurface surface = extract_label_surface(domed, options, context);
-    surface.cut_area_mm2 = tell_cut(sides, options.cap, whose, context);
-    return surface;
-  }
   LabelBox box = bounding_box(mask, options.label);
   if (box.label_voxels == 0) throw_label_absent(mask, options.label);
+  const Eigen::Vector3d stairs = stair_height_voxels(mask, options.label, box);
+  const Eigen::Vector3d sigma = sigma_voxels(mask, stairs, options);
   context.throw_if_cancelled();
-  const bool open = options.cap == SurfaceCap::open;
-  const Eigen::Vector3d sigma = sigma_voxels(mask, box, options);
+  std::vector<CutSide> sides = label_cut_sides(mask, options.label, box, stairs, scan);
+  const bool round = options.cap == SurfaceCap::round, open = options.cap == SurfaceCap::open;
+  if (round) {
+    raise_domes(sides, static_cast<double>(box.label_voxels) * mask.spacing_mm.prod());
+    grow_over_domes(box, mask, sides);
+  }
   grow(box, mask.size, sigma, open);
   std::vector<float> field = label_field(mask, options.label, box);
+  if (round) fill_domes(field, box, mask, sides);
   gaussian_blur(field, box.size, sigma);
   context.progress(0.4);
   // An open surface has no volume to match. Voxel stairs do: at level 0.5 a voxel of its own is an

@@ -110,28 +110,50 @@ void gaussian_blur(std::vector<float>& values, const std::array<int, 3>& size,
 // Number of voxels on each side that the kernel reaches.
 int gaussian_reach(double sigma_voxels);
 
-// A side of a volume where what is inside reaches its end.
+// A face in the world on which an organ is cut: a volume's last layer of voxels, seen from outside,
+// or a scan's. Its pixels lie in rows; what is cut may get a dome.
 struct CutSide {
-  int axis = 0;
-  bool high = false;  // the end of the axis, not its beginning
+  int axis = 0;              // of the volume, where the face is its own
+  bool high = false;         // the end of the axis, not its beginning
+  bool flat = false;         // a mask's end that only its flatness tells
+  Eigen::Vector3d first_mm;  // centre of the first pixel, on the face
+  Eigen::Matrix3d axes;      // unit columns: along the columns, along the rows, outward
+  Eigen::Vector2d pixel_mm;
+  double step_mm = 0;  // from layer to layer of voxels
+  int columns = 0, rows = 0;
+  std::vector<std::uint8_t> cut;
+  std::vector<double> dome_mm;  // heights over the face
   double area_mm2 = 0;
 };
 
 using InsideTest = std::function<bool(double value)>;
 
-// The sides where voxels that are inside are the last ones. Of a mask on a `scan` only where the
-// scan ends there, too; a mask whose grid was made round its label ends nowhere else.
-std::vector<CutSide> cut_sides(const Volume& volume, const InsideTest& inside,
-                               const Volume* scan = nullptr);
+// The sides of a volume where voxels that are inside are the last ones.
+std::vector<CutSide> cut_sides(const Volume& volume, const InsideTest& inside);
+
+// The sides on which a label is cut: where its mask ends (unless its grid was made round it), or,
+// of a mask on a `scan`, where the scan ends; and wherever its outermost layer is flat, whatever
+// the scan does. `stairs` as stair_height_voxels() tells them.
+std::vector<CutSide> label_cut_sides(const Volume& mask, int label, const LabelBox& box,
+                                     const Eigen::Vector3d& stairs, const Volume* scan);
 
 // Says that the organ is cut, over which area, and what was made of it. Returns the area.
 double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const std::string& whose,
                 const RunContext& context);
 
-// The volume with slices behind its cut sides, in which what is inside goes on as a dome and ends:
-// over the section's distance to its own edge, half as high as a hemisphere would be. `value` gives
-// a voxel its value by how many voxels it lies below the dome (negative: above it).
-Volume with_domes(const Volume& volume, const std::vector<CutSide>& sides, const InsideTest& inside,
+// Gives each side the heights of a dome: over the section's distance to its own edge, half as high
+// as a hemisphere would be, but all of them at most a twentieth of the organ's volume.
+void raise_domes(std::vector<CutSide>& sides, double organ_mm3);
+
+// A label's box and field (1 inside, 0 outside, of the box's voxels) with the domes in them, to the
+// share of each voxel.
+void grow_over_domes(LabelBox& box, const Volume& grid, const std::vector<CutSide>& sides);
+void fill_domes(std::vector<float>& field, LabelBox& box, const Volume& grid,
+                const std::vector<CutSide>& sides);
+
+// The volume with slices behind its cut sides, for their domes. `value` gives a voxel its value by
+// how many voxels it lies below the dome (negative: above it).
+Volume with_domes(const Volume& volume, const std::vector<CutSide>& sides,
                   const std::function<double(double depth)>& value);
 
 // What becomes of the walls of cavities, the pieces of negative volume, which are no pieces of

@@ -84,8 +84,10 @@ std::string meant_by(const Option& option, std::string_view text) {
 }
 
 [[noreturn]] void refuse(const Option& option, const std::string& where, std::string_view text) {
-  throw UsageError(where + ": '" + std::string(text) + "' is not possible; it takes " +
-                   expected(option) + suggestion(text, option.traits.choices) +
+  // What was meant comes first: there may be forty choices.
+  const std::string meant = suggestion(text, option.traits.choices);
+  throw UsageError(where + ": '" + std::string(text) + "' is not possible" +
+                   (meant.empty() ? "; it" : meant + " It") + " takes " + expected(option) +
                    meant_by(option, text));
 }
 

@@ -64,8 +64,9 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
             .max = 1000})
       .add("cap", &o.cap,
            {.help =
-                "where the organ reaches the volume's end its surface is closed flat, or round by "
-                "a dome that no scan has shown, or left open; true is flat, false is open"},
+                "where the volume, or a mask that ends flat, cuts the organ its surface is closed "
+                "flat, or round by a dome of at most a twentieth of its volume that no scan has "
+                "shown, or left open at the volume's end; true is flat, false is open"},
            {{"flat", SurfaceCap::flat},
             {"round", SurfaceCap::round},
             {"open", SurfaceCap::open},
@@ -77,7 +78,7 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
 inline Stage isosurface_stage() {
   return {
       .name = "isosurface",
-      .version = 5,
+      .version = 6,
       .summary = "turn a CT, or one label of a mask, into a closed surface",
       .inputs =
           {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,

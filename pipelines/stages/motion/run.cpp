@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/lighting.h"
@@ -313,6 +314,16 @@ struct SceneScale {
   bool metric = true;
 };
 
+// Before an hour's work: a length below a millimetre is one in metres.
+void check_lengths(const MotionStageOptions& options) {
+  for (const auto& [name, value] :
+       {std::pair{"range_mm", options.range_mm}, std::pair{"shaft_mm", options.shaft_mm}})
+    if (value != 0 && value < 1)
+      throw UsageError(std::string(name) + " is " + to_text(value) +
+                       "; it is in mm, at least 1 (60, not 0.06, for 6 cm), or 0 where it is not "
+                       "known");
+}
+
 SceneScale scale_of(const StageCall& call, const MotionStageOptions& options,
                     const ClipMotion& motion, const std::vector<KeyDepth>& keys) {
   const auto known = [](const KnownScale& scale, const char* how) {
@@ -348,6 +359,7 @@ void tell_scale(const SceneScale& scale, const RunContext& context, StageReport&
 
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<MotionStageOptions>();
+  check_lengths(options);
   if (!options.known_distance.empty()) parse_known_distance(options.known_distance);
   ClipPictures pictures(call);
   const FollowedClip clip = follow_clip(call, pictures);

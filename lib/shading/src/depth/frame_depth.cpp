@@ -219,9 +219,10 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
 
 void ShadingOptions::check() const {
   laparoscope.check();
-  if (range_mm != 0 && !(range_mm >= 1e-3 && range_mm < 1e5))
-    throw UsageError("range is " + to_text(range_mm) +
-                     " mm; it must be in 0.001…100000, or 0 where it is not known");
+  if (range_mm != 0 && !(range_mm >= 1 && range_mm < 1e5))
+    throw UsageError("range_mm is " + to_text(range_mm) +
+                     "; it must be in 1…100000 mm (60, not 0.06, for 6 cm), or 0 where it is not "
+                     "known");
   if (!(albedo >= 0 && albedo < 1e12))
     throw UsageError("albedo is " + to_text(albedo) + "; it must not be negative");
   if (iterations < 1)

@@ -324,6 +324,15 @@ Volume read_folder_of_masks(const fs::path& folder, const VolumeReadOptions& opt
                              });
 }
 
+void take_as_labels(Volume& volume, const fs::path& path) {
+  make_labels(volume);
+  const ValueRange range = value_range(volume);
+  if (range.min >= 0) return;
+  throw BadDataError(path, "holds values down to −" + to_text(-range.min) +
+                               ", and a mask's labels are 0 and above; it may be the scan: check "
+                               "that CT and mask are not swapped");
+}
+
 bool is_layered(const Volume& mask) {
   return std::any_of(mask.label_names.begin(), mask.label_names.end(),
                      [](const LabelName& name) { return name.layer > 0; });
@@ -354,7 +363,7 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
                   : folder ? read_dicom(path, options, context)
                            : read_file_by_content(path, options, context);
   if (!options.grid_only) check_volume(volume, path.string());
-  if (options.is_mask) make_labels(volume);
+  if (options.is_mask && !options.grid_only) take_as_labels(volume, path);
   if (!options.label_names.empty() && !is_layered(volume)) volume.label_names = options.label_names;
   if (!options.label.empty() && volume.chosen_label == 0) {
     choose_label(volume, options, path.string());

@@ -173,10 +173,11 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
     const auto first = first_label(std::span(parts).subspan(at), names, file);
     const std::optional<ChosenLabel>& one = first.first;
     if (!one) {
-      throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"; " +
-                         (names.empty() ? "its labels have no names, give a number"
-                                        : "it holds " + label_list(names)) +
-                         suggestion(parts[at], texts_of(names)));
+      const std::string meant = suggestion(parts[at], texts_of(names));
+      throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"" +
+                         (names.empty()   ? "; its labels have no names, give a number"
+                          : meant.empty() ? "; it holds " + label_list(names)
+                                          : meant + " It holds " + label_list(names)));
     }
     const auto same = [&](const ChosenLabel& c) {
       return c.label == one->label && c.layer == one->layer;

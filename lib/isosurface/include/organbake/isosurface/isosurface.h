@@ -11,8 +11,9 @@
 
 namespace organbake {
 
-// What becomes of a surface that leaves the volume: it is cut flat, half a voxel beyond the last
-// voxel centres; goes on in a dome, so that it ends as organs do; or is left open there.
+// What becomes of a surface where the volume, or its mask, ends and the organ goes on: it is cut
+// flat, half a voxel beyond the last voxel centres; goes on in a dome of at most a twentieth of its
+// volume; or is left open where it leaves the volume.
 enum class SurfaceCap { flat, round, open };
 
 struct IsosurfaceOptions {
@@ -45,8 +46,9 @@ struct Isosurface {
   std::size_t components_found = 0;
   std::size_t components_kept = 0;
   double left_out_share = 0;  // of all components' volume (area, of an open surface), 0…1
-  double cut_area_mm2 = 0;    // where the volume's end cuts what is inside, before it was closed
-  double level_hu = 0;        // of a CT's surface: the one asked for, or proposed
+  double cut_area_mm2 =
+      0;                // where the volume or the mask cuts what is inside, before it was closed
+  double level_hu = 0;  // of a CT's surface: the one asked for, or proposed
 };
 
 // Marching cubes' surface (vtkFlyingEdges3D) of a CT at iso_hu, each vertex where the straight line
@@ -59,9 +61,10 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
 
 // A smooth closed surface around one label of a mask, on the mask's own grid: the level of the
 // blurred label that encloses the volume of its voxels, to 0.1 %; said when it misses that by more
-// than 1 %. `scan`, whose voxels don't count, tells where the organ is cut off; without it that is
-// the mask's own border. Throws BadDataError when the label is absent (the labels present are
-// named), or so fine for its smoothing that 10 % of its volume would be missed.
+// than 1 %. `scan`, whose voxels don't count, tells where it cuts the organ off; without it that is
+// the mask's own border. A label that ends flat is cut there, too, since organs taper. Throws
+// BadDataError when the label is absent (the labels present are named), or so fine for its
+// smoothing that 10 % of its volume would be missed.
 Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& options,
                                  const RunContext& context = {}, const Volume* scan = nullptr);
 
