@@ -31,6 +31,7 @@ struct ShownFigure {
 };
 constexpr ShownFigure kShownFigures[] = {{"shade", "frames_shaded"},
                                          {"shade", "depth_unit"},
+                                         {"motion", "verdict"},
                                          {"motion", "frames_posed"},
                                          {"motion", "points"},
                                          {"motion", "mean_error_px"},

@@ -3,16 +3,12 @@
 // Poses, places and lens moved together until the sightings that agree lie where the places are
 // seen: bundle adjustment (Triggs et al. 2000) by Ceres' sparse Schur complement, robustly
 // (Cauchy). In: a scene with sightings, and what of its lens is free. Out: the same scene, moved.
-// How sure the lens is then is told by leaving out parts of the clip (block jackknife, Künsch
-// 1989).
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "organbake/core/parallel.h"
-#include "organbake/motion/clip_motion.h"
 #include "organbake/motion/scene.h"
 #include "two_views.h"
 
@@ -290,39 +286,6 @@ std::size_t adjust_pose(const Intrinsics& lens, const std::vector<Eigen::Vector3
     agreeing += point.z() > 0 && (project(lens, point) - pixels[i]).norm() <= most_error_px;
   }
   return agreeing;
-}
-
-namespace {
-
-constexpr std::size_t kParts = 4;
-
-// The lens as all but one part of the posed views have it.
-Intrinsics lens_without(std::size_t part, const FreeLens& free, Scene scene) {
-  const std::size_t posed = scene.posed_views();
-  std::size_t at = 0;
-  for (auto& pose : scene.camera_from_world) {
-    if (!pose) continue;
-    if (at++ * kParts / posed == part) pose.reset();
-  }
-  adjust({.lens = free, .iterations = 12, .sightings_per_view = 150}, scene);
-  return scene.lens;
-}
-
-}  // namespace
-
-LensSpread lens_spread(const FreeLens& free, const Scene& scene) {
-  if (!free.any() || scene.posed_views() < 2 * kParts) return {};
-  std::vector<Intrinsics> lenses(kParts);
-  parallel_for(std::size_t{0}, kParts,
-               [&](std::size_t part) { lenses[part] = lens_without(part, free, scene); });
-  const auto spread = [&](double Intrinsics::*figure) {
-    double mean = 0, squares = 0;
-    for (const Intrinsics& lens : lenses) mean += lens.*figure / kParts;
-    for (const Intrinsics& lens : lenses) squares += std::pow(lens.*figure - mean, 2);
-    return std::sqrt(squares * (kParts - 1) / kParts);
-  };
-  return {spread(&Intrinsics::fx), spread(&Intrinsics::k1), spread(&Intrinsics::cx),
-          spread(&Intrinsics::cy)};
 }
 
 }  // namespace organbake

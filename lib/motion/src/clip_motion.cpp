@@ -147,6 +147,14 @@ void measure(ClipMotion& motion) {
   motion.mean_track = sightings / static_cast<double>(motion.points);
 }
 
+// The verdict; a failure, where the lamp says that all is inside out.
+void judge(const PictureLoader& load, double runner_up, bool lens_is_free, ClipMotion& motion) {
+  const LampAgreement lamp = lamp_agreement(load(motion.view_frames), motion.scene);
+  motion.quality = judge_motion(motion, lamp, runner_up, lens_is_free);
+  if (motion.failure.empty() && motion.quality.verdict == DepthVerdict::failed)
+    motion.failure = motion.quality.reason;
+}
+
 // Of the sightings of features that several views see, the share that agrees with a place.
 double explained_share(const Scene& scene) {
   double all = 0, agreeing = 0;
@@ -179,7 +187,8 @@ class MotionSearch {
       const Frames frames = std::move(shots.front());
       shots.pop_front();
       if (frames.size() < options_.fewest_views) {
-        const std::string still = standing_still(frames);
+        // One frame neither moves nor stands still.
+        const std::string still = frames.size() > 1 ? without_motion(frames) : "";
         leave_out(frames, still.empty() ? "too short" : still);
         if (!still.empty() && clip_.frames >= options_.fewest_views &&
             best.scene.posed_views() == 0)
@@ -224,37 +233,48 @@ class MotionSearch {
     return runs;
   }
 
-  // Why frames tell nothing though they are sharp; empty where features move.
-  std::string standing_still(const Frames& frames) const {
-    double farthest_px = 0;
+  // How far features move at most from one of the frames to another; nothing where no two frames
+  // share enough of them to tell.
+  std::optional<double> farthest_px(const Frames& frames) const {
     constexpr std::size_t kFewest = 20;
-    for (const std::size_t frame : frames)
-      for (const std::size_t other : {frames.front(), frames[frames.size() / 2]})
-        if (const TrackedMotion moved = motion_between(clip_, other, frame);
-            moved.features >= kFewest)
-          farthest_px = std::max(farthest_px, moved.median_px);
-    if (farthest_px >= options_.least_motion_px) return "";
-    return "the scope stands still: features move by " + to_text(farthest_px, 1) +
-           " pixels at most";
+    std::optional<double> farthest;
+    for (std::size_t i = 1; i < frames.size(); ++i)
+      for (const std::size_t other : {frames.front(), frames[i / 2], frames[i - 1]}) {
+        const TrackedMotion moved = motion_between(clip_, other, frames[i]);
+        if (moved.features >= kFewest) farthest = std::max(farthest.value_or(0), moved.median_px);
+      }
+    return farthest;
+  }
+
+  // Why frames tell nothing though there are enough of them; empty where features move.
+  std::string without_motion(const Frames& frames) const {
+    const std::optional<double> farthest = farthest_px(frames);
+    if (!farthest)
+      return "no two frames share enough features: what is seen is lost from one frame to the next "
+             "(too fast, blurred, dark or without texture)";
+    if (*farthest >= options_.least_motion_px) return "";
+    return "the scope stands still: features move by " + to_text(*farthest, 1) + " pixels at most";
   }
 
   ClipMotion solve(const Frames& frames) {
     ClipMotion motion;
     motion.view_frames = frames;
     motion.scene.lens = lens_;
-    motion.failure = standing_still(frames);
+    motion.failure = without_motion(frames);
     if (!motion.failure.empty()) return motion;
     motion.scene.landmarks = landmarks_of(clip_, frames);
     motion.scene.camera_from_world.resize(frames.size());
+    const BasinChoice basin =
+        choose_basin(options_.reconstruction, load_, frames, motion.scene, context_);
     const ReconstructionSummary summary =
         reconstruct(options_.reconstruction, motion.scene, context_);
-    motion.parallax_px = summary.parallax_px;
+    motion.parallax_px = std::max(basin.parallax_px, summary.parallax_px);
     motion.failure = summary.failure;
-    if (motion.failure.empty()) finish(motion);
+    if (motion.failure.empty()) finish(basin, motion);
     return motion;
   }
 
-  void finish(ClipMotion& motion) {
+  void finish(const BasinChoice& basin, ClipMotion& motion) {
     const FreeLens& free = options_.reconstruction.lens;
     if (options_.rejoin && motion.scene.posed_views() > kSureViews) {
       motion.rejoined = rejoin(load_(motion.view_frames), motion.scene);
@@ -270,8 +290,9 @@ class MotionSearch {
       motion.failure = "the scope hardly moves sideways: its rays to the tissue stand " +
                        to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
     if (!motion.failure.empty()) return;
-    motion.lens_spread = lens_spread(free, motion.scene);
+    motion.lens_spread = lens_spread(free, motion.scene, basin.focal_variance_px2);
     motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
+    judge(load_, basin.runner_up, free.focal, motion);
   }
 
   const MotionOptions& options_;
@@ -308,7 +329,8 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
 
 ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
                            const Intrinsics& lens,
-                           std::vector<std::optional<RigidTransform>> camera_from_world) {
+                           std::vector<std::optional<RigidTransform>> camera_from_world,
+                           const PictureLoader& load) {
   ClipMotion motion;
   motion.scene.lens = lens;
   std::vector<std::size_t> posed;
@@ -328,6 +350,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   if (explained < kFew)
     motion.failure = "the given poses explain only " + percent(explained) +
                      " of what was followed: are they of this clip and lens?";
+  judge(load, 0, false, motion);
   return motion;
 }
 

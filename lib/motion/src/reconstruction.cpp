@@ -169,7 +169,7 @@ std::vector<Pair> candidate_pairs(const Scene& scene, const std::vector<std::siz
   const std::size_t step = std::max<std::size_t>(1, keys.size() / kStarts);
   std::vector<Pair> pairs;
   for (std::size_t first = 0; first < keys.size(); first += step)
-    for (const std::size_t apart : {1, 2, 4})
+    for (const std::size_t apart : {1, 2, 4, 8, 16})
       if (first + apart < keys.size()) pairs.push_back({keys[first], keys[first + apart], {}});
   parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t i) {
     pairs[i].relation = relate(scene, pairs[i].first, pairs[i].second);
@@ -197,6 +197,18 @@ class Growth {
 
   ReconstructionSummary run() {
     ReconstructionSummary summary;
+    if (scene_.posed_views() < 2) summary = begin_with_pair();
+    if (!summary.failure.empty()) return summary;
+    triangulate(options_.triangulation, scene_);
+    settle({}, 10);
+    grow();
+    add_others();
+    return summary;
+  }
+
+ private:
+  ReconstructionSummary begin_with_pair() {
+    ReconstructionSummary summary;
     const std::vector<Pair> pairs = candidate_pairs(scene_, keys_);
     for (const Pair& pair : pairs)
       summary.parallax_px = std::max(summary.parallax_px, pair.relation.parallax_px);
@@ -208,25 +220,22 @@ class Growth {
                         to_text(summary.parallax_px, 1) + " pixels)";
       return summary;
     }
-    begin(*best);
-    grow();
-    add_others();
+    scene_.camera_from_world[best->first] = RigidTransform{};
+    scene_.camera_from_world[best->second] = best->relation.second_from_first;
     return summary;
   }
 
- private:
+  // A lens's distortion looks like parallax, the more the larger the picture is.
+  double least_parallax_px() const {
+    constexpr double kUsualWidth = 1280;
+    return options_.least_parallax_px * std::clamp(scene_.lens.width / kUsualWidth, 0.5, 1.0);
+  }
+
   double worth(const Pair& pair) const {
-    return pair.relation.parallax_px >= options_.least_parallax_px &&
+    return pair.relation.parallax_px >= least_parallax_px() &&
                    pair.relation.median_angle_rad >= options_.least_pair_angle_rad
                ? pair.score()
                : 0;
-  }
-
-  void begin(const Pair& pair) {
-    scene_.camera_from_world[pair.first] = RigidTransform{};
-    scene_.camera_from_world[pair.second] = pair.relation.second_from_first;
-    triangulate(options_.triangulation, scene_);
-    settle({}, 10);
   }
 
   // The unposed key that sees most places.

@@ -61,4 +61,36 @@ Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Ve
 // threads.
 std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene);
 
+// How the brightness of places in one view goes with their range from a lamp at the lens, where
+// their hue is alike. The inverse square alone gives a slope of -2; a scene that is inside out has
+// what is near dark.
+struct LampAgreement {
+  double correlation = 0, slope = 0;  // of the logarithms
+  // Of each place in one view and another, where only the distance changes.
+  double correlation_over_time = 0;
+  std::size_t sightings = 0;  // 0 = there are no pictures to tell by
+};
+// `views`: of each view, or null.
+LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene);
+
+struct BasinChoice {
+  double parallax_px = 0;
+  double runner_up = 0;  // what the next best scene of another shape costs by the best; 0 = none
+  double focal_variance_px2 = 0;  // by those scenes, each as far as it is believed
+};
+// Gives the scene the lens and the poses of some views to begin with; of a scene that cannot be
+// told it poses none. `frames` are its views'. Deterministic for any number of threads.
+BasinChoice choose_basin(const ReconstructionOptions& options, const PictureLoader& load,
+                         const std::vector<std::size_t>& frames, Scene& scene,
+                         const RunContext& context);
+
+// By leaving out one part of the clip after another, and one side of the picture after another,
+// whichever tells more: what tracks have wrong hangs together over time and place, so that the
+// equations' own covariance would be far too sure. Views are parts where there are eight or more.
+LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2);
+
+// Failed where the lamp contradicts the scene; doubtful where something speaks against it.
+MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, double runner_up,
+                           bool lens_is_free);
+
 }  // namespace organbake

@@ -213,7 +213,7 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
       throw UsageError("poses need the lens that they were found with: give --intrinsics " +
                        poses->string());
     return motion_of_poses(search_of(clip), clip.tracks, lens,
-                           given_poses(*poses, clip, call.context));
+                           given_poses(*poses, clip, call.context), loader_of(pictures));
   }
   return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, loader_of(pictures),
                      call.context);
@@ -246,22 +246,45 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("focal_sd_px", motion.lens_spread.focal_px);
   report.add("k1", scene.lens.k1);
   report.add("k1_sd", motion.lens_spread.k1);
+  report.add("verdict", name_of(motion.quality.verdict));
+  report.add("runner_up", motion.quality.runner_up);
+  report.add("lamp_correlation", motion.quality.lamp_correlation);
+  report.add("lamp_slope", motion.quality.lamp_slope);
   report.add("instrument_share", clip.instrument_share);
   report.add("inset_share", share_of(clip.insets));
+}
+
+std::string name_of(const FrameSpan& span) {
+  return span.first == span.last
+             ? "frame " + std::to_string(span.first)
+             : "frames " + std::to_string(span.first) + " to " + std::to_string(span.last);
+}
+
+// What of the clip has no pose, and why: the surface does not show it.
+void tell_left_out(const ClipMotion& motion, const RunContext& context, StageReport& report) {
+  for (const FrameSpan& span : motion.left_out)
+    report.skipped.push_back({name_of(span), span.reason});
+  const std::size_t frames = motion.camera_from_world.size();
+  const auto without = static_cast<std::size_t>(
+      std::count(motion.camera_from_world.begin(), motion.camera_from_world.end(), std::nullopt));
+  if (without == 0) return;
+  std::string why;
+  for (const FrameSpan& span : motion.left_out)
+    why += (why.empty() ? ": " : "; ") + name_of(span) + ": " + span.reason;
+  context.warn(std::to_string(without) + " of the " + std::to_string(frames) +
+               " frames are left out, as they have no pose" +
+               (why.empty() ? ": too little of what they show agrees with the scene" : why));
 }
 
 void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunContext& context,
                  StageReport& report) {
   if (clip.insets.size() > 0) context.warn(told_of_insets(share_of(clip.insets)));
-  for (const FrameSpan& span : motion.left_out)
-    report.skipped.push_back(
-        {"frames " + std::to_string(span.first) + " to " + std::to_string(span.last), span.reason});
-  const LensSpread& spread = motion.lens_spread;
-  constexpr double kUnsure = 0.05;
-  if (!clip.lens && spread.focal_px > kUnsure * motion.scene.lens.fx)
-    context.warn("the focal length could be estimated to " +
-                 percent(spread.focal_px / motion.scene.lens.fx) +
-                 " only, and depth is as uncertain; give the lens (--intrinsics)");
+  tell_left_out(motion, context, report);
+  const MotionQuality& quality = motion.quality;
+  if (!motion.failure.empty() || quality.verdict == DepthVerdict::ok) return;
+  const std::string told =
+      std::string("the scene is judged ") + name_of(quality.verdict) + ": " + quality.reason;
+  context.warn(clip.lens ? told : told + "; give the lens (--intrinsics)");
 }
 
 void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyDepth>& keys,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "organbake/image/srgb.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {
@@ -67,6 +68,25 @@ TEST(ClipMotion, TellsNoShapeOfAScopeThatStandsStill) {
   EXPECT_NE(motion.failure.find("stands still"), std::string::npos) << motion.failure;
 }
 
+TEST(ClipMotion, DoesNotCallAFastScopeStill) {
+  // Every feature is lost after one frame.
+  TrackedScene tracked = tracks_of(swinging_scope(12));
+  for (FeatureTrack& track : tracked.clip.tracks) track.pixels.resize(1);
+  const std::string failure = motion_of(tracked, plain()).failure;
+  EXPECT_EQ(failure.find("stands still"), std::string::npos) << failure;
+  EXPECT_NE(failure.find("lost from one frame to the next"), std::string::npos) << failure;
+}
+
+TEST(ClipMotion, SaysNothingOfTheMotionOfOneFrame) {
+  TrackedScene tracked = tracks_of(swinging_scope(2));
+  for (FeatureTrack& track : tracked.clip.tracks) track.pixels.resize(1);
+  tracked.clip.frames = 1;
+  const ClipMotion motion = motion_of(tracked, plain());
+  EXPECT_NE(motion.failure.find("too short"), std::string::npos) << motion.failure;
+  for (const FrameSpan& span : motion.left_out)
+    EXPECT_EQ(span.reason.find("stands still"), std::string::npos) << span.reason;
+}
+
 TEST(ClipMotion, SaysThatNothingCouldBeFollowed) {
   TrackedScene tracked = tracks_of(swinging_scope(10));
   tracked.clip.tracks.clear();
@@ -102,6 +122,101 @@ TEST(ClipMotion, TellsNoShapeOfAZoom) {
   }
 }
 
+// Pictures of the scene's tissue under a lamp at the lens, whose light falls off by the inverse
+// square; `toward` -1 brightens what is far, which no lamp at the lens does.
+struct LitClip {
+  std::vector<ClipPicture> pictures;
+  LitClip(const TrackedScene& tracked, double toward) {
+    for (std::size_t frame = 0; frame < tracked.cameras.size(); ++frame) {
+      const PosedCamera& camera = tracked.cameras[frame];
+      const int width = camera.intrinsics.width, height = camera.intrinsics.height;
+      ClipPicture picture;
+      picture.picture.color = Rgb8Image(width, height);
+      for (const FeatureTrack& track : tracked.clip.tracks) {
+        if (!track.is_in(frame)) continue;
+        const Eigen::Vector2f& at = track.at(frame);
+        const double light = 0.3 * std::pow(60 / range_of(camera, at), 2 * toward);
+        constexpr int kSpot = 9;  // what is looked at of a picture of 1280 pixels, and one more
+        for (int y = std::max(0, int(at.y()) - kSpot); y < std::min(height, int(at.y()) + kSpot);
+             ++y)
+          for (int x = std::max(0, int(at.x()) - kSpot); x < std::min(width, int(at.x()) + kSpot);
+               ++x)
+            std::fill_n(picture.picture.color.at(x, y), 3,
+                        srgb8_from_linear(static_cast<float>(light)));
+      }
+      pictures.push_back(std::move(picture));
+    }
+  }
+  static double range_of(const PosedCamera& camera, const Eigen::Vector2f& at) {
+    const RigidTransform world = camera.camera_from_world.inverse();
+    const Eigen::Vector3d ray = world.rotation * unproject(camera.intrinsics, at.cast<double>());
+    double depth = 60;
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector3d point = world.translation + depth * ray;
+      depth += (BumpyScene().height_mm(point.x(), point.y()) - point.z()) / ray.z();
+    }
+    return depth * ray.norm();
+  }
+  PictureLoader loader() const {
+    return [this](const std::vector<std::size_t>& frames) {
+      std::vector<const ClipPicture*> chosen;
+      for (const std::size_t frame : frames) chosen.push_back(&pictures[frame]);
+      return chosen;
+    };
+  }
+};
+
+TEST(ClipMotion, IsOkWhereParallaxAndLampAgree) {
+  const TrackedScene tracked = tracks_of(swinging_scope(14));
+  const LitClip lit(tracked, 1);
+  MotionOptions options = plain();
+  options.reconstruction.lens = {.focal = true};
+  const ClipMotion motion =
+      find_motion(options, tracked.clip, std::vector<double>(14, 1), hd_lens(), lit.loader());
+  ASSERT_EQ(motion.failure, "");
+  EXPECT_EQ(motion.quality.verdict, DepthVerdict::ok) << motion.quality.reason;
+  EXPECT_LT(motion.quality.lamp_correlation, -0.9) << "nothing but the distance changes the light";
+  EXPECT_NEAR(motion.quality.lamp_slope, -2, 0.2) << "the inverse square, in steps of 8 bits";
+}
+
+TEST(ClipMotion, RefusesASceneThatTheLampContradicts) {
+  const TrackedScene tracked = tracks_of(swinging_scope(14));
+  const LitClip lit(tracked, -1);
+  const ClipMotion motion =
+      find_motion(plain(), tracked.clip, std::vector<double>(14, 1), hd_lens(), lit.loader());
+  EXPECT_EQ(motion.quality.verdict, DepthVerdict::failed);
+  EXPECT_NE(motion.failure.find("contradict each other"), std::string::npos) << motion.failure;
+}
+
+// A scope that goes through a tube: of a start at 25 degrees the search ends inside out.
+std::vector<PosedCamera> advancing_scope(const Intrinsics& lens) {
+  std::vector<PosedCamera> cameras;
+  for (int i = 0; i < 16; ++i) {
+    const double t = i / 15.0;
+    const Eigen::Vector3d eye(2 * std::sin(5 * t), 2 * std::cos(4 * t), 18 * t);
+    cameras.push_back(
+        {std::to_string(i), lens,
+         look_at(eye, eye + Eigen::Vector3d(3 * std::sin(6 * t), 2 * t, 60), {0, -1, 0})});
+  }
+  return cameras;
+}
+
+TEST(ClipMotion, FindsTheLensFromAnyStart) {
+  Intrinsics lens = hd_lens();
+  lens.fx = lens.fy = 1100;
+  const TrackedScene tracked = tracks_of(advancing_scope(lens));
+  MotionOptions options = plain();
+  options.reconstruction.lens = {.focal = true, .distortion = true};
+  for (const double focal_px : {450.0, 900.0, 2800.0}) {
+    Intrinsics start = hd_lens();
+    start.fx = start.fy = focal_px;
+    const ClipMotion motion = motion_of(tracked, options, start);
+    ASSERT_EQ(motion.failure, "") << focal_px;
+    EXPECT_NEAR(motion.scene.lens.fx, lens.fx, 4 * motion.lens_spread.focal_px) << focal_px;
+    EXPECT_LT(path_error(tracked.cameras, motion.camera_from_world), 4 * kPathShare) << focal_px;
+  }
+}
+
 TEST(ClipMotion, TakesTheLongerOfTwoShots) {
   TrackedScene tracked = tracks_of(swinging_scope(40));
   const std::size_t cut = 12;
@@ -129,7 +244,7 @@ TEST(ClipMotion, TakesPosesOfAnotherProgram) {
   const TrackedScene tracked = tracks_of(swinging_scope(20));
   std::vector<std::optional<RigidTransform>> poses;
   for (const PosedCamera& camera : tracked.cameras) poses.emplace_back(camera.camera_from_world);
-  const ClipMotion motion = motion_of_poses(plain(), tracked.clip, hd_lens(), poses);
+  const ClipMotion motion = motion_of_poses(plain(), tracked.clip, hd_lens(), poses, no_pictures);
   ASSERT_EQ(motion.failure, "");
   EXPECT_GT(motion.points, 1000u);
   EXPECT_LT(motion.mean_error_px, 0.6);
@@ -140,7 +255,7 @@ TEST(ClipMotion, RefusesPosesOfAnotherClip) {
   std::vector<std::optional<RigidTransform>> poses;
   for (std::size_t i = 0; i < tracked.cameras.size(); ++i)
     poses.emplace_back(look_at({0, 30.0 * (i % 3), 200.0 - 20.0 * i}, {0, 0, 400}, {1, 0, 0}));
-  EXPECT_NE(motion_of_poses(plain(), tracked.clip, hd_lens(), poses).failure, "");
+  EXPECT_NE(motion_of_poses(plain(), tracked.clip, hd_lens(), poses, no_pictures).failure, "");
 }
 
 }  // namespace

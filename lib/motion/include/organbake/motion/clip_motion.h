@@ -10,6 +10,7 @@
 #include "organbake/image/picture.h"
 #include "organbake/motion/feature_tracker.h"
 #include "organbake/motion/scene.h"
+#include "organbake/shading/frame_depth.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {
@@ -62,7 +63,8 @@ struct ReconstructionSummary {
 // pair by its essential matrix, then of two dozen key views each next one from the places that it
 // sees, new places from the views that are posed, and bundle adjustment as the scene grows; last,
 // all views between, which the places hold. Views that no rigid scene explains stay without a pose.
-// The scene comes with its landmarks' sightings and a lens to start from. Deterministic.
+// The scene comes with its landmarks' sightings and a lens to start from; where views are posed, it
+// grows from those. Deterministic.
 ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& scene,
                                   const RunContext& context = {});
 
@@ -70,10 +72,6 @@ ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& s
 struct LensSpread {
   double focal_px = 0, k1 = 0, center_x_px = 0, center_y_px = 0;
 };
-
-// By leaving out one part of the clip after another (block jackknife, Künsch 1989): what tracks
-// have wrong hangs together over time, so that the equations' own covariance would be far too sure.
-LensSpread lens_spread(const FreeLens& free, const Scene& scene);
 
 struct MotionOptions {
   ViewChoice views;
@@ -90,11 +88,25 @@ struct FrameSpan {
   std::string reason;  // why it is left out
 };
 
+// Whether a clip supports the scene that was found in it.
+struct MotionQuality {
+  DepthVerdict verdict = DepthVerdict::failed;
+  std::string reason;  // empty when ok
+  // What the next best scene (another lens, or inside out) costs by the one that was taken; 0 = no
+  // other was found.
+  double runner_up = 0;
+  // Of the brightness of places with their range from the lamp, both as logarithms: below 0 when
+  // what is near is bright, a slope of -2 by the inverse square. 0 = there is nothing to tell by.
+  double lamp_correlation = 0, lamp_slope = 0;
+  double posed_share = 0;  // of the frames
+};
+
 // How the scope moved, and what it saw: of the span of the clip that the most views of one rigid
 // scene explain. The unit of length is the scene's own.
 struct ClipMotion {
   std::string failure;  // why the clip tells no shape; empty when it does
-  Scene scene;          // of the views
+  MotionQuality quality;
+  Scene scene;  // of the views
   std::vector<std::size_t> view_frames;
   // Of each frame of the clip, from those of the views; nothing outside the span.
   std::vector<std::optional<RigidTransform>> camera_from_world;
@@ -116,6 +128,7 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
 // Views are the posed frames, or some of them where there are more than options.views has.
 ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
                            const Intrinsics& lens,
-                           std::vector<std::optional<RigidTransform>> camera_from_world);
+                           std::vector<std::optional<RigidTransform>> camera_from_world,
+                           const PictureLoader& load);
 
 }  // namespace organbake
