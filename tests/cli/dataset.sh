@@ -51,6 +51,18 @@ expect 0 make killed
 expect_same all killed
 [ "${partly:-no}" = yes ] || echo "note: no run was ended between two shards"
 
+# Skin held and tissue cut; of one organ there is no split, which is said.
+echo '{"schema": "organbake/dataset/1", "frames": 16, "clip_frames": 8, "size": [64, 48],
+  "pokes": {"count": 2, "tools": ["grab", "cut"]}}' >tools.json
+expect 0 organbake verify tools.json
+expect 0 "$BIN/organplay" one --dataset tools.json -o tools
+expect_err "test_share is of the organs, and there is one"
+grep -q "there is one: all of it is for training" tools/index.html || fail "the page does not say it"
+expect_equal "$(ls tools)" "$(printf 'card.json\nindex.html\nspec.json\ntrain')"
+grep -q '"frames_with_contact": [1-9]' tools/card.json || fail "no tool touched"
+expect 0 organbake bake r.yaml -o shell --quiet --set mechanics.fem=false
+refused 2 "was baked without tetrahedra and cannot be cut" "$BIN/organplay" shell --dataset tools.json -o made
+
 # Through a scope's lens, whose size the pictures have.
 lens='"width": 80, "height": 60, "fx": 90, "fy": 90, "cx": 40, "cy": 30'
 echo '{"schema": "organbake/dataset/1", "frames": 4, "clip_frames": 2, "layers": ["all"], "lens": {'"$lens"',

@@ -32,6 +32,18 @@ for format in mjcf gmsh; do
   expect 0 organbake export solid --format $format -o solid_$format
 done
 expect_err "ml are tissue: those at the surface stick out of it"
+# MuJoCo's model says how large it is, and how a coarser one is made.
+expect 0 organbake export solid --format mjcf -o told_mjcf
+expect_err " bodies and a step of "
+grep -q '"mjcf_bodies": ' told_mjcf/report.json || fail "the report: $(cat told_mjcf/report.json)"
+expect 0 organbake bake r.yaml -o many --no-report --set mechanics.fem_cell_mm=1.2
+expect 0 organbake export many --format mjcf -o many_mjcf
+expect_err "makes a coarser model"
+many=$(grep -c '<body' many_mjcf/organ.xml)
+coarse=$(sed -n 's/.*--set \(mechanics.fem_cell_mm=[0-9]*\).*/\1/p' err)
+expect 0 organbake bake r.yaml -o fewer --no-report --set "$coarse"
+expect 0 organbake export fewer --format mjcf -o fewer_mjcf
+[ "$(grep -c '<body' fewer_mjcf/organ.xml)" -lt $((many / 2)) ] || fail "no coarser model"
 python3 "$SOURCE/tests/cli/read_solids.py" solid solid_mjcf/organ.xml solid_gmsh/organ.msh || fail "a solid"
 if command -v gmsh >/dev/null; then
   expect 0 gmsh -parse_and_exit solid_gmsh/organ.msh

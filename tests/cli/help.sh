@@ -25,13 +25,24 @@ expect_out "organbake "
 # The clone's own scripts: help, and nothing else is done.
 for script in "$SOURCE"/scripts/*; do
   [ -f "$script" ] && [ -x "$script" ] || continue
+  expect 0 timeout 20 "$script" -h
+  cp out short
   expect 0 timeout 20 "$script" --help
+  expect_same short out
   expect_out "usage: scripts/$(basename "$script")"
 done
 expect 2 "$SOURCE/scripts/demo" --pakages .
 expect_err "there is no option --pakages"
 expect 66 "$SOURCE/scripts/demo" --packages . demo
 expect_err "scripts/release makes them"
+# The page's module of a release, into a clone that has no compiler for it.
+mkdir -p clone/scripts release/web && cp "$SOURCE/scripts/build" clone/scripts && cp "$SOURCE/CMakeLists.txt" clone
+version=$("$BIN/organbake" --version | sed -n 's/^organbake \([0-9.]*\).*/\1/p')
+expect 66 clone/scripts/build web --packages release
+expect_err "organbake-$version-web.tar.xz"
+echo wasm >release/web/organ.wasm && tar -C release -cJf "release/organbake-$version-web.tar.xz" web
+expect 0 clone/scripts/build web --packages release
+expect_equal "$(cat clone/build/web/share/organbake/web/organ.wasm)" wasm
 
 expect 2 organbake
 expect 2 organbake bakke

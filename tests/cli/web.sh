@@ -12,8 +12,8 @@ for folder in "$BIN/../share/organbake/web" "$BIN/../../web/share/organbake/web"
 done
 if [ -z "$module" ]; then
   refused 66 "scripts/build web" organbake export organ --format web -o made
-  refused 66 "scripts/setup --web" organbake export organ --format web -o made
-  echo "SKIPPED: the player for pages is not built (scripts/setup --web && scripts/build web)"
+  refused 66 "scripts/build web --packages FOLDER" organbake export organ --format web -o made
+  echo "SKIPPED: the player for pages is not built (scripts/build web)"
   exit 0
 fi
 

@@ -144,7 +144,7 @@ Seeds dataset_seeds() {
   return {R"({"schema": "organbake/dataset/1", "frames": 7, "name": "n", "seed": 9,
         "clip_frames": 4, "shard_frames": 8, "size": [32, 24],
         "layers": ["depth", "mask"], "stereo_mm": 5, "test_share": 0.5, "time_step_s": 0.02,
-        "views": {"cone_rad": 0.3, "distance": 1, "roll_rad": 0.1, "motion_rad": 0.2},
+        "views": {"cone_rad": 0.3, "distance": 1, "roll_rad": 0.1, "motion_deg": 2},
         "pokes": {"count": [1, 2], "depth_mm": [1, 3], "radius_mm": 4, "cone_rad": 0.1},
         "lights": ["world", "scope"], "gain": [0.5, 2], "noise": 3})"};
 }

@@ -49,29 +49,55 @@ double drawn_from(const SampledRange& range, RandomStream& random) {
   return random.uniform(range.low, range.high);
 }
 
-// In and out again, once, from a direction that meets skin.
+bool meets_skin(const Bundle& bundle, const Vector3d& direction) {
+  try {
+    skin_point(bundle, direction);
+    return true;
+  } catch (const BadDataError&) {
+    return false;
+  }
+}
+
+// In and out again, once; or skin held from early on and pulled out; or an edge through tissue from
+// one direction to another. All where there is skin.
 std::optional<InstrumentPath> make_poke(const DatasetSpec& spec, const Bundle& bundle,
                                         const Vector3d& view, int number, RandomStream& random) {
   const double depth = drawn_from(spec.depth_mm, random),
                radius = drawn_from(spec.radius_mm, random);
   const double all = spec.clip_frames * spec.time_step_s;
   const double deepest = random.uniform(0.4, 0.8) * all;
+  const double begins = 0.1 * all, ends = all + spec.time_step_s;
   constexpr int kTries = 8;
-  constexpr double kAbove_mm = 2;
+  constexpr double kAbove_mm = 2, kGrip_mm = 1;
+  constexpr double kHook_mm = 0.5, kHookEdge_mm = 30, kHookWidth_mm = 1.5, kStroke_rad = 0.3;
+  const InstrumentKind tool =
+      spec.tools.empty() ? Ball() : spec.tools[random.below(spec.tools.size())];
   for (int i = 0; i < kTries; ++i) {
     const Vector3d from = in_cone(view, spec.poke_cone_rad, random);
-    try {
-      skin_point(bundle, from);
-    } catch (const BadDataError&) {
-      continue;
+    if (!meets_skin(bundle, from)) continue;
+    InstrumentPath path;
+    path.instrument.kind = tool;
+    path.instrument.radius_mm = radius;
+    if (std::holds_alternative<Grasper>(tool)) {
+      path.name = "grasper " + std::to_string(number);
+      path.path = {{begins, std::nullopt, from, kGrip_mm},
+                   {deepest, std::nullopt, from, -depth},
+                   {ends, std::nullopt, from, -depth}};
+    } else if (std::holds_alternative<Blade>(tool)) {
+      const Vector3d to = in_cone(from, kStroke_rad, random);
+      if (!meets_skin(bundle, to)) continue;
+      path.name = "hook " + std::to_string(number);
+      path.instrument.radius_mm = kHook_mm;
+      path.instrument.kind = Blade{kHookWidth_mm};
+      path.instrument.axis_mm = kHookEdge_mm * from;
+      path.path = {{begins, std::nullopt, from, depth}, {deepest, std::nullopt, to, depth}};
+    } else {
+      path.name = "probe " + std::to_string(number);
+      path.path = {{0, std::nullopt, from, -kAbove_mm},
+                   {deepest, std::nullopt, from, depth},
+                   {ends, std::nullopt, from, -kAbove_mm}};
     }
-    InstrumentPath poke;
-    poke.name = "probe " + std::to_string(number);
-    poke.instrument.radius_mm = radius;
-    poke.path = {{0, std::nullopt, from, -kAbove_mm},
-                 {deepest, std::nullopt, from, depth},
-                 {all + spec.time_step_s, std::nullopt, from, -kAbove_mm}};
-    return poke;
+    return path;
   }
   return std::nullopt;
 }

@@ -23,7 +23,8 @@ namespace {
 
 constexpr const char* kDatasetSchema = "organbake/dataset/1";
 constexpr int kMostFramesOfSet = 10'000'000;
-constexpr double kHalfTurn = std::numbers::pi;
+constexpr double kHalfTurn_rad = std::numbers::pi;
+constexpr double kDegree_rad = std::numbers::pi / 180;
 
 // Reads optional keys of an object.
 class Keys {
@@ -32,6 +33,14 @@ class Keys {
 
   void number(const char* key, double low, double high, double& value) const {
     if (const auto field = object_.find(key)) value = field->number(low, high);
+  }
+  // NAME_deg, or NAME_rad, as it was written once.
+  void angle(const std::string& name, double& rad) const {
+    const std::string degrees = name + "_deg", radians = name + "_rad";
+    if (object_.find(degrees) && object_.find(radians))
+      object_[radians].fail("is another unit of " + degrees + ": write one of them");
+    if (const auto field = object_.find(degrees)) rad = field->number(0, 180) * kDegree_rad;
+    number(radians.c_str(), 0, kHalfTurn_rad, rad);
   }
   void whole(const char* key, int low, int high, int& value) const {
     if (const auto field = object_.find(key)) value = static_cast<int>(field->integer(low, high));
@@ -58,16 +67,38 @@ class Keys {
 };
 
 void read_views(const JsonField& views, DatasetSpec& spec) {
-  views.allow_only({"cone_rad", "distance", "roll_rad", "motion_rad"});
+  views.allow_only(
+      {"cone_deg", "cone_rad", "distance", "roll_deg", "roll_rad", "motion_deg", "motion_rad"});
   const Keys keys(views);
-  keys.number("cone_rad", 0, kHalfTurn, spec.cone_rad);
+  keys.angle("cone", spec.cone_rad);
   keys.range("distance", 0.05, 100, spec.distance);
-  keys.number("roll_rad", 0, kHalfTurn, spec.roll_rad);
-  keys.number("motion_rad", 0, kHalfTurn, spec.motion_rad);
+  keys.angle("roll", spec.roll_rad);
+  keys.angle("motion", spec.motion_rad);
+}
+
+void read_tools(const JsonField& tools, DatasetSpec& spec) {
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    const auto kind = kind_of_mode(tools.at(i).text());
+    if (!kind || kind->index() > kind_of_mode("cut")->index())
+      tools.at(i).fail("'" + tools.at(i).text() +
+                       "' is no tool of a data set: take poke, grab or "
+                       "cut");
+    spec.tools.push_back(*kind);
+  }
+}
+
+// A tenth of a millimetre shows nothing; 0.002 to 0.01 are lengths in metres.
+void refuse_metres(const JsonField& object, const char* key, const SampledRange& lengths_mm) {
+  const double most = std::max(std::abs(lengths_mm.low), std::abs(lengths_mm.high));
+  if (most == 0 || most >= 0.1) return;
+  object[key].fail("is " + object[key].json().dump() +
+                   ", less than a tenth of a millimetre; it is "
+                   "in mm: " +
+                   to_text(1000 * lengths_mm.low) + " to " + to_text(1000 * lengths_mm.high) + "?");
 }
 
 void read_pokes(const JsonField& pokes, DatasetSpec& spec) {
-  pokes.allow_only({"count", "depth_mm", "radius_mm", "cone_rad"});
+  pokes.allow_only({"count", "depth_mm", "radius_mm", "cone_deg", "cone_rad", "tools"});
   const Keys keys(pokes);
   constexpr double kMostPokes = 16, kDeepest_mm = 1000;
   SampledRange count{double(spec.fewest_pokes), double(spec.most_pokes)};
@@ -76,8 +107,11 @@ void read_pokes(const JsonField& pokes, DatasetSpec& spec) {
   if (spec.fewest_pokes != count.low || spec.most_pokes != count.high)
     pokes["count"].fail("is " + pokes["count"].json().dump() + ", must be whole numbers");
   keys.range("depth_mm", -kDeepest_mm, kDeepest_mm, spec.depth_mm);
+  refuse_metres(pokes, "depth_mm", spec.depth_mm);
   keys.range("radius_mm", kThinnestTip_mm, kDeepest_mm, spec.radius_mm);
-  keys.number("cone_rad", 0, kHalfTurn, spec.poke_cone_rad);
+  refuse_metres(pokes, "radius_mm", spec.radius_mm);
+  keys.angle("cone", spec.poke_cone_rad);
+  if (const auto tools = pokes.find("tools")) read_tools(*tools, spec);
 }
 
 void read_layers(const JsonField& layers, DatasetSpec& spec) {
@@ -107,6 +141,17 @@ void read_scope(const JsonField& scope, const std::string& name, bool size_asked
   const Intrinsics& given = spec.lens->intrinsics;
   if (!size_asked) spec.width = given.width, spec.height = given.height;
   spec.lens = spec.lens->in_size(spec.width, spec.height);
+}
+
+// In degrees, where those are read back to the bit.
+void add_angle(Json& json, const std::string& name, double rad) {
+  const double degrees = rad / kDegree_rad;
+  for (const double exact : {degrees, std::nextafter(degrees, 0), std::nextafter(degrees, 360)})
+    if (exact * kDegree_rad == rad) {
+      json[name + "_deg"] = exact;
+      return;
+    }
+  json[name + "_rad"] = rad;
 }
 
 Json range_json(const SampledRange& range) { return Json::array({range.low, range.high}); }
@@ -164,6 +209,15 @@ std::string dataset_spec_to_json(const DatasetSpec& s) {
   for (std::size_t i = 0; i < layer_names().size(); ++i)
     if (in[i]) layers.push_back(layer_names()[i]);
   for (const DrawnLight light : s.lights) lights.push_back(to_string(light));
+  Json views = {{"distance", range_json(s.distance)}};
+  add_angle(views, "cone", s.cone_rad);
+  add_angle(views, "roll", s.roll_rad);
+  add_angle(views, "motion", s.motion_rad);
+  Json pokes = {{"count", {s.fewest_pokes, s.most_pokes}},
+                {"depth_mm", range_json(s.depth_mm)},
+                {"radius_mm", range_json(s.radius_mm)}};
+  add_angle(pokes, "cone", s.poke_cone_rad);
+  for (const InstrumentKind& tool : s.tools) pokes["tools"].push_back(mode_of(tool));
   Json json = {{"schema", kDatasetSchema},
                {"name", s.name},
                {"seed", s.seed},
@@ -174,16 +228,8 @@ std::string dataset_spec_to_json(const DatasetSpec& s) {
                {"layers", layers},
                {"test_share", s.test_share},
                {"time_step_s", s.time_step_s},
-               {"views",
-                {{"cone_rad", s.cone_rad},
-                 {"distance", range_json(s.distance)},
-                 {"roll_rad", s.roll_rad},
-                 {"motion_rad", s.motion_rad}}},
-               {"pokes",
-                {{"count", {s.fewest_pokes, s.most_pokes}},
-                 {"depth_mm", range_json(s.depth_mm)},
-                 {"radius_mm", range_json(s.radius_mm)},
-                 {"cone_rad", s.poke_cone_rad}}},
+               {"views", views},
+               {"pokes", pokes},
                {"lights", lights},
                {"gain", range_json(s.gain)},
                {"noise", range_json(s.noise)}};

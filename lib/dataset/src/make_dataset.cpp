@@ -74,6 +74,11 @@ constexpr const char* kFiles =
     "the proxy's vertices, and shard.json with its clips. The right eye of a stereo pair lies in "
     "right/. Millimetres and newtons, LPS; camera axes x right, y down, z forward.</p>\n";
 
+std::string no_split(const DatasetSpec& spec, const DatasetPlan& plan) {
+  if (plan.organs.size() != 1 || spec.test_share == 0) return "";
+  return "test_share is of the organs, and there is one: all of it is for training";
+}
+
 std::string page(const DatasetSpec& spec, const DatasetPlan& plan, const Json& card) {
   const std::string title = escape_html(spec.name);
   std::string html =
@@ -86,7 +91,7 @@ std::string page(const DatasetSpec& spec, const DatasetPlan& plan, const Json& c
              organ["shards"].dump(), organ["frames"].dump(), organ["frames_with_contact"].dump(),
              to_text(organ["largest_force_n"].get<double>(), 2)},
             "td");
-  html += "</table>\n";
+  html += "</table>\n<p>" + no_split(spec, plan) + "</p>\n";
   for (const DatasetShard& shard : plan.shards)
     if (shard.first_clip == 0)
       html += "<img alt=\"\" src=\"" + escape_html(shard.folder + "/" + frame_file_name(0)) + "\">";
@@ -143,6 +148,17 @@ void claim(const fs::path& folder, const std::string& wanted) {
   write_file_atomically(file, wanted);
 }
 
+// Before the first shard: springs cannot be cut.
+void check_tools(const DatasetSpec& spec, const DatasetPlan& plan) {
+  const bool cuts = std::any_of(spec.tools.begin(), spec.tools.end(), has_blade);
+  for (const DatasetOrgan& organ : plan.organs)
+    if (cuts && !BundleReader(organ.bundle).read_frame().mechanics.body)
+      throw UsageError(
+          organ.bundle.string() +
+          " was baked without tetrahedra and cannot be cut; bake it anew, or leave cut "
+          "out of pokes.tools");
+}
+
 void check_lights(const DatasetSpec& spec, const DatasetOrgan& organ, const Player& player) {
   for (const DrawnLight light : spec.lights)
     if (light != DrawnLight::baked && !player.can_relight())
@@ -158,7 +174,9 @@ DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>
   const DatasetPlan plan = plan_dataset(spec, bundles);
   const auto lens =
       spec.lens ? std::make_shared<const LensPicture>(*spec.lens, "the data set's lens") : nullptr;
+  check_tools(spec, plan);
   claim(folder, identity(spec, plan));
+  if (const std::string why = no_split(spec, plan); !why.empty()) context.info(why);
   DeformOptions deform;
   deform.time_step_s = spec.time_step_s;
   DatasetSummary summary;

@@ -107,9 +107,9 @@ WebPlayer read_web_player(const fs::path& folder) {
   const fs::path module = folder / "organ.wasm";
   if (!fs::exists(module)) {
     throw NoInputError(module,
-                       "the player for pages has not been built; 'scripts/setup --web' installs "
-                       "its compiler (once, 1.3 GB), 'scripts/build web' builds it (five minutes "
-                       "of a processor)");
+                       "the player for pages is not there; 'scripts/build web --packages FOLDER' "
+                       "takes it from a release's files, and 'scripts/build web' compiles it (once "
+                       "1.3 GB of packages, and 19 minutes of a processor)");
   }
   const auto text = [&](const char* name) { return read_text_file(folder / name); };
   return {text("page.html"),

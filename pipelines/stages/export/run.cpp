@@ -204,11 +204,34 @@ void tell_cells(const Bundle& bundle, const RunContext& context) {
                to_text(tissue_ml, 1) + " ml are tissue: those at the surface stick out of it");
 }
 
+// How large a model is that MuJoCo integrates explicitly, and how to get a coarser one: tetrahedra
+// are made by a bake, so that node i stays the bundle's.
+void write_mjcf(const Bundle& bundle, const StageCall& call, StageReport& report) {
+  constexpr std::size_t kMany = 500;
+  constexpr double kFewCells = 300;
+  const MjcfModel model = mjcf_model(bundle);
+  write_file_atomically(call.output_folder / "organ.xml", model.text);
+  report.add("mjcf_bodies", model.bodies);
+  report.add("mjcf_step_s", model.step_s);
+  const std::string size = std::to_string(model.bodies) + " bodies and a step of " +
+                           to_text(1e6 * model.step_s, 0) + " µs";
+  if (model.bodies <= kMany) return call.context.info(size);
+  double whole_mm3 = 0;
+  for (const Tetrahedron& t : bundle.mechanics.body->tetrahedra)
+    whole_mm3 += volume_of(*bundle.mechanics.body, t);
+  call.context.warn(size +
+                    ": MuJoCo loads so many for minutes; a bake with --set "
+                    "mechanics.fem_cell_mm=" +
+                    to_text(std::ceil(std::cbrt(whole_mm3 / kFewCells))) +
+                    " makes a coarser model");
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<ExportOptions>();
   if (!options.interaction.empty() && options.format != ExportFormat::usd)
     throw UsageError("--interaction is of --format usd, which alone holds motion");
   const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
+  StageReport report;
   switch (options.format) {
     case ExportFormat::gltf:
       write_gltf(bundle, options, call.output_folder, call.context);
@@ -230,7 +253,7 @@ StageReport run(const StageCall& call) {
       break;
     case ExportFormat::mjcf:
       tell_cells(bundle, call.context);
-      write_file_atomically(call.output_folder / "organ.xml", mjcf_text(bundle));
+      write_mjcf(bundle, call, report);
       break;
     case ExportFormat::gmsh:
       tell_cells(bundle, call.context);
@@ -240,7 +263,7 @@ StageReport run(const StageCall& call) {
       write_sofa(bundle, options, call.output_folder, call.context);
       break;
   }
-  return {};
+  return report;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "dataset_shard.h"
@@ -33,8 +34,9 @@ TEST(DatasetSpec, ReadsEverything) {
   const DatasetSpec spec = dataset_spec_from_json(
       spec_with(R"(, "name": "n", "seed": 9, "clip_frames": 4, "shard_frames": 8, "size": [32, 24],
         "layers": ["depth", "mask"], "stereo_mm": 5, "test_share": 0.5, "time_step_s": 0.02,
-        "views": {"cone_rad": 0.3, "distance": 1, "roll_rad": 0.1, "motion_rad": 0.2},
-        "pokes": {"count": [1, 2], "depth_mm": [1, 3], "radius_mm": 4, "cone_rad": 0.1},
+        "views": {"cone_deg": 30, "distance": 1, "roll_rad": 0.1, "motion_deg": 12.5},
+        "pokes": {"count": [1, 2], "depth_mm": [1, 3], "radius_mm": 4, "cone_deg": 5,
+                  "tools": ["poke", "grab", "cut"]},
         "lights": ["world", "scope"], "gain": [0.5, 2], "noise": 3)"),
       "d.json");
   EXPECT_TRUE(spec.layers.depth && spec.layers.mask && !spec.layers.flow);
@@ -42,6 +44,9 @@ TEST(DatasetSpec, ReadsEverything) {
   EXPECT_EQ(spec.radius_mm.low, 4);
   EXPECT_EQ(spec.radius_mm.high, 4);
   EXPECT_EQ(spec.lights.size(), 2u);
+  EXPECT_NEAR(spec.cone_rad, std::numbers::pi / 6, 1e-12);
+  EXPECT_EQ(spec.roll_rad, 0.1);
+  EXPECT_EQ(spec.tools.size(), 3u);
   const std::string text = dataset_spec_to_json(spec);
   EXPECT_EQ(dataset_spec_to_json(dataset_spec_from_json(text, "again.json")), text);
 }
@@ -77,6 +82,14 @@ TEST(DatasetSpec, NamesWhatIsWrong) {
   EXPECT_TRUE(refusal(R"(, "layers": ["deep"])").starts_with("d.json: /layers"));
   EXPECT_TRUE(refusal(R"(, "lights": ["sun"])").starts_with("d.json: /lights/0"));
   EXPECT_TRUE(refusal(R"(, "pokes": {"count": 1.5})").starts_with("d.json: /pokes/count"));
+  EXPECT_EQ(
+      refusal(R"(, "pokes": {"depth_mm": [0.002, 0.01]})"),
+      "d.json: /pokes/depth_mm: is [0.002,0.01], less than a tenth of a millimetre; it is in mm: "
+      "2 to 10?");
+  EXPECT_TRUE(refusal(R"(, "pokes": {"tools": ["pinch"]})").starts_with("d.json: /pokes/tools/0"));
+  EXPECT_TRUE(refusal(R"(, "views": {"cone_deg": 5, "cone_rad": 0.1})")
+                  .starts_with("d.json: /views/cone_rad: is another unit of cone_deg"));
+  EXPECT_TRUE(refusal(R"(, "views": {"cone_deg": 200})").starts_with("d.json: /views/cone_deg"));
   EXPECT_TRUE(refusal(R"(, "shard_frames": 3)").starts_with("d.json: /shard_frames"));
   EXPECT_TRUE(refusal(R"(, "views": {"cone": 1})").starts_with("d.json: /views"));
   EXPECT_TRUE(refusal(R"(, "lens": {"width": 80, "height": -6})").starts_with("d.json: /lens: /h"));
@@ -178,6 +191,26 @@ TEST(Clip, StaysWithinItsSpec) {
     EXPECT_LE(clip.noise, 4);
   }
   EXPECT_GT(widest, 0.9 * spec.cone_rad);
+}
+
+TEST(Clip, HoldsTheToolsThatAreAskedFor) {
+  DatasetSpec spec = spec_of_clips();
+  spec.tools = {Grasper(), Blade()};
+  int graspers = 0, hooks = 0;
+  for (int i = 0; i < 40; ++i) {
+    const DatasetClip clip = make_clip(spec, organ_of_clips(), 0, i);
+    for (const InstrumentPath& tool : clip.script.instruments) {
+      const bool grasps = tool.instrument.is<Grasper>();
+      ASSERT_TRUE(grasps || tool.instrument.is<Blade>());
+      ++(grasps ? graspers : hooks);
+      const double last = tool.path.back().depth_mm;
+      EXPECT_TRUE(grasps ? last < 0 : last > 0) << "graspers pull out, hooks stay in tissue";
+    }
+    const std::string text = script_to_json(clip.script);
+    EXPECT_EQ(script_to_json(script_from_json(text, "clip")), text);
+  }
+  EXPECT_GT(graspers, 15);
+  EXPECT_GT(hooks, 15);
 }
 
 TEST(Clip, FollowsFromSeedOrganAndNumberAlone) {

@@ -165,17 +165,19 @@ std::string sofa_text(const Bundle& bundle, const std::string& surface_file,
          "\"/>\n      <BarycentricMapping/>\n    </Node>\n  </Node>\n</Node>\n";
 }
 
-std::string mjcf_text(const Bundle& bundle) {
+MjcfModel mjcf_model(const Bundle& bundle) {
   const TetrahedralBody& body = tetrahedra_of(bundle, "a flex of MuJoCo");
   const MechanicsModel& m = bundle.mechanics;
   const std::vector<double> masses_kg = node_masses_kg(body, m.density_kg_per_m3);
   const double step_s = stable_step_s(body, m, masses_kg);
-  return "<!-- metres, kilograms, seconds; x left, y posterior, z superior (LPS / 1000). At rest "
-         "as it was scanned, so without gravity. -->\n"
-         "<mujoco model=\"organ\">\n  <option gravity=\"0 0 0\" timestep=\"" +
-         to_text(step_s) + "\"/>\n  <size memory=\"" + kMemory + "\"/>\n  <worldbody>\n" +
-         nodes_text(body, masses_kg) + "  </worldbody>\n  <deformable>\n" +
-         flex_text(body, m, step_s) + "  </deformable>\n</mujoco>\n";
+  return {
+      "<!-- metres, kilograms, seconds; x left, y posterior, z superior (LPS / 1000). At rest "
+      "as it was scanned, so without gravity. -->\n"
+      "<mujoco model=\"organ\">\n  <option gravity=\"0 0 0\" timestep=\"" +
+          to_text(step_s) + "\"/>\n  <size memory=\"" + kMemory + "\"/>\n  <worldbody>\n" +
+          nodes_text(body, masses_kg) + "  </worldbody>\n  <deformable>\n" +
+          flex_text(body, m, step_s) + "  </deformable>\n</mujoco>\n",
+      body.nodes_mm.size(), step_s};
 }
 
 std::string gmsh_text(const Bundle& bundle) {

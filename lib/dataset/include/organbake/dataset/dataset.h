@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
+#include "organbake/instruments/instrument.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/pixel_truth.h"
 #include "organbake/warp/draw_options.h"
@@ -42,7 +43,10 @@ struct DatasetSpec {
   double motion_rad = 0.1;               // of the view within a clip, at most
   int fewest_pokes = 0, most_pokes = 1;  // at once in a clip
   SampledRange depth_mm{2, 10}, radius_mm{3, 6};
-  double poke_cone_rad = 0.5;      // of where pokes come from, about the view
+  double poke_cone_rad = 0.5;  // of where pokes come from, about the view
+  // What each is drawn from: a Ball pushes depth_mm in, a Grasper pulls skin as far out, a Blade
+  // cuts so deep. None: balls.
+  std::vector<InstrumentKind> tools;
   std::vector<DrawnLight> lights;  // one a clip; none: what each organ is made for
   SampledRange gain{1, 1};         // of linear light, one a clip
   SampledRange noise{0, 0};        // standard deviation in steps of 8 bits, one a clip

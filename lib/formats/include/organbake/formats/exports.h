@@ -85,7 +85,12 @@ std::string sofa_text(const Bundle& bundle, const std::string& surface_file,
 // the body "n<i>". MuJoCo has one modulus for all tetrahedra: those that are partly tissue are
 // stiffer in it. Its forces are explicit: the time step is as short, and the damping as small, as
 // that takes. Throws UsageError for a bundle without tetrahedra.
-std::string mjcf_text(const Bundle& bundle);
+struct MjcfModel {
+  std::string text;
+  std::size_t bodies = 0;
+  double step_s = 0;
+};
+MjcfModel mjcf_model(const Bundle& bundle);
 
 // A bundle's tetrahedra as a mesh of gmsh (MSH 2.2, text, which gmsh 4, MuJoCo, SOFA and meshio
 // read), in millimetres of the world, LPS; node i has the number i + 1. Throws UsageError for a
