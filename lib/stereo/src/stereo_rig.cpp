@@ -113,6 +113,23 @@ std::optional<StereoRig> rig_of_parts(const NamedMatrices& document, const fs::p
   return rig;
 }
 
+// x_right = R x_left + T, its inverse where a file says so (r2l), or what rectification tells.
+std::optional<RigidTransform> pose_of_matrices(const NamedMatrices& found,
+                                               const Rectified& rectified) {
+  const auto motion = [&found](std::initializer_list<const char*> turn,
+                               std::initializer_list<const char*> way) {
+    const auto r = rotation_of(found.find(turn));
+    const auto t = vector_of(found.find(way));
+    return r && t ? std::optional(RigidTransform{*r, *t}) : std::nullopt;
+  };
+  if (const auto pose =
+          motion({"r", "rotation", "rotationmatrix", "om", "l2rrotation"},
+                 {"t", "translation", "translationvector", "trans", "l2rtranslation"}))
+    return pose;
+  if (const auto back = motion({"r2lrotation"}, {"r2ltranslation"})) return back->inverse();
+  return pose_of_rectification(rectified);
+}
+
 // The rig that OpenCV's matrices say: lenses and R, T; or what was rectified (stereo_rig.h). `path`
 // is named in errors. Throws BadDataError.
 StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
@@ -122,8 +139,10 @@ StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
   check_finite(found, path);
   const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
   const Matrix* k1 = found.find(kLeftCameraMatrix);
+  if (!k1) k1 = found.find({"leftintrinsic"});
   const Matrix* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
-                                 "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2"});
+                                 "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2",
+                                 "rightintrinsic"});
   const Rectified rectified{found.find({"r1"}), found.find({"r2"}), found.find({"p1"}),
                             found.find({"p2"}), found.find({"q"})};
   StereoRig rig;
@@ -132,11 +151,11 @@ StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
   } else {
     const Matrix* d1 = found.find(kLeftDistortion);
     const Matrix* d2 = found.find(kRightDistortion);
+    if (!d1) d1 = found.find({"leftdistortion"});
+    if (!d2) d2 = found.find({"rightdistortion"});
     rig.left = lens_of_matrices(found, *k1, d1, sized, path);
     rig.right = lens_of_matrices(found, *k2, d2, sized, path);
-    const auto r = rotation_of(found.find({"r", "rotation", "rotationmatrix", "om"}));
-    const auto t = vector_of(found.find({"t", "translation", "translationvector", "trans"}));
-    const auto pose = r && t ? RigidTransform{*r, *t} : pose_of_rectification(rectified);
+    const auto pose = pose_of_matrices(found, rectified);
     if (!pose)
       throw BadDataError(path,
                          "lacks how the eyes stand to each other: a proper rotation R (3x3) and T "
@@ -156,40 +175,70 @@ bool ends_with_one_of(const fs::path& file, std::initializer_list<const char*> e
   return false;
 }
 
-// The text in a folder whose name holds this word.
-std::optional<NamedMatrices::Matrix> matrix_named(const fs::path& folder, const std::string& word) {
-  for (const fs::path& file : list_files(folder))
-    if (file.filename().string().find(word) != std::string::npos)
-      return read_matrix_file(folder / file);
-  return std::nullopt;
+// The text in a folder whose name holds this word. Throws BadDataError for two that say different
+// things.
+std::optional<Matrix> matrix_named(const fs::path& folder, const std::string& word) {
+  std::optional<Matrix> found;
+  std::string name;
+  for (const fs::path& file : list_files(folder)) {
+    if (file.filename().string().find(word) == std::string::npos) continue;
+    Matrix rows = read_matrix_file(folder / file);
+    if (found && found->values != rows.values)
+      throw BadDataError(folder, "holds '" + name + "' and '" + file.filename().string() +
+                                     "', which say different things; keep the one that is meant");
+    found = std::move(rows);
+    name = file.filename().string();
+  }
+  return found;
+}
+
+// R and T in rows, R|T or T below R, as matrices of their own: rotation and translation.
+void add_pose(const Matrix& rows, const std::string& file, const fs::path& folder,
+              NamedMatrices& found) {
+  const bool below = rows.rows == 4 && rows.columns == 3;
+  if (!below && !(rows.columns == 4 && (rows.rows == 3 || rows.rows == 4)))
+    throw BadDataError(folder,
+                       "its *" + file + "* must hold three rows of R and one of T, or rows of R|T");
+  Matrix r{{}, 3, 3}, t{{}, 3, 1};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      r.values.push_back(rows.values[std::size_t(row * rows.columns + column)]);
+    t.values.push_back(rows.values[std::size_t(below ? 9 + row : 4 * row + 3)]);
+  }
+  found.matrices[file + "rotation"] = r;
+  found.matrices[file + "translation"] = t;
 }
 
 StereoRig rig_of_texts(const fs::path& folder, const EyePictures& pictures) {
   NamedMatrices found;
-  const std::pair<const char*, const char*> parts[] = {{"left.intrinsics", "k1"},
-                                                       {"left.distortion", "d1"},
-                                                       {"right.intrinsics", "k2"},
-                                                       {"right.distortion", "d2"}};
-  for (const auto& [word, name] : parts)
-    if (auto rows = matrix_named(folder, word)) found.matrices[name] = std::move(*rows);
-  const auto pose = matrix_named(folder, "l2r");
-  if (!found.find({"k1"}) || !found.find({"k2"}) || !pose)
+  for (const std::string eye : {"left", "right"})
+    for (const std::string part : {"intrinsic", "distortion"})
+      if (auto rows = matrix_named(folder, eye + "." + part))
+        found.matrices[eye + part] = std::move(*rows);
+  for (const std::string way : {"l2r", "r2l"})
+    if (const auto pose = matrix_named(folder, way)) add_pose(*pose, way, folder, found);
+  if (!found.find({"leftintrinsic"}) || !found.find({"rightintrinsic"}) ||
+      !found.find({"l2rrotation", "r2lrotation"}))
     throw BadDataError(folder,
                        "holds no stereo calibration: neither a YAML file nor texts named "
-                       "*left.intrinsics*, *right.intrinsics* and *l2r*");
-  const auto& v = pose->values;
-  const bool below = pose->rows == 4 && pose->columns == 3;
-  if (!below && !(pose->columns == 4 && (pose->rows == 3 || pose->rows == 4)))
-    throw BadDataError(folder, "its *l2r* must hold three rows of R and one of T, or rows of R|T");
-  NamedMatrices::Matrix r{{}, 3, 3}, t{{}, 3, 1};
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column)
-      r.values.push_back(v[std::size_t(row * pose->columns + column)]);
-    t.values.push_back(below ? v[std::size_t(9 + row)] : v[std::size_t(4 * row + 3)]);
-  }
-  found.matrices["r"] = r;
-  found.matrices["t"] = t;
+                       "*left.intrinsic*, *right.intrinsic* and *l2r* or *r2l*");
   return rig_of_matrices(found, folder, pictures);
+}
+
+// OpenCV names the only matrix of a file as the file: calib_left_intrinsic, calib_r2l_rotation …;
+// what comes before the eye is anyone's.
+void name_as_their_files(NamedMatrices& found) {
+  for (const std::string known :
+       {"leftintrinsic", "rightintrinsic", "leftdistortion", "rightdistortion", "l2rrotation",
+        "l2rtranslation", "r2lrotation", "r2ltranslation"}) {
+    const auto is_it = [&known](const auto& named) {
+      return named.first.ends_with(known) || named.first.ends_with(known + "s");
+    };
+    const auto matrix = std::find_if(found.matrices.begin(), found.matrices.end(), is_it);
+    if (matrix != found.matrices.end()) found.matrices[known] = Matrix(matrix->second);
+    const auto fault = std::find_if(found.faults.begin(), found.faults.end(), is_it);
+    if (fault != found.faults.end()) found.faults[known] = std::string(fault->second);
+  }
 }
 
 StereoRig rig_of_folder(const fs::path& folder, const EyePictures& pictures) {
@@ -197,6 +246,7 @@ StereoRig rig_of_folder(const fs::path& folder, const EyePictures& pictures) {
   for (const fs::path& file : list_files(folder))
     if (ends_with_one_of(file, {".yml", ".yaml", ".json", ".xml", ".ini"}))
       add_opencv_document(folder / file, found);
+  name_as_their_files(found);
   return found.matrices.empty() && found.parts.empty() ? rig_of_texts(folder, pictures)
                                                        : rig_of_matrices(found, folder, pictures);
 }

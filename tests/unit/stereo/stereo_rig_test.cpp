@@ -185,6 +185,46 @@ TEST_F(StereoRigFile, FolderOfTextsWithRowsOfNumbers) {
       HasSubstr("'oops' is no number"));
 }
 
+TEST_F(StereoRigFile, TextsAsHamlynsPhantomHasThem) {
+  write("h/calib.left.intrinsic.txt", "500 0 360\n0 501 288\n0 0 1\n");
+  write("h/calib.left.distortion.txt", "-0.1 0.02 0 0");
+  write("h/calib.right.intrinsic.txt", "502 0 350\n0 503 280\n0 0 1\n");
+  write("h/calib.right.distortion.txt", "-0.2 0 0 0");
+  write("h/calib.l2r.4x4", "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n");
+  expect_the_rig(read_stereo_rig(folder_.path() / "h", kPictures));
+  write("h/other.left.intrinsic.txt", "600 0 360\n0 601 288\n0 0 1\n");
+  EXPECT_THAT(
+      message_of(ExitCode::bad_data, [&] { read_stereo_rig(folder_.path() / "h", kPictures); }),
+      HasSubstr("'calib.left.intrinsic.txt' and 'other.left.intrinsic.txt'"));
+}
+
+// One file of OpenCV's a matrix, which it names as the file; the pose is the left eye's from the
+// right one's.
+TEST_F(StereoRigFile, FilesOfOneMatrixEach) {
+  const auto file = [&](const std::string& name, int rows, int columns, const std::string& data) {
+    std::string key = "calib_" + name;
+    std::replace(key.begin(), key.end(), '.', '_');
+    write("s/calib." + name + ".xml", "<?xml version=\"1.0\"?>\n<opencv_storage>\n<" + key +
+                                          " type_id=\"opencv-matrix\">\n"
+                                          "  <rows>" +
+                                          std::to_string(rows) + "</rows>\n  <cols>" +
+                                          std::to_string(columns) +
+                                          "</cols>\n  <dt>d</dt>\n  <data>" + data + "</data></" +
+                                          key + ">\n</opencv_storage>\n");
+  };
+  file("left.intrinsic", 3, 3, "500. 0. 360. 0. 501. 288. 0. 0. 1.");
+  file("left.distortion", 1, 4, "-0.1 0.02 0. 0.");
+  file("right.intrinsic", 3, 3, "502. 0. 350. 0. 503. 280. 0. 0. 1.");
+  file("right.distortion", 1, 4, "-0.2 0. 0. 0.");
+  file("r2l.rotation", 3, 3, "1. 0. 0. 0. 1. 0. 0. 0. 1.");
+  file("r2l.translation", 3, 1, "4.5 -0.1 0.");
+  expect_the_rig(read_stereo_rig(folder_.path() / "s", kPictures));
+  file("right.distortion", 1, 4, "-0.2 0. 0.");
+  EXPECT_THAT(
+      message_of(ExitCode::bad_data, [&] { read_stereo_rig(folder_.path() / "s", kPictures); }),
+      HasSubstr("says 1 rows and 4 columns, and holds 3 numbers"));
+}
+
 TEST_F(StereoRigFile, UnitsOtherThanMillimetres) {
   EyePictures metres = kPictures;
   metres.mm_per_unit = 1000;

@@ -35,8 +35,9 @@ struct EyePictures {
 //   one folder (intrinsics.yml, extrinsics.yml).
 // - two cameras: our cameras.json, a transforms.json or a COLMAP text model; those that name the
 //   pictures, else the first two.
-// - a folder of texts with rows of numbers: *left.intrinsics*, *left.distortion*, the same of the
-//   right, and *l2r* (rows of R, T beside or below them).
+// - a folder of texts with rows of numbers: *left.intrinsic*, *left.distortion*, the same of the
+//   right, and *l2r* (rows of R, T beside or below them) or its inverse *r2l*; or of OpenCV's files
+//   of one matrix each under such names (*left.intrinsic.xml … *r2l.rotation.xml).
 // OpenCV and the texts count from the first pixel's centre: half a pixel is added to cx and cy.
 // Throws NoInputError; BadDataError for what is missing or not finite, for eyes in one place, one
 // above the other or the right one on the left, and for a calibration of another size.
