@@ -81,7 +81,8 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
 // What is known and leaves the plane of its surroundings by far is no longer known.
 void drop_strangers(Disparity& disparity);
 
-// Averages what is known over planes as wide as its noise asks for.
+// Averages what is known over planes as wide as its noise allows, up to some thirty pixels; steps
+// stay where they are.
 void smooth_disparity(const Plane& sd_px, Disparity& disparity);
 
 // Puts the plane through its surroundings into every place of `tissue` that lies in a gap narrower

@@ -115,6 +115,46 @@ Mask agreed(const Disparity& disparity, const Agreement& agreement, const Mask& 
   return found;
 }
 
+double share_of(const Mask& part, const Mask& whole) {
+  double inside = 0, all = 0;
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    all += whole.values[k] != 0;
+    inside += whole.values[k] && part.values[k];
+  }
+  return all > 0 ? inside / all : 0;
+}
+
+EyeImage upside_down(const EyeImage& eye) {
+  EyeImage turned = eye;
+  cv::Mat pattern = cv_view(turned.pattern), diffuse = cv_view(turned.diffuse);
+  cv::flip(cv_view(eye.pattern), pattern, 0);
+  cv::flip(cv_view(eye.diffuse), diffuse, 0);
+  return turned;
+}
+
+// How much of what one eye shows the other finds again, on one level alone.
+double found_again(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
+                   double at_infinity) {
+  Disparity disparity = match_eyes(left, right, range);
+  refine_disparity(left, right, kRefine, disparity);
+  const Agreement agreement = judge_disparity(left, right, kRefine, disparity);
+  const Mask matched = disparity.known;
+  disparity.known = agreed(disparity, agreement, left.diffuse, range, at_infinity);
+  for (std::size_t k = 0; k < matched.size(); ++k) disparity.known.values[k] &= matched.values[k];
+  drop_strangers(disparity);
+  return share_of(disparity.known, left.diffuse);
+}
+
+// Of what is found again, how much chance alone would find: as much as is found in the right
+// picture upside down, where nothing of the left one is (a decoy; Elias & Gygi 2007).
+double share_by_chance(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
+                       double at_infinity) {
+  const double found = found_again(left, right, range, at_infinity);
+  return found > 0
+             ? std::min(1.0, found_again(left, upside_down(right), range, at_infinity) / found)
+             : 1;
+}
+
 void set_depth(const Plane& disparity, const Mask& inside, const PreparedFrame& left,
                const RectifiedEyes& eyes, FrameDepth& result) {
   const RayGrid rays = ray_grid(left.camera);
@@ -131,15 +171,6 @@ void set_depth(const Plane& disparity, const Mask& inside, const PreparedFrame& 
   result.depth = depth_from_log_range(log_range, rays, inside);
   result.normals = normals_from_log_range(log_range, rays);
   result.metric = true;
-}
-
-double share_of(const Mask& part, const Mask& whole) {
-  double inside = 0, all = 0;
-  for (std::size_t k = 0; k < whole.size(); ++k) {
-    all += whole.values[k] != 0;
-    inside += whole.values[k] && part.values[k];
-  }
-  return all > 0 ? inside / all : 0;
 }
 
 void check_pictures(const PreparedFrame& left, const PreparedFrame& right,
@@ -171,14 +202,16 @@ Mask lit_enough(const PreparedFrame& frame) {
 }
 
 // Chosen by the study of organbench's suite `stereo`.
-constexpr double kLeastCovered = 0.25, kMostlyCovered = 0.5, kLeastLit = 0.4;
+constexpr double kLeastCovered = 0.05, kMostlyCovered = 0.5, kLeastLit = 0.4;
+constexpr double kSureByChance = 0.2, kMostByChance = 0.4;  // asked below kMostlyCovered
 constexpr double kRowsApart_px = 1.0, kUnsure = 0.03;
 // Of the width; finer is the matching's own error, coarser than the most its windows do not follow.
-constexpr double kRowsUneven = 0.001, kLeastUneven_px = 0.42, kMostUneven_px = 0.75;
+constexpr double kRowsUneven = 0.0009, kLeastUneven_px = 0.35, kMostUneven_px = 0.75;
 constexpr double kLeastSeen = 0.02;  // of the frame
 
-// Whether the eyes support the depth: enough of the field of view has one, on the same rows, and
-// surely enough. What masks hide is not covered.
+// Whether the eyes support the depth: what they find alike is more than chance, on the same rows,
+// and sure enough. How much of the field of view that is says little of whether it is right: bare
+// walls match nowhere.
 DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) {
   const double seen = share_of(left.diffuse, Mask(left.diffuse.width, left.diffuse.height, 1));
   const std::string covered =
@@ -195,6 +228,10 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
                   "only " + percent(seen, 1) +
                       " of the frame is lit tissue that is neither highlight nor instrument");
   if (result.covered_share < kLeastCovered) return judged(DepthVerdict::failed, "only " + covered);
+  const std::string chance = ", of which " + percent(result.chance_share) +
+                             " would be found by chance, in a picture of something else";
+  if (result.chance_share > kMostByChance)
+    return judged(DepthVerdict::failed, "only " + covered + chance);
   if (std::abs(result.rows_apart_px) > kRowsApart_px)
     return judged(DepthVerdict::doubtful,
                   "the rows of the eyes are " + to_text(result.rows_apart_px, 1) +
@@ -206,7 +243,8 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
                   "parts of the pictures lie " + to_text(result.rows_uneven_px, 1) +
                       " px above or below their rows, each otherwise: the calibration's lenses are "
                       "not those of these pictures, or the scene has moved between them");
-  if (result.covered_share < kMostlyCovered) return judged(DepthVerdict::doubtful, covered);
+  if (result.chance_share > kSureByChance)
+    return judged(DepthVerdict::doubtful, "only " + covered + chance);
   if (result.lit_share < kLeastLit)
     return judged(DepthVerdict::doubtful, "only " + percent(result.lit_share, 1) +
                                               " of the field of view is lit enough to match");
@@ -296,6 +334,10 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
   if (left.squares_px > 1) result.step_share = median(std::move(steps));
   depth.noise = result.relative_sd;
   measure_coverage(inside, left, result);
+  if (result.covered_share < kMostlyCovered)
+    result.chance_share =
+        share_by_chance(both.left.back(), both.right.back(), disparity_range(eyes, options, scale),
+                        eyes.disparity_at_infinity * scale);
   depth.quality = judge_stereo(result, left);
   return result;
 }

@@ -9,7 +9,9 @@
 
 #include "disparity.h"
 #include "organbake/core/error.h"
+#include "organbake/core/random.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/grid_filters.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
 
@@ -142,6 +144,33 @@ TEST(StereoDepth, ADarkRimIsNotMissed) {
   EXPECT_LT(found.lit_share, 0.9);
 }
 
+// A lit wall without texture over two thirds of both pictures; each eye has noise of its own.
+Rgb8Image mostly_bare(Rgb8Image image, std::uint64_t seed) {
+  RandomStream random(seed);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = image.width / 3; x < image.width; ++x)
+      for (int c = 0; c < 3 && image.at(x, y)[0] > 16; ++c)
+        image.at(x, y)[c] = static_cast<std::uint8_t>(std::lround(140 + 1.3 * random.normal()));
+  return image;
+}
+
+// That little is found again says nothing of whether it is right; that as much is found where
+// nothing is to be found does.
+TEST(StereoDepth, OfALittleThatIsNoChanceIsOk) {
+  const SmallPair& eyes = small_pair();
+  const StereoDepth little = depth_of_pair(eyes.rectifier, mostly_bare(eyes.left.image, 1),
+                                           mostly_bare(eyes.right.image, 2));
+  EXPECT_EQ(little.depth.quality.verdict, DepthVerdict::ok) << little.depth.quality.reason;
+  EXPECT_LT(little.covered_share, 0.5);
+  EXPECT_LT(little.chance_share, 0.2);
+  Rgb8Image other = eyes.right.image;  // upside down: of nothing that the left eye sees
+  for (int y = 0; y < other.height; ++y)
+    std::copy_n(eyes.right.image.at(0, other.height - 1 - y), 3 * std::size_t(other.width),
+                other.at(0, y));
+  EXPECT_EQ(depth_of_pair(eyes.rectifier, eyes.left.image, other).depth.quality.verdict,
+            DepthVerdict::failed);
+}
+
 constexpr int kWidth = 120, kHeight = 60;
 
 // A plane that is known but for two upright gaps, 6 and 20 px wide, and the right border.
@@ -189,6 +218,35 @@ TEST(CloseGaps, NotBetweenTwoDepthsNorWhereNoTissueIs) {
   EXPECT_LT(share_of_columns(close_gaps(Mask(kWidth, kHeight, 1), 8, step), 20, 26), 0.1);
   Disparity plane = plane_with_gaps();
   EXPECT_EQ(share_of_columns(close_gaps(Mask(kWidth, kHeight), 8, plane), 0, kWidth), 0);
+}
+
+// A slope with a step in the middle, and noise as wide as a matched window, of a known deviation.
+TEST(SmoothDisparity, LeavesStepsAndTakesNoise) {
+  constexpr float kSd_px = 0.1F, kStep_px = 3;
+  RandomStream random(7);
+  Plane white(kWidth, kHeight), truth(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      white.at(x, y) = static_cast<float>(random.normal());
+      truth.at(x, y) = 30 + 0.05F * static_cast<float>(x) + (x < kWidth / 2 ? 0 : kStep_px);
+    }
+  const Mask all(kWidth, kHeight, 1);
+  const Plane wide = box_mean(white, all, 2);  // of 25: a fifth of its deviation
+  Disparity disparity{truth, all};
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    disparity.px.values[k] += 5 * kSd_px * wide.values[k];
+  smooth_disparity(Plane(kWidth, kHeight, kSd_px), disparity);
+  double flat = 0, flat_count = 0, beside = 0, beside_count = 0;
+  for (int y = 8; y < kHeight - 8; ++y)
+    for (int x = 8; x < kWidth - 8; ++x) {
+      const double off = disparity.px.at(x, y) - truth.at(x, y);
+      const int away = std::abs(x - kWidth / 2);
+      if (away > 24) flat += off * off, ++flat_count;
+      if (away < 6) beside += std::abs(off), ++beside_count;
+    }
+  EXPECT_LT(std::sqrt(flat / flat_count), 0.3 * kSd_px) << "a third is left by a window of 9²";
+  EXPECT_LT(beside / beside_count, 0.15 * kStep_px)
+      << "a plane through the step is off by a quarter";
 }
 
 // Learned from what stereo finds in a few frames of a clip, as the stage does.
