@@ -84,7 +84,7 @@ for page in made/html/*.html; do
   missing tidy || expect_equal "$(tidy -q -e $page 2>&1)" ""
 done
 python3 - <<'PY' || fail "links"
-import html.parser, pathlib, sys
+import html.parser, json, pathlib, re, sys
 folder, ids, links = pathlib.Path("made/html"), {}, []
 class Page(html.parser.HTMLParser):
     def handle_starttag(self, tag, attributes):
@@ -103,6 +103,22 @@ for page, target in links:
     if part and part not in ids[file or page]: sys.exit(f"{page}: {target} has no such part")
 told = folder.joinpath("organbake-decimate.1.html").read_text()
 assert "--max-error" in told and "lindstrom-turk" in told
+index = folder.joinpath("search.js").read_text()  # what the search looks through, and no page asks for more
+index = json.loads(index[index.index("["):index.rindex(";")].rstrip("] \n").rstrip(",") + "]")
+assert len(index) > 500, len(index)
+for place, title, text in index:
+    page, _, part = place.partition("#")
+    if part not in ids[page]: sys.exit(f"the search leads to {place}, which is not there")
+assert any(place == "organbake-decimate.1.html#max-error-mm" or "--max-error" in title for place, title, _ in index)
+for file in folder.glob("*.html"):
+    asked = re.findall(r'(?:src|rel="stylesheet" href)="([^"]*)"', file.read_text())
+    assert not [a for a in asked if "//" in a], (file, asked)
+chapter, chapters = "index.html", []  # "Next" leads through all that the first page lists
+while chapter:
+    chapters.append(chapter)
+    following = re.search(r'<a href="([^"]*)">Next: ', folder.joinpath(chapter).read_text())
+    chapter = following and following[1]
+assert len(chapters) == len(set(chapters)) > 50, chapters
 reached, waiting = set(), ["index.html"]  # all pages can be found from the first
 while waiting:
     at = waiting.pop()
