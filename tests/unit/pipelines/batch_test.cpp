@@ -270,7 +270,7 @@ TEST(JobLines, AreOneCommandForEachTask) {
   const std::string lines = job_lines(plan());
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 3);
   EXPECT_THAT(lines, StartsWith("'/opt/organ bake/organbake' batch '/data/it'\\''s \"out\" {1}/"
-                                "cases.csv' --recipe /r.yaml --set 'label=5' -o "));
+                                "cases.csv' --recipe /r.yaml --set label=5 -o "));
   EXPECT_THAT(lines, HasSubstr("--threads 2 --shard 3/3\n"));
 }
 

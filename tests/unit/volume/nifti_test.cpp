@@ -369,10 +369,18 @@ TEST_F(NiftiKinds, LabelNamesComeFromTheHeadersExtension) {
               HasSubstr("no label 6; it holds 5 liver"));
 }
 
+TEST_F(NiftiKinds, ACtIsNoMask) {
+  const NiftiBytes nifti(ramp_volume());  // some of it below 0
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(nifti.bytes(), {.is_mask = true}); }),
+              HasSubstr("a mask's labels are 0 and above"));
+  EXPECT_NO_THROW(read(nifti.bytes(), {}));
+}
+
 // The issue's: 1.6 × 1.6 × 3 mm, whose sform has steps of 1.
 TEST_F(NiftiKinds, AnAffineThatLostItsVoxelSizeIsRefusedUnlessAskedFor) {
   Volume truth = ramp_volume();
   truth.spacing_mm = {1.6, 1.6, 3};
+  for (std::int16_t& value : truth.voxels) value = std::abs(value);  // as a mask's
   NiftiBytes nifti(truth);
   for (float& step : nifti.sform) step = std::fabs(step) > 0 ? std::copysign(1.0f, step) : 0;
   for (const bool is_mask : {false, true}) {
