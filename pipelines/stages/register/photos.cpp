@@ -218,6 +218,8 @@ Json verdict_json(const RegisteredPhoto& registered) {
                      {"pierced_share", q.depth->pierced_share},
                      {"noise_mm", q.depth->noise_mm},
                      {"scale", q.depth->scale},
+                     {"free_scale", q.depth->free_scale},
+                     {"scale_sd", q.depth->scale_sd},
                      {"runner_up_margin", q.depth->runner_up_margin}};
   return json;
 }

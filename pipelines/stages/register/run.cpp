@@ -7,6 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
 #include "organbake/formats/mesh_files.h"
@@ -146,6 +147,17 @@ void tell_not_ok(const std::vector<NamedPose>& poses, StageReport& report) {
   }
 }
 
+// Depth without a unit gets one by the surface; frames of a rigid scene share it.
+void tell_scale(const std::vector<NamedPose>& poses, const RunContext& context) {
+  const auto relative = std::find_if(poses.begin(), poses.end(), [](const NamedPose& pose) {
+    return pose.registered.quality.depth && pose.registered.quality.depth->relative;
+  });
+  if (relative == poses.end()) return;
+  const DepthFit& fit = *relative->registered.quality.depth;
+  context.info("the depth has no unit; by the surface's size one of it is " +
+               to_text(fit.scale, 3) + " mm (± " + percent(fit.scale_sd, 1) + ")");
+}
+
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   std::vector<double> correlations, uncertainties_mm, depth_shares, depth_scales;
   std::vector<std::string> verdicts, lights;
@@ -277,6 +289,7 @@ StageReport run(const StageCall& call) {
   write_file_atomically(call.output_folder / "pose.json", pose_document(poses));
   write_cameras_for_others(posed_cameras(poses, false), options.also, beside);
   tell(poses, report);
+  tell_scale(poses, call.context);
   return report;
 }
 

@@ -192,6 +192,24 @@ TEST_F(Depth, InAUnitOfItsOwnFindsItsScale) {
   EXPECT_NEAR(found.quality.depth->scale, 2.5, 0.05);
 }
 
+// Metric depth lies about as well on a surface of another size, somewhat nearer or farther.
+TEST_F(Depth, TellsASurfaceOfAnotherSize) {
+  PhotoToRegister right = photo({.noise = 0.01}, 6);
+  right.start = disturbed(half_, truth_, 5, 3, 6);
+  const auto fit_of = [&](double factor) {
+    TriangleMesh mesh = half_.mesh();
+    for (Vector3d& v : mesh.vertices) v = half_.center() + factor * (v - half_.center());
+    return register_photo(RegisteredSurface(std::move(mesh)), right, {}).quality;
+  };
+  for (const double factor : {0.85, 1.0, 1.06}) {
+    const PoseQuality quality = fit_of(factor);
+    ASSERT_TRUE(quality.depth);
+    EXPECT_NEAR(quality.depth->free_scale, factor, 0.02) << "of the depth's noise and a joint pose";
+    EXPECT_LT(quality.depth->scale_sd, 0.02);
+    EXPECT_TRUE(factor == 1 || quality.verdict != Verdict::ok) << factor;
+  }
+}
+
 // A ball where the organ's piece should be.
 TEST_F(Depth, OfAnotherOrganIsNotOk) {
   TriangleMesh ball = lamp_studio().surface.mesh();

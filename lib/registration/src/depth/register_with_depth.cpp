@@ -35,6 +35,18 @@ constexpr double kDepthMostPierced = 0.25, kDepthSurePierced = 0.1;
 constexpr double kDepthLargestNoise = 0.0125, kDepthLargestSurfaceSd_mm = 1.0;
 constexpr double kDepthLeastMargin = 0.06;
 constexpr double kDepthLeastVisible = 0.1, kDepthSureVisible = 0.25;
+// Of the scale that is asked for, off 1, with its deviation: depth's own bias is up to 2 %.
+constexpr double kDepthMostOffSize = 0.035;
+
+// What is wrong with the surface's size against the depth's.
+std::string told_of_size(const DepthFit& d) {
+  const double larger = d.free_scale - 1;
+  if (std::abs(std::log(d.free_scale)) <= d.scale_sd)
+    return "the depth tells the surface's size only to " + percent(d.scale_sd, 1);
+  return "the surface is " + percent(std::abs(larger), 1) + (larger > 0 ? " larger" : " smaller") +
+         " (± " + percent(d.scale_sd, 1) +
+         ") than the depth has it: is it this organ's, and are both in mm?";
+}
 
 // How the depth lies to the surface at a pose.
 DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
@@ -96,6 +108,8 @@ void judge_with_depth(PoseQuality& q) {
        "the depth lies " + to_text(d.noise_mm, 1) + " mm off the surface: is it this organ's?"},
       {!(d.runner_up_margin >= kDepthLeastMargin), Verdict::doubtful,
        "another pose fits the depth almost as well"},
+      {!(std::abs(std::log(d.free_scale)) + d.scale_sd <= kDepthMostOffSize) && !d.relative,
+       Verdict::doubtful, told_of_size(d)},
       {!(q.surface_sd_mm <= kDepthLargestSurfaceSd_mm), Verdict::doubtful,
        "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
   };
@@ -134,9 +148,9 @@ class JointPose {
     refine(surface_, pyramid, level, level, options, state, context);
   }
 
-  // Of the pose's motion, the scale's part in it included.
-  Eigen::Matrix<double, 6, 6> covariance(const PhotoLevel& level, const RefineOptions& options,
-                                         const RefineState& state) const {
+  // Of the pose's motion (6) and the logarithm of the scale.
+  Matrix7 covariance(const PhotoLevel& level, const RefineOptions& options,
+                     const RefineState& state) const {
     const WeighedDepth weighed = weigh_depth(surface_, depth_, depth_state(state));
     const double expected = 1 / (prior_.log_sd * prior_.log_sd);
     Matrix7 information = weighed.trust * weighed.evidence.information;
@@ -151,7 +165,7 @@ class JointPose {
       variability.topLeftCorner<6, 6>() += photo * photo * evidence.variability;
     }
     const Matrix7 inverse = solve_symmetric(information, Matrix7::Identity());
-    return (inverse * variability * inverse).topLeftCorner<6, 6>();
+    return inverse * variability * inverse;
   }
 
  private:
@@ -269,6 +283,29 @@ std::vector<Candidate> best_distinct(const RegisteredSurface& surface,
   return best;
 }
 
+// The scale that surface, depth and photograph ask for when nothing is expected of it, and its
+// standard deviation. A surface of another size than the organ's finds a place where metric depth
+// lies on it about as well; that it would rather have all lengths changed gives it away.
+void measure_scale(const RegisteredSurface& surface, const SeenDepth& depth,
+                   const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
+                   RefineState state, DepthFit& fit, const RunContext& context) {
+  constexpr double kAnything = 0.5;  // of the scale's logarithm
+  const ScalePrior open{state.solver.log_depth_scale, kAnything};
+  DepthState at = depth_state(state);
+  align_depth(surface, depth, open, {.iterations = 12, .first_reach = 0.03, .last_reach = 0.01},
+              at);
+  if (in_front(surface, at.pose)) {
+    state.solver.pose = at.pose.to_array();
+    state.solver.log_depth_scale = at.log_scale;
+  }
+  const int level = std::min(1, static_cast<int>(pyramid.size()) - 1);
+  JointPose joint(surface, depth, open);
+  joint.refine_on(pyramid, level, options, state, context);
+  if (!state.usable) return;
+  fit.free_scale = std::exp(state.solver.log_depth_scale);
+  fit.scale_sd = std::sqrt(std::max(0.0, joint.covariance(pyramid[level], options, state)(6, 6)));
+}
+
 }  // namespace
 
 RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const PhotoToRegister& photo,
@@ -305,10 +342,16 @@ RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const Phot
   context.progress(0.9);
   result.quality = assess(surface, pyramid, options, state, 1, context);
   if (!state.usable) return result;
-  measure_spread(surface, joint.covariance(pyramid.front(), options, state),
+  const Matrix7 covariance = joint.covariance(pyramid.front(), options, state);
+  measure_spread(surface, Eigen::Matrix<double, 6, 6>(covariance.topLeftCorner<6, 6>()),
                  state.solver.object_pose(), result.quality);
   result.quality.depth = depth_fit(surface, photo.depth, depth_state(state));
   result.quality.depth->runner_up_margin = found.runner_up_margin;
+  result.quality.depth->scale_sd = std::sqrt(std::max(0.0, covariance(6, 6)));
+  result.quality.depth->free_scale = result.quality.depth->scale;
+  result.quality.depth->relative = photo.depth.relative;
+  if (!photo.depth.relative)
+    measure_scale(surface, photo.depth, pyramid, options, state, *result.quality.depth, context);
   judge_with_depth(result.quality);
   result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
   return result;

@@ -110,6 +110,11 @@ struct DepthFit {
   // Robust standard deviation of the distance where it agrees; of the organ's distance that share.
   double noise_mm = 0, noise_share = 0;
   double scale = 1;  // mm of a unit of the depth
+  // Of metric depth: what the scale would be if nothing were expected of it. A surface of the
+  // organ's size has 1, but for the depth's own bias; one that is too large by 15 % has 1.15.
+  double free_scale = 1;
+  double scale_sd = 0;    // of free_scale, a share of it
+  bool relative = false;  // the depth has no unit: free_scale is scale
   // By what share the pose leaves less of the depth unexplained than the best one elsewhere.
   double runner_up_margin = 1;
 };
