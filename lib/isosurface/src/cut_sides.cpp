@@ -20,8 +20,9 @@
 namespace organbake {
 namespace {
 
-// Half as high as a hemisphere over a round section, and all domes together no more than this share
-// of the organ: what no scan has shown must not weigh in an organ's volume.
+// A paraboloid half as high as a hemisphere over a round section, and all domes together no more
+// than this share of the organ: what no scan has shown must not weigh in an organ's volume. Of the
+// same volume it is a third higher than an ellipsoid, and looks less like a cut.
 constexpr double kDomeHeight = 0.5;
 constexpr double kMostAdded = 0.05;
 
@@ -215,7 +216,7 @@ std::vector<double> dome_heights(const CutSide& side) {
   for (std::size_t i = 0; i < depth.size(); ++i)
     radius[piece[i]] = std::max(radius[piece[i]], depth[i]);
   for (std::size_t i = 0; i < depth.size(); ++i)
-    heights[i] = kDomeHeight * std::sqrt(depth[i] * (2 * radius[piece[i]] - depth[i]));
+    if (depth[i] > 0) heights[i] = kDomeHeight * depth[i] * (2 - depth[i] / radius[piece[i]]);
   return heights;
 }
 

@@ -141,8 +141,8 @@ std::vector<CutSide> label_cut_sides(const Volume& mask, int label, const LabelB
 double tell_cut(const std::vector<CutSide>& sides, SurfaceCap cap, const std::string& whose,
                 const RunContext& context);
 
-// Gives each side the heights of a dome: over the section's distance to its own edge, half as high
-// as a hemisphere would be, but all of them at most a twentieth of the organ's volume.
+// Gives each side the heights of a dome, a paraboloid over the section's distance to its own edge,
+// half as high as a hemisphere would be, but all of them at most a twentieth of the organ's volume.
 void raise_domes(std::vector<CutSide>& sides, double organ_mm3);
 
 // A label's box and field (1 inside, 0 outside, of the box's voxels) with the domes in them, to the

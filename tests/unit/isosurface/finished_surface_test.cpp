@@ -199,7 +199,7 @@ TEST(CutSides, OfAScanAskewToItsMaskAreTold) {
 
 // A dome may be a twentieth of the organ.
 double domed_volume() { return 1.05 * 0.5 * sphere_volume(kRadius); }
-double dome_height() { return 0.05 * kRadius; }  // of half an ellipsoid on a disc
+double dome_height() { return kRadius / 15; }  // of a paraboloid on a disc
 
 TEST(CutSides, OfAMaskAreClosedRound) {
   IsosurfaceOptions options;
