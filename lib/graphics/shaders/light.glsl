@@ -67,36 +67,29 @@ float chance(uint h, int which) {
   return float(h * 0x9e3779b1u >> (8 * which) & 255u) * (1.0 / 127.5) - 1.0;
 }
 
-// The film, as wet_film.cpp has it.
-struct Mirror {
-  vec3 m, h;  // the normal at rest; half-way as the skin at rest has it
-};
-Mirror mirror_at(vec3 n, vec3 m, vec3 h) {
-  float both = (dot(n, h) + dot(m, h)) / (1.0001 + dot(m, n));
-  return Mirror(m, h - both * n + (2.0 * dot(n, h) - both) * m);
-}
-float cosine2(Mirror at, vec3 g) {
-  float outward = dot(g, at.m), along = dot(at.m, at.h);
-  float toward = positive(along - dot(g, at.h) + outward * along);
-  return toward * toward / (1.0 + dot(g, g) - outward * outward + 1e-20);
+// The film, as wet_film.cpp has it: the slopes that a pixel lacks to mirror the lamp.
+vec3 lacking_at(vec3 n, vec3 m, vec3 h, vec3 slopes) {
+  float on_n = dot(n, h), both = (on_n + dot(m, h)) / (1.0001 + dot(m, n));
+  float inverse = 1.0 / max(on_n, 0.1);
+  return inverse * (h - both * n) + (inverse * (2.0 * on_n - both) - 1.0 - dot(m, slopes)) * m +
+         slopes;
 }
 
-// What a lit lobe is, bright and wide, and what it mirrors there.
-vec2 lit_lobe(float share, float lost) {
-  float full = share * film.x, k2 = sqrt(max(full / kBlown, 1.0)), k = sqrt(k2);
+// What a lit lobe is: its peak, squared reach, 1 / width, and how much over blown.
+vec4 lit_lobe(float share, float lost) {
+  float full = share * film.x / kBlown, k2 = sqrt(max(full, 1.0)), k = sqrt(k2);
   float cut = at_most_1(4.0 * lost / film.y), alpha2 = film.y * (1.0 + cut * 4.0 * (k - 1.0));
   float wide = alpha2 + 4.0 * lost;
-  return vec2((full + cut * (full / (k2 * k2) - full)) * alpha2 / wide, wide);
-}
-float mirrored(vec2 lobe, float squared_cosine) {
-  float ratio = lobe.y / (1.0 - squared_cosine * (1.0 - lobe.y) + 1e-12);
-  return min(lobe.x * (ratio * ratio) * (ratio * ratio), kBlown);
+  float over_blown = (full + cut * (full / (k2 * k2) - full)) * alpha2 / wide;
+  float peak = at_most_1(over_blown);
+  float more = sqrt(sqrt(over_blown / (kEnd * peak + 1e-12))) - 1.0;
+  return vec4(peak, wide * more + 1e-9, 1.0 / wide, over_blown);
 }
 
-float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, Mirror at,
-                     vec2 lobe) {
+float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float lean, float pixel,
+                     float inverse_reach2) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  float soft2 = kSoftEnds * kSoftEnds * pixel * pixel, sum = 0.0;
+  float soft = max(kSoftEnds * pixel, kEdge), sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
   uvec3 cube = uvec3(ivec3(low)) * kAxes;
   for (int k = 0; k < 8; ++k) {
@@ -106,48 +99,51 @@ float light_of_drops(vec3 p, vec3 hills, float wet, float height, float pixel, M
     h ^= h >> 13;
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
-    float own = at_most_1(positive(wet + chance(h, 3)));
-    vec3 chances = vec3(chance(h, 0), chance(h, 1), chance(h, 2));
-    float outward = dot(d, at.m), on_m = dot(chances, at.m), flat_way = dot(d, chances) - outward * on_m;
-    float flat2 = flat_way * flat_way, from2 = dot(d, d) + kFlat * flat2;
-    float steep2 = 4.0 * (dot(d, d) - outward * outward +
-                          kFlat * flat2 * (2.0 + kFlat * (dot(chances, chances) - on_m * on_m)));
-    float ends_at = kDrop * own;
-    float end = inversesqrt(kEdge * kEdge + soft2 * ends_at * steep2 / (from2 + 1e-6));
-    float size = end * ends_at, size2 = size * size;
-    float inside = at_most_1(positive(0.5 + size - end * from2));
-    vec3 slopes = hills - kDome * height * d + kLean * height * chances;
-    sum += size2 / (size2 + 1.0 / 36.0) * inside * inside * (3.0 - 2.0 * inside) *
-           mirrored(lobe, cosine2(at, slopes));
+    float own = at_most_1(positive(wet + chance(h, 3))), own2 = own * own;
+    vec3 leaning = lean * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
+    float on_m = dot(leaning, m), lit = positive(1.0 - inverse_reach2 * (dot(e, e) - on_m * on_m));
+    float outward = dot(d, m), out2 = outward * outward;
+    float size2 = positive(kDrop * own2 * own2 * at_most_1(kGrows * lit) - out2);
+    float size = sqrt(size2 + 1e-6);
+    float inside = at_most_1(positive(0.5 + (size2 + out2 - dot(d, d)) / (2.0 * size * soft)));
+    float softer = positive(soft - size) / (size + soft);
+    sum += (1.0 - softer * softer) * inside * inside * (3.0 - 2.0 * inside) *
+           at_most_1(kEnd + kRises * lit);
   }
-  return sum;
+  return at_most_1(sum);
 }
 
-float gloss_by_film(vec3 n, vec3 half_way, vec3 rest_normal, vec3 rest_mm, float depth,
-                    float share) {
-  vec3 m = rest_normal * inversesqrt(dot(rest_normal, rest_normal) + 1e-20);
-  Mirror at = mirror_at(n, m, half_way);
+float mean_of_drops(float lacks2, float wet, float lean2, float inverse_reach2) {
+  float t = at_most_1(positive((wet + 0.5) / 2.5));
+  float near = positive(1.0 - lacks2 * inverse_reach2 / (1.5 + 3.0 * lean2));
+  return t * t * (3.0 - 2.0 * t) * near * near * inversesqrt(1.0 + 2.25 * lean2 * lean2);
+}
+
+vec3 gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {
+  vec3 m = skin.rest_normal * inversesqrt(dot(skin.rest_normal, skin.rest_normal) + 1e-20);
   float pixels_per_mm = scope.z / depth, pixel = bumps.x / pixels_per_mm;
   vec3 hills = vec3(0.0);
   float lost = 0.0, hill = 0.0;
   for (int k = 3; k >= 0; --k) {
-    float phase = dot(hill_phase[k].xyz, rest_mm) + hill_phase[k].w;
+    float phase = dot(hill_phase[k].xyz, skin.rest_mm) + hill_phase[k].w;
     float shown = resolved(hill_slope[k].w * pixels_per_mm);
     if (k > 0) hill += wave_at(phase + 0.25 + kAskew * hill);
     hills += shown * wave_at(phase) * hill_slope[k].xyz;
     lost += (1.0 - shown * shown) * hill_variance[k];
   }
-  float height = bumps.y * (0.9 + 0.4 * hill), across = height * kDome * pixel;
+  vec3 lacks = lacking_at(n, m, half_way, hills);
+  float lacks2 = dot(lacks, lacks), bent = skin.bend * (pixel + kBridges) / bumps.x;
+  vec4 lobe = lit_lobe(share, lost + bent * bent);
+  float lean = kLean * bumps.y * (0.9 + 0.4 * hill), inverse_reach2 = 1.0 / lobe.y;
   float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills)));
-  vec2 near = lit_lobe(share, lost + kAcross * across * across);
-  vec2 far = lit_lobe(share, lost + kDropsVariance * height * height);
-  float whole = mirrored(far, cosine2(at, hills));
-  float drops = light_of_drops(bumps.x * rest_mm, hills, wet, height, pixel, at, near);
+  float drops = light_of_drops(m, bumps.x * skin.rest_mm, lacks, wet, lean, pixel, inverse_reach2);
+  float mean = mean_of_drops(lacks2, wet, lean * lean * inverse_reach2, inverse_reach2);
   float seen = at_most_1(positive(2.0 - 2.0 * pixel));
-  float t = at_most_1(positive((1.0 + wet) / 3.0));
-  float mean = kDropShare * t * t * (3.0 - 2.0 * t) * whole;
-  float broken = seen * drops + (1.0 - seen) * mean;
-  return min(whole + bumps.z * (broken - whole), kBlown);
+  float broken = lobe.x * (mean + seen * (drops - mean));
+  float ratio = 1.0 / (1.0 + lacks2 * lobe.z);
+  float whole = at_most_1(lobe.w * (ratio * ratio) * (ratio * ratio));
+  float bright = whole + bumps.z * (broken - whole);
+  return kBlown * bright * (1.0 + (1.0 - bright) * vec3(kRimRed, kRimGreen, kRimBlue));
 }
 
 vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, float depth) {
@@ -179,7 +175,7 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
                            : at_most_1(positive((near - scope.w) / (kFade * (1.0 - scope.w)))) *
                                  at_most_1(8.0 * positive(facing));
   if (scope.w < 1.0 && shows > 0.0)
-    sum += white * shows * gloss_by_film(n, h, skin.rest_normal, skin.rest_mm, depth, share);
+    sum += white * shows * gloss_by_film(n, h, skin, depth, share);
   return sum;
 }
 

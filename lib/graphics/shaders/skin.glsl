@@ -37,19 +37,20 @@ struct SkinAt {
   int face;
   vec2 nearest;
   vec3 rest_normal, rest_mm, color;
-  float weight;
+  float weight, bend;
 };
 
 SkinAt skin_at(int face, vec2 b) {
   Triangle t = triangle_at(face, b);
-  SkinAt skin = SkinAt(face, t.nearest, vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
+  SkinAt skin = SkinAt(face, t.nearest, vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
   for (int k = 0; k < 3; ++k) {
     uvec4 a = texelFetch(nodes, table_at(2 * t.node[k]), 0);
     uvec4 b = texelFetch(nodes, table_at(2 * t.node[k] + 1), 0);
-    vec3 root = vec3(float(a.w & 65535u), float(a.w >> 16), float(b.w)) * (kColorRoot / 65535.0);
+    vec3 root = vec3(float(a.w & 65535u), float(a.w >> 16), float(b.w & 65535u)) * (kColorRoot / 65535.0);
     skin.rest_normal += t.weight[k] * normal_of(a.z);
     skin.rest_mm += t.of_place[k] * uintBitsToFloat(b.xyz);
     skin.color += t.weight[k] * root * root;
+    skin.bend += t.weight[k] * float(b.w >> 16) * (kSharpestBend / 65535.0);
     skin.weight += t.weight[k] * base_weight(a.y);
   }
   return skin;

@@ -123,7 +123,8 @@ void OrganTables::take_nodes(const OrganSource& source) {
   knots_ = source.knots;
 }
 
-// Each node: height, seen by, normal, red and green; place at rest, blue. Apart, each face's knots.
+// Each node: height, seen by, normal, red and green; place at rest, blue and bend. Apart, each
+// face's knots.
 void OrganTables::put_nodes(const OrganSource& source, std::size_t first, std::size_t last) {
   const BaseLayer& base = source.base;
   const bool lit = source.lighting != nullptr;
@@ -133,14 +134,18 @@ void OrganTables::put_nodes(const OrganSource& source, std::size_t first, std::s
       const std::size_t at = f * base.nodes_per_face() + node;
       const Eigen::Vector3f& color = base.color[at];
       Eigen::Vector3f place = Eigen::Vector3f::Zero();
+      std::uint32_t bend = 0;
+      if (!source.bends.empty())
+        bend = static_cast<std::uint32_t>(65535 * std::min(1.0, source.bends[at] / kSharpestBend));
       if (lit)
         place = shell_point(source.rest_shells[f], double(i) / base.steps, double(j) / base.steps,
                             base.height_mm[at])
                     .cast<float>();
-      words.insert(words.end(), {bits_of(base.height_mm[at]), base.seen_by[at],
-                                 lit ? octahedral(source.rest_normals[at]) : 0,
-                                 root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
-                                 bits_of(place.y()), bits_of(place.z()), root_of(color[2])});
+      words.insert(words.end(),
+                   {bits_of(base.height_mm[at]), base.seen_by[at],
+                    lit ? octahedral(source.rest_normals[at]) : 0,
+                    root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
+                    bits_of(place.y()), bits_of(place.z()), root_of(color[2]) | bend << 16});
     });
   }
   nodes_.put(2 * first * base.nodes_per_face(), words);

@@ -46,6 +46,7 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kLargestGain", kLargestGain},
                                      {"kLeastLight", kLeastLight},
                                      {"kGrainSide", kGrainSide},
+                                     {"kSharpestBend", kSharpestBend},
                                      {"kNormalReach", kNormalReach},
                                      {"kSteepestNormal", kSteepestNormal},
                                      {"kShadeReach_mm", kShadeReach_mm},

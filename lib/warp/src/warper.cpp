@@ -328,6 +328,7 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
   const NormalTransport& turns = relit.turns();
   source.lighting = &relit.lighting();
   source.rest_normals = relit.rest_normals();
+  source.bends = relit.bends();
   source.rest_shells = turns.rest();
   source.knots = turns.knots_in_use();
   source.knots_of_face = turns.knots_of_faces();

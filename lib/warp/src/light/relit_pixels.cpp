@@ -316,6 +316,8 @@ void RelitSkin::add_film(const SkinPixels& skin, unsigned first, const SpanColor
   put(mixed, first, skin.count, from_scope.skin.normals);
   mix<&Node::rest_normal>(triangles, skin.count, mixed);
   put(mixed, first, skin.count, from_scope.at_rest.normals);
+  for (unsigned k = 0; k < whole_vectors(skin.count); ++k)
+    from_scope.at_rest.bends[first + k] = mixed.rows[k][3];
   mix<&Node::rest_mm>(triangles, skin.count, mixed);
   put(mixed, first, skin.count, from_scope.at_rest.places_mm);
   shine_.add_film(from_scope, first, skin.count, colors);

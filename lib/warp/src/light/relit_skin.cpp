@@ -25,6 +25,36 @@ void for_each_face(std::size_t count, const auto& light) {
                   });
 }
 
+// By node, the most that the lattice's normals turn along an edge of the face that meets it there,
+// rad a mm: a crease narrower than the lattice's steps.
+std::vector<float> bends_of(const BaseLayer& lattice, const std::vector<ShellMatrix>& rest,
+                            const std::vector<Vector3f>& normals) {
+  const std::uint32_t n = lattice.steps;
+  std::vector<float> bends(normals.size(), 0);
+  for_each_face(lattice.face_count, [&](std::uint32_t f) {
+    const std::size_t first = std::size_t(f) * lattice.nodes_per_face();
+    std::vector<Vector3f> places(lattice.nodes_per_face());
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      places[node] =
+          shell_point(rest[f], double(i) / n, double(j) / n, lattice.height_mm[first + node])
+              .cast<float>();
+    });
+    const auto bend = [&](std::uint32_t a, std::uint32_t b) {
+      constexpr float kLeast_mm = 1e-3f;
+      const float turn = (normals[first + a] - normals[first + b]).norm() /
+                         std::max((places[a] - places[b]).norm(), kLeast_mm);
+      for (const std::uint32_t node : {a, b})
+        bends[first + node] = std::max(bends[first + node], turn);
+    };
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      if (i + j == n) return;
+      const std::uint32_t down = base_node_index(n, i + 1, j), right = base_node_index(n, i, j + 1);
+      bend(node, down), bend(node, right), bend(down, right);
+    });
+  });
+  return bends;
+}
+
 }  // namespace
 
 RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
@@ -46,6 +76,7 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
   }
   places_.resize(rest_normals_.size());
   nodes_.resize(rest_normals_.size());
+  if (lighting.finish.relief_slope > 0) bends_ = bends_of(lattice_, turns_.rest(), rest_normals_);
 }
 
 std::vector<std::uint8_t> RelitSkin::turn(const PosedShell& shell) {
@@ -78,6 +109,7 @@ void RelitSkin::place_rest_nodes() {
       const Vector3d place =
           shell_point(turns_.rest()[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
       nodes_[at].rest_normal.head<3>() = rest_normals_[at];
+      nodes_[at].rest_normal[3] = bends_.empty() ? 0 : bends_[at];
       nodes_[at].rest_mm.head<3>() = place.cast<float>();
       nodes_[at].gain.head<3>() = rest_light_[at].cwiseInverse().cwiseMin(kLargestGain);
     });

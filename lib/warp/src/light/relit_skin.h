@@ -179,6 +179,8 @@ class RelitSkin {
             const std::vector<Eigen::Vector3d>& rest_normals);
 
   const std::vector<Eigen::Vector3f>& rest_normals() const { return rest_normals_; }
+  // By node, how sharply its normals turn at rest, rad a mm; empty where no relief is asked for.
+  const std::vector<float>& bends() const { return bends_; }
   const Lighting& lighting() const { return lighting_; }
   const ScopeShine& shine() const { return shine_; }
   const NormalTransport& turns() const { return turns_; }
@@ -210,7 +212,8 @@ class RelitSkin {
                 ScopeSpan& from_scope) const;
 
  private:
-  // What light asks for at a node, in a line of the cache; the fourth numbers are unused.
+  // What light asks for at a node, in a line of the cache; of the fourth numbers that of the normal
+  // at rest is the bend, the others are unused.
   struct alignas(64) Node {
     Eigen::Vector4f gain{1, 1, 1, 0}, normal = Eigen::Vector4f::Zero();
     Eigen::Vector4f rest_normal = Eigen::Vector4f::Zero(), rest_mm = Eigen::Vector4f::Zero();
@@ -237,8 +240,9 @@ class RelitSkin {
   ScopeShine shine_;
   bool from_scope_ = false;
   NormalTransport turns_;
-  std::vector<std::uint32_t> revisions_;              // of the shell's faces, as they were taken
-  std::vector<Eigen::Vector3f> rest_normals_;         // by node, unit
+  std::vector<std::uint32_t> revisions_;       // of the shell's faces, as they were taken
+  std::vector<Eigen::Vector3f> rest_normals_;  // by node, unit
+  std::vector<float> bends_;
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;
   std::vector<std::uint8_t> turned_, shines_;      // by face: gain or gloss in this view

@@ -55,18 +55,19 @@ class SkinGrain {
 };
 
 // The film of water on serosa, as the light at the scope shows it. On smooth skin it is whole and
-// follows the hills: plane waves of some ten bumps' length. The rougher the skin, the more of it
-// breaks into drops: low domes round strewn points (StrewnCell), each leaning a little, so that
-// it mirrors the light as one round dot if at all, and many side by side are a cluster. Hills make
-// some higher, and tell where drops lie at all. All of it is bound to the skin at rest and turned
-// with it by the least rotation that takes its normal there; so a poke carries it, and it does not
-// crawl.
+// follows the hills: plane waves of some bumps' length. On rougher skin it breaks into drops round
+// strewn points (StrewnCell), each leaning a little. A low dome shows the lamp as a disc, the
+// larger the less its middle lacks of the mirror direction: round drops of all sizes, that touch
+// where the skin faces the lamp, and few satellites. The disc stays in the drop's middle, where a
+// true one would slide by less than its width. Hills tell where drops lie at all. All of it is
+// bound to the skin at rest and turned with it by the least rotation that takes its normal there;
+// so a poke carries it, and it does not crawl.
 //
 // What is finer than a pixel is filtered, so that far is the mean of near and nothing flickers: a
-// drop's end is as soft as the pixel, which keeps its area; slopes too fine for a pixel widen the
-// lobe by their variance (Toksvig 2005); and drops too fine for it are the mean of all that may lie
-// there. A sensor is blown by a drop before its light is spread: so what is spread is the blown
-// lobe, not the whole one.
+// drop's end is as soft as the pixel, which keeps its area; slopes too fine for a pixel, and those
+// of a crease within it, widen the lobe by their variance (Toksvig 2005); and drops too fine for it
+// are the mean of all that may lie there. A sensor is blown by a drop before its light is spread:
+// so what is spread is the blown lobe, not the whole one.
 class WetFilm {
  public:
   // Takes the lobes of gloss that are narrow, as one.
@@ -86,23 +87,27 @@ class WetFilm {
   static constexpr double kWidestFilm = 100;  // exponent: wider lobes are the tissue's sheen
   // The film's lobe is a generalised Trowbridge–Reitz one of γ 4, so many times as wide as its
   // Blinn exponent says: the ring of fibres has an end, and so have its pictures.
-  static constexpr float kFilmWidth = 6;
-  // Of slopes by the place on a dome (in bumps), by its lean, and what remains as variance of both.
-  static constexpr float kDome = 1.5f, kLean = 0.9f, kDropsVariance = 0.42f;
+  static constexpr float kFilmWidth = 3;
+  // Drops in a bump's length, and how much each leans, of the bumps' slope.
+  static constexpr double kBumps = 1.55;
+  static constexpr float kLean = 0.8f;
   // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
-  // next to no bump is wet, in their middle all are.
-  static constexpr float kUpperHills = 0, kPatches = 0.55f, kDriest = -0.9f, kWetBumps = 2.4f;
+  // next to no drop is wet, in their middle all are.
+  static constexpr float kUpperHills = 0, kPatches = 0.3f, kDriest = -0.6f, kWetBumps = 2.6f;
   // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
   // rows.
   static constexpr float kAskew = 0.3f;
-  // Of the slopes that a pixel covers on a dome, in squares, what widens its lobe.
-  static constexpr float kAcross = 1 / 24.f;
-  // In squares of bumps: where a large drop ends, and within what; how flat it is one way.
-  static constexpr float kDrop = 0.5f, kEdge = 0.15f, kFlat = 5;
-  static constexpr float kSoftEnds = 1.75f;   // and within how many pixels at least
-  static constexpr float kDropShare = 0.72f;  // of the skin that drops cover if all bumps are wet
-  static constexpr float kBlown = 0.97f;      // of full exposure: no mirrored light is brighter
-  static constexpr double kBreaks = 0.15;     // slope of the relief on which the film is all drops
+  static constexpr float kBridges = 0.5f;  // over this, in drops, water lies flat on a crease
+  // The largest drop's squared radius, in squares of a drop's room. Toward the mirror direction a
+  // drop grows to its own size, kGrows before it is reached, and is kEnd and more as bright as it
+  // can be.
+  static constexpr float kDrop = 0.49f, kGrows = 1.3f, kEnd = 0.65f, kRises = 2;
+  static constexpr float kEdge = 0.06f;      // within this it ends,
+  static constexpr float kSoftEnds = 1.75f;  // and within so many pixels at least
+  static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
+  static constexpr std::array<float, 3> kRim = {0.1f, -0.15f, 0.4f};  // of what is half blown
+  // Slopes of the relief: of less the film is whole, from kBreaks on it is all drops.
+  static constexpr double kWhole = 0.045, kBreaks = 0.08;
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {

@@ -82,6 +82,7 @@ struct ScopeSkin {
 // Where that skin lies at rest.
 struct ScopeSkinAtRest {
   SkinDirections normals, places_mm;
+  alignas(64) float bends[kSpan];  // of the lattice's normals, rad a mm, the most of any way
 };
 
 // What is worked out for all pixels, and asked for again where gloss may show.

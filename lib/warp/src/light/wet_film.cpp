@@ -29,7 +29,7 @@ struct StrewnCell {
 // visit(StrewnCell) for the points of the eight cubes about a place, x, y, z in cubes. Points keep
 // from their cubes' walls: of the others none is nearer than kStrewnReach. Hashes of whole numbers,
 // the same everywhere; written out so that loops over pixels vectorise.
-inline constexpr float kJitter = 0.7f, kStrewnReach = 1 - 0.5f * kJitter;
+inline constexpr float kJitter = 0.6f, kStrewnReach = 1 - 0.5f * kJitter;
 
 template <class Visit>
 inline __attribute__((always_inline)) void visit_cells(float x, float y, float z,
@@ -98,8 +98,8 @@ Wave make_wave(int number, double length_mm, double slope) {
 
 WetFilm::WetFilm(const Lighting& lighting) {
   // Bumps of about one size, on hills of a few to twenty times that.
-  constexpr double kSmallestHill = 5, kLargestHill = 19;
-  constexpr double kHillShare = 0.3;  // of the slopes' variance
+  constexpr double kSmallestHill = 6.5, kLargestHill = 20;
+  constexpr double kHillShare = 0.25;  // of the slopes' variance
   const SkinFinish& finish = lighting.finish;
   const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
   for (int k = 0; k < int(kHills); ++k) {
@@ -107,14 +107,16 @@ WetFilm::WetFilm(const Lighting& lighting) {
         kSmallestHill * std::pow(kLargestHill / kSmallestHill, double(k) / (kHills - 1));
     hills_[k] = make_wave(k, finish.relief_mm * size, hill);
   }
-  bumps_.per_mm = static_cast<float>(1 / finish.relief_mm);
+  bumps_.per_mm = static_cast<float>(kBumps / finish.relief_mm);
   bumps_.slope = static_cast<float>(finish.relief_slope * std::sqrt(1 - kHillShare));
-  bumps_.drops = static_cast<float>(std::min(1.0, finish.relief_slope / kBreaks));
+  bumps_.drops =
+      static_cast<float>(std::clamp((finish.relief_slope - kWhole) / (kBreaks - kWhole), 0.0, 1.0));
   take_lobes(lighting.gloss, finish.relief_slope);
 }
 
 // As bright as all narrow lobes together, and as wide as they are on average. It shows up to two
-// deviations and a bit of the relief from half-way, and to where it hardly shows.
+// deviations of the relief from half-way and to where it hardly shows; drops, which end before
+// that, to less.
 void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope) {
   constexpr double kHardlyShows = 0.01;
   double strength = 0, energy = 0;
@@ -127,7 +129,10 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   const double alpha2 = energy / strength;
   lobe_ = {static_cast<float>(strength), static_cast<float>(alpha2)};
   const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
-  const double reach = std::min(1.4, 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2));
+  const double whole = 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2);
+  const double ends = std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1;
+  const double broken = 1.7 * relief_slope + std::sqrt(ends * alpha2);
+  const double reach = std::min(1.4, bumps_.drops < 1 ? whole : broken);
   least_cosine_ = static_cast<float>(std::cos(reach));
 }
 
@@ -163,39 +168,29 @@ inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const fl
   return sum;
 }
 
-// A fraction that is not divided out: what is done with it divides once more, and a processor takes
-// as long for that as for ten products.
-struct Fraction {
-  float over, under;
+// By how much the half-way direction leans from the normal at rest, as slopes along the skin: what
+// the film's own slopes have to make up for to mirror the lamp.
+struct Lacking {
+  float x, y, z, squared;
 };
 
-// Half-way between light and eye as the skin at rest has it, and the normal m there.
-struct Mirror {
-  float mx, my, mz, hx, hy, hz, along;  // along: m · h
-
-  // The squared cosine of the normal that leans by slopes.
-  Fraction cosine2(const Slopes& g) const {
-    const float out = g.x * mx + g.y * my + g.z * mz;
-    const float toward = positive(along - (g.x * hx + g.y * hy + g.z * hz) + out * along);
-    return {toward * toward, 1 + g.x * g.x + g.y * g.y + g.z * g.z - out * out + 1e-20f};
-  }
-};
-
-// Half-way turned back by the least rotation from normal to normal.
-inline __attribute__((always_inline)) Mirror mirror_at(const float* n, const float* m,
-                                                       const float* h) {
-  constexpr float kOpposite = 1e-4f;
+// Half-way turned back by the least rotation from normal n to normal m, over its part along m.
+inline __attribute__((always_inline)) Lacking lacking_at(const float* n, const float* m,
+                                                         const float* h, const Slopes& g) {
+  constexpr float kOpposite = 1e-4f, kLeastAlong = 0.1f;
   const float between = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
   const float on_n = n[0] * h[0] + n[1] * h[1] + n[2] * h[2];
   const float on_m = m[0] * h[0] + m[1] * h[1] + m[2] * h[2];
   const float both = (on_n + on_m) / (1 + kOpposite + between);
-  const float back = 2 * on_n - both;
-  Mirror mirror{m[0], m[1], m[2], 0, 0, 0, 0};
-  mirror.hx = h[0] - both * n[0] + back * m[0];
-  mirror.hy = h[1] - both * n[1] + back * m[1];
-  mirror.hz = h[2] - both * n[2] + back * m[2];
-  mirror.along = mirror.hx * m[0] + mirror.hy * m[1] + mirror.hz * m[2];
-  return mirror;
+  // Turned back, it has of m what it had of n.
+  const float inverse = 1 / (on_n > kLeastAlong ? on_n : kLeastAlong);
+  const float out = m[0] * g.x + m[1] * g.y + m[2] * g.z;
+  const float of_m = inverse * (2 * on_n - both) - 1 - out;
+  Lacking e{inverse * (h[0] - both * n[0]) + of_m * m[0] + g.x,
+            inverse * (h[1] - both * n[1]) + of_m * m[1] + g.y,
+            inverse * (h[2] - both * n[2]) + of_m * m[2] + g.z, 0};
+  e.squared = e.x * e.x + e.y * e.y + e.z * e.z;
+  return e;
 }
 
 // A lobe in light that is `share` of full exposure, widened by slopes of the variance `lost` along
@@ -203,64 +198,67 @@ inline __attribute__((always_inline)) Mirror mirror_at(const float* n, const flo
 // a disc of kBlown with the rest of the lobe round it has the light of a lobe of that height and
 // α² (4 k − 3), k⁴ what it was too bright by.
 struct LitLobe {
-  float bright, wide;
+  float peak;    // of kBlown
+  float reach2;  // squared slope that lacks where it has fallen to kEnd of the peak
+  float inverse_wide, over_blown;
 
   LitLobe(const ShineLobe& lobe, float share, float lost) {
-    const float full = share * lobe.strength, over = full * (1 / WetFilm::kBlown);
-    const float k2 = std::sqrt(over > 1 ? over : 1), k = std::sqrt(k2);
+    const float full = share * lobe.strength * (1 / WetFilm::kBlown);
+    const float k2 = std::sqrt(full > 1 ? full : 1), k = std::sqrt(k2);
     const float cut = at_most_1(4 * lost / lobe.alpha2);
-    const float peak = full + cut * (full / (k2 * k2) - full);
     const float alpha2 = lobe.alpha2 * (1 + cut * 4 * (k - 1));
-    wide = alpha2 + 4 * lost;
-    bright = peak * alpha2 / wide;
+    const float wide = alpha2 + 4 * lost;
+    over_blown = (full + cut * (full / (k2 * k2) - full)) * alpha2 / wide;
+    peak = at_most_1(over_blown);
+    inverse_wide = 1 / wide;
+    const float more = std::sqrt(std::sqrt(over_blown / (WetFilm::kEnd * peak + 1e-12f))) - 1;
+    reach2 = wide * more + 1e-9f;
   }
-  float at(const Fraction& cosine2) const {
-    const auto [over, under] = cosine2;
-    const float ratio = wide * under / (under - over * (1 - wide) + 1e-12f);
-    const float squared = ratio * ratio;
-    const float light = bright * squared * squared;
-    return light < WetFilm::kBlown ? light : WetFilm::kBlown;
+  // Of a whole film.
+  float at(float lacks2) const {
+    const float ratio = 1 / (1 + lacks2 * inverse_wide), squared = ratio * ratio;
+    return at_most_1(over_blown * squared * squared);
   }
 };
 
 // Of the drops about a place: what they mirror, each by the share of the pixel that it covers.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps& bumps,
-                                                           const float* p, const Hills& hills,
-                                                           float wet, float height, float pixel,
-                                                           const Mirror& mirror,
-                                                           const LitLobe& lobe) {
-  const float dome = -WetFilm::kDome * height, lean = WetFilm::kLean * height;
-  constexpr float kEdge2 = WetFilm::kEdge * WetFilm::kEdge, kFlat = WetFilm::kFlat;
-  const float soft2 = WetFilm::kSoftEnds * WetFilm::kSoftEnds * pixel * pixel;
+                                                           const float* m, const float* p,
+                                                           const Lacking& lacks, float wet,
+                                                           float lean, float pixel,
+                                                           float inverse_reach2) {
+  const float by_pixel = WetFilm::kSoftEnds * pixel;
+  const float soft = by_pixel > WetFilm::kEdge ? by_pixel : WetFilm::kEdge;
   float light = 0;
   visit_cells(
       bumps.per_mm * p[0], bumps.per_mm * p[1],
       bumps.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
-        const float own = at_most_1(positive(wet + cell.chance(3)));
+        const float own = at_most_1(positive(wet + cell.chance(3))), own2 = own * own;
         const float cx = cell.chance(0), cy = cell.chance(1), cz = cell.chance(2);
-        // Drops are flatter one way along the skin, which is a chance as their lean is.
-        const float out = cell.x * mirror.mx + cell.y * mirror.my + cell.z * mirror.mz;
-        const float on_m = cx * mirror.mx + cy * mirror.my + cz * mirror.mz;
-        const float flat = cell.x * cx + cell.y * cy + cell.z * cz - out * on_m,
-                    flat2 = flat * flat;
-        const float from2 = cell.distance2() + kFlat * flat2;
-        // How steeply that rises along the skin at the drop's end on this side of it.
-        const float along2 = cx * cx + cy * cy + cz * cz - on_m * on_m;
-        const float steep2 =
-            4 * (cell.distance2() - out * out + kFlat * flat2 * (2 + kFlat * along2));
-        const float ends_at = WetFilm::kDrop * own;
-        const float apart2 = from2 + 1e-6f;
-        const float end = std::sqrt(apart2 / (kEdge2 * apart2 + soft2 * ends_at * steep2));
-        // Where the end is softer than the drop is large, it would gain light.
-        const float size = end * ends_at, size2 = size * size;
-        const float in = at_most_1(positive(0.5f + size - end * from2));
-        const float kept = size2 / (size2 + 1 / 36.f);
-        const Slopes slopes = {hills.slopes.x + dome * cell.x + lean * cx,
-                               hills.slopes.y + dome * cell.y + lean * cy,
-                               hills.slopes.z + dome * cell.z + lean * cz};
-        light += kept * in * in * (3 - 2 * in) * lobe.at(mirror.cosine2(slopes));
+        const float on_m = lean * (cx * m[0] + cy * m[1] + cz * m[2]);
+        const float ex = lacks.x + lean * cx, ey = lacks.y + lean * cy, ez = lacks.z + lean * cz;
+        const float lit =
+            positive(1 - inverse_reach2 * (ex * ex + ey * ey + ez * ez - on_m * on_m));
+        const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
+        const float size2 =
+            positive(WetFilm::kDrop * own2 * own2 * at_most_1(WetFilm::kGrows * lit) - out2);
+        const float size = std::sqrt(size2 + 1e-6f);
+        // One quotient for both: how far within, and the light that a softer end would gain.
+        const float both = size + soft, inverse = 1 / (2 * size * soft * both);
+        const float in =
+            at_most_1(positive(0.5f + (size2 + out2 - cell.distance2()) * both * inverse));
+        const float softer = positive(soft - size) * 2 * size * soft * inverse;
+        light += (1 - softer * softer) * in * in * (3 - 2 * in) *
+                 at_most_1(WetFilm::kEnd + WetFilm::kRises * lit);
       });
-  return light;
+  return at_most_1(light);
+}
+
+// The mean of that over all drops that may lie there, within a tenth; lean2: squared, of the reach.
+inline float mean_of_drops(float lacks2, float wet, float lean2, float inverse_reach2) {
+  const float t = at_most_1(positive((wet + 0.5f) * (1 / 2.5f)));
+  const float near = positive(1 - lacks2 * inverse_reach2 / (1.5f + 3 * lean2));
+  return t * t * (3 - 2 * t) * near * near / std::sqrt(1 + 2.25f * lean2 * lean2);
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
@@ -270,14 +268,9 @@ inline float wetness(float hills) {
       at_most_1(positive(0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills)));
   return WetFilm::kDriest + WetFilm::kWetBumps * patch;
 }
-// The mean of all bumps, within a hundredth.
-inline float wet_bumps(float wetness) {
-  const float t = at_most_1(positive((1 + wetness) * (1 / 3.f)));
-  return t * t * (3 - 2 * t);
-}
 
 struct FilmPlanes {
-  const float *share, *shows, *white, *depth;
+  const float *share, *shows, *white, *depth, *bend;
   SkinVectors normal, half_way, rest_normal, rest_mm;
 };
 
@@ -288,7 +281,7 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
                                         const std::array<float*, 3>& planes) {
   const SkinVectors n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
   const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
-  const float* const depths = in.depth;
+  const float *const depths = in.depth, *const bends = in.bend;
   float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
   const ShineLobe film = of_film;
   ORGANBAKE_INDEPENDENT
@@ -303,26 +296,29 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bum
     const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
     const float place[3] = {p.x[i], p.y[i], p.z[i]};
     const float toward[3] = {half.x[i], half.y[i], half.z[i]};
-    const Mirror mirror = mirror_at(normal, rest, toward);
     const float pixels_per_mm = inverse_pixel / depths[i];
     const Hills hill =
         hills_at(hills, place, pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
+    const Lacking lacks = lacking_at(normal, rest, toward, hill.slopes);
     const float pixel = bumps.per_mm / pixels_per_mm;  // its side, in bumps
-    // Some are higher than others.
-    const float height = bumps.slope * (0.9f + 0.4f * hill.wet);
-    const float across = height * WetFilm::kDome * pixel;
-    const float wet = wetness(hill.wet);
-    const LitLobe near(film, shares[i], hill.lost + WetFilm::kAcross * across * across);
-    const LitLobe far(film, shares[i], hill.lost + WetFilm::kDropsVariance * height * height);
-    const float whole = far.at(mirror.cosine2(hill.slopes));
-    const float drops = light_of_drops(bumps, place, hill, wet, height, pixel, mirror, near);
+    // Water bridges a crease, and a pixel shows no less than its own size of it.
+    const float bent = bends[i] * (pixel + WetFilm::kBridges) / bumps.per_mm;
+    const LitLobe lobe(film, shares[i], hill.lost + bent * bent);
+    // Some lean more than others.
+    const float lean = WetFilm::kLean * bumps.slope * (0.9f + 0.4f * hill.wet);
+    const float wet = wetness(hill.wet), inverse_reach2 = 1 / lobe.reach2;
+    const float drops = light_of_drops(bumps, rest, place, lacks, wet, lean, pixel, inverse_reach2);
+    const float mean =
+        mean_of_drops(lacks.squared, wet, lean * lean * inverse_reach2, inverse_reach2);
     const float seen = at_most_1(positive(2 - 2 * pixel));
-    const float mean = WetFilm::kDropShare * wet_bumps(wet) * whole;
-    const float broken = seen * drops + (1 - seen) * mean;
+    const float broken = lobe.peak * (mean + seen * (drops - mean));
+    const float whole = lobe.at(lacks.squared);
     const float bright = whole + bumps.drops * (broken - whole);
-    const float blown = bright < WetFilm::kBlown ? bright : WetFilm::kBlown;
-    const float white = whites[i] * shown[i] * blown;
-    red[i] += white, green[i] += white, blue[i] += white;
+    // A camera's pixels bleed, blue most: round what is blown lies a thin rim.
+    const float white = whites[i] * shown[i] * WetFilm::kBlown * bright;
+    const float rim = white * (1 - bright);
+    red[i] += white + WetFilm::kRim[0] * rim, green[i] += white + WetFilm::kRim[1] * rim;
+    blue[i] += white + WetFilm::kRim[2] * rim;
   }
 }
 
@@ -335,6 +331,7 @@ void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, in
                              lit.shows,
                              colors.white,
                              span.skin.depth_mm,
+                             span.at_rest.bends,
                              SkinVectors(span.skin.normals),
                              SkinVectors(lit.half_way),
                              SkinVectors(span.at_rest.normals),
@@ -357,22 +354,15 @@ void WetFilm::describe(ScopeShading& shading) const {
 }
 
 std::vector<ShaderConstant> WetFilm::constants() {
-  return {{"kDome", kDome},
-          {"kLean", kLean},
-          {"kDropsVariance", kDropsVariance},
-          {"kUpperHills", kUpperHills},
-          {"kPatches", kPatches},
-          {"kDriest", kDriest},
-          {"kWetBumps", kWetBumps},
-          {"kAskew", kAskew},
-          {"kAcross", kAcross},
-          {"kDrop", kDrop},
-          {"kFlat", kFlat},
-          {"kEdge", kEdge},
-          {"kSoftEnds", kSoftEnds},
-          {"kDropShare", kDropShare},
-          {"kBlown", kBlown},
-          {"kJitter", kJitter}};
+  return {{"kLean", kLean},         {"kUpperHills", kUpperHills},
+          {"kPatches", kPatches},   {"kDriest", kDriest},
+          {"kWetBumps", kWetBumps}, {"kAskew", kAskew},
+          {"kBridges", kBridges},   {"kDrop", kDrop},
+          {"kGrows", kGrows},       {"kEnd", kEnd},
+          {"kRises", kRises},       {"kEdge", kEdge},
+          {"kSoftEnds", kSoftEnds}, {"kBlown", kBlown},
+          {"kRimRed", kRim[0]},     {"kRimGreen", kRim[1]},
+          {"kRimBlue", kRim[2]},    {"kJitter", kJitter}};
 }
 
 }  // namespace organbake

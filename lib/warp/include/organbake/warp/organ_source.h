@@ -57,13 +57,17 @@ struct OrganSource {
   // Null where the bundle cannot be lit anew, and all below empty.
   const Lighting* lighting = nullptr;
   std::span<const Eigen::Vector3f> rest_normals = {};  // by node of the base layer, unit
-  std::span<const ShellMatrix> rest_shells = {};       // by face
+  std::span<const float> bends = {};  // by node, of those normals, rad a mm; empty: none
+  std::span<const ShellMatrix> rest_shells = {};  // by face
   // How normals turn: C = Σ weight · turn over the first `knots` of a face's knots, linear for
   // three, quadratic for six (corners, then the middles of the edges opposite to them).
   int knots = 0;
   std::span<const std::array<std::uint32_t, 6>> knots_of_face = {};
   std::vector<Eigen::Matrix3f> turns = {};  // by knot
 };
+
+// A bend of more is as sharp as this, where 16 bits tell it.
+inline constexpr double kSharpestBend = 16;  // rad a mm
 
 // The light at the scope, in numbers as shaders take them.
 struct ScopeShading {
