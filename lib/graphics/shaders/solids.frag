@@ -6,6 +6,7 @@ uniform int solid_count;
 uniform vec4 solid_box;  // pixels
 uniform vec4 view_lens;
 uniform float near_mm, reach;
+uniform bool in_cavity;
 
 struct Hit {
   float along;
@@ -59,9 +60,15 @@ vec3 shade(Hit hit, vec3 d) {
   float facing = max(0.0, -dot(hit.normal, normalize(d)));
   float middle = min(1.0, facing / hit.most_facing), squared = middle * middle;
   float eighth = squared * squared * squared * squared, aside = 1.0 - middle;
+  float by_32 = (eighth * eighth) * (eighth * eighth), bright = 0.3 + 0.7 * facing;
+  float shine = sqrt(dot(hit.color, vec3(1.0 / 3.0)));
+  if (in_cavity)
+    return min(hit.color * (0.03 + 0.4 * middle * squared * facing) +
+                   shine * aside * squared * vec3(kTissueRed, kTissueGreen, kTissueBlue) +
+                   (0.25 + shine) * (by_32 * by_32) * (by_32 * by_32) * bright,
+               1.0);
   float lamp = 0.06 + (0.35 + 0.55 * facing) * middle * squared + 0.35 * aside * aside * aside;
-  float line = 0.6 * (eighth * eighth) * (eighth * eighth) * (0.3 + 0.7 * facing);
-  return min(hit.color * lamp + sqrt(dot(hit.color, vec3(1.0 / 3.0))) * line, 1.0);
+  return min(hit.color * lamp + shine * 0.6 * by_32 * bright, 1.0);
 }
 
 void finish(ivec2 at) {

@@ -126,6 +126,7 @@ void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, 
     pass_solids(shadows_, view, with_shadows(solids), scale, targets);
   }
   solids_.use();
+  solids_.set("in_cavity", scale.scope_light_mm ? 1 : 0);
   solids_.set("near_mm", static_cast<float>(view.near_mm));
   pass_solids(solids_, view, solids, scale, targets);
 }

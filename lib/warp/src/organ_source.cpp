@@ -56,7 +56,10 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kOccluded", kOccluded},
                                      {"kOccludedNear_mm", kOccludedNear_mm},
                                      {"kMirrorReach_mm", kMirrorReach_mm},
-                                     {"kWaterMirror", kWaterMirror}};
+                                     {"kWaterMirror", kWaterMirror},
+                                     {"kTissueRed", kTissueMirrored[0]},
+                                     {"kTissueGreen", kTissueMirrored[1]},
+                                     {"kTissueBlue", kTissueMirrored[2]}};
   const std::vector<ShaderConstant> shine = ScopeShine::constants();
   all.insert(all.end(), shine.begin(), shine.end());
   return all;

@@ -36,8 +36,28 @@ Solid shaft_to(const Eigen::Vector3d& end) {
   return solid;
 }
 
-std::size_t draw(const std::vector<Solid>& solids, const View& view, Frame& frame) {
-  return draw_solids(solids, solid_blocks(solids, view), view, frame);
+std::size_t draw(const std::vector<Solid>& solids, const View& view, Frame& frame,
+                 bool in_cavity = false) {
+  return draw_solids(solids, solid_blocks(solids, view), view, in_cavity, frame);
+}
+
+// Amid tissue a shaft is dark but for the lamp's streak along it, and as red beside that as what it
+// mirrors; elsewhere it is grey and broadly lit.
+TEST(DrawSolids, AShaftInACavityHasASharpStreakAndMirrorsTissue) {
+  Solid shaft = shaft_to({0, 80, 100});
+  shaft.from = {0, -80, 100}, shaft.radius_mm = 10;
+  const View view = straight_view();
+  Frame plain = empty_frame(), amid_tissue = empty_frame();
+  draw({shaft}, view, plain), draw({shaft}, view, amid_tissue, true);
+  const auto bright = [](const Frame& frame) {
+    int count = 0;
+    for (int x = 0; x < kWidth; ++x) count += frame.color.at(x, kHeight / 2)[1] > 170;
+    return count;
+  };
+  EXPECT_GT(bright(amid_tissue), 0);
+  EXPECT_LT(2 * bright(amid_tissue), bright(plain));
+  const std::uint8_t* beside = amid_tissue.color.at(kWidth / 2 + 19, kHeight / 2);
+  EXPECT_GT(beside[0], beside[2] + 8);
 }
 
 TEST(DrawSolids, BlocksHoldAllThatCanBeSeen) {
@@ -58,7 +78,7 @@ TEST(DrawSolids, BlocksHoldAllThatCanBeSeen) {
     SolidBlock all{{0, 0, kWidth, kHeight}, {}};
     for (std::uint32_t s = 0; s < solids.size(); ++s) all.solids.push_back(s);
     Frame blocks = empty_frame(), whole = empty_frame();
-    EXPECT_EQ(draw(solids, view, blocks), draw_solids(solids, {all}, view, whole));
+    EXPECT_EQ(draw(solids, view, blocks), draw_solids(solids, {all}, view, false, whole));
     EXPECT_EQ(blocks.color.pixels, whole.color.pixels) << "scene " << scene;
     EXPECT_EQ(blocks.depth_mm, whole.depth_mm) << "scene " << scene;
   }

@@ -270,7 +270,7 @@ void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame
       shadows ? solid_blocks(with_shadows(options.solids), view) : std::vector<SolidBlock>();
   for (const SolidBlock& block : shadows ? shaded : blocks) keep(block.box, frame);
   shade_skin_by_solids(options.solids, shaded, view, light_mm_, frame);
-  draw_solids(options.solids, blocks, view, frame);
+  draw_solids(options.solids, blocks, view, shadows, frame);
 }
 
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,

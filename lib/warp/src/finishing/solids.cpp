@@ -132,17 +132,26 @@ void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hi
 
 // Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
 // line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
-// about.
-Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d) {
+// about. By the light at the scope in a cavity: darker, the line as narrow as the lamp, and the rim
+// as red as the tissue that it mirrors.
+Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d, bool in_cavity) {
   const double cosine = std::max(0.0, -hit.normal.dot(d.normalized()));
   const float facing = static_cast<float>(cosine);
   const float middle = static_cast<float>(std::min(1.0, cosine / hit.most_facing));
   const float squared = middle * middle, eighth = squared * squared * squared * squared;
+  const float by_32 = (eighth * eighth) * (eighth * eighth), lit = 0.3f + 0.7f * facing;
   const float aside = 1 - middle, rim = aside * aside * aside;
+  const float shine = std::sqrt(solid.color.mean());
+  if (in_cavity) {
+    const Eigen::Vector3f tissue(kTissueMirrored[0], kTissueMirrored[1], kTissueMirrored[2]);
+    const float lamp = 0.03f + 0.4f * middle * squared * facing;
+    const float line = (0.25f + shine) * (by_32 * by_32) * (by_32 * by_32) * lit;
+    return (solid.color * lamp + shine * aside * squared * tissue + line * Eigen::Vector3f::Ones())
+        .cwiseMin(1.0f);
+  }
   const float lamp = 0.06f + (0.35f + 0.55f * facing) * middle * squared + 0.35f * rim;
-  const float line = 0.6f * (eighth * eighth) * (eighth * eighth) * (0.3f + 0.7f * facing);
-  return (solid.color * lamp + std::sqrt(solid.color.mean()) * line * Eigen::Vector3f::Ones())
-      .cwiseMin(1.0f);
+  const float line = 0.6f * by_32 * lit;
+  return (solid.color * lamp + shine * line * Eigen::Vector3f::Ones()).cwiseMin(1.0f);
 }
 
 struct PixelHit {
@@ -154,7 +163,7 @@ struct PixelHit {
 constexpr int kSide = 2;
 
 PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y,
-                     double tissue_depth) {
+                     double tissue_depth, bool in_cavity) {
   const Intrinsics& k = view.camera.intrinsics;
   PixelHit pixel;
   for (int ray = 0; ray < kSide * kSide; ++ray) {
@@ -169,7 +178,7 @@ PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& 
       if (nearest.along < before) shown = solid;
     }
     if (!shown || !(nearest.along < tissue_depth)) continue;
-    pixel.color += shade(*shown, nearest, d);
+    pixel.color += shade(*shown, nearest, d, in_cavity);
     pixel.depth = std::min(pixel.depth, nearest.along);
     ++pixel.rays;
   }
@@ -298,7 +307,7 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
 }
 
 std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
-                        const View& view, Frame& frame) {
+                        const View& view, bool in_cavity, Frame& frame) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
   std::atomic<std::size_t> touched = 0;
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
@@ -309,7 +318,7 @@ std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<Soli
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
         const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
-        const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm);
+        const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm, in_cavity);
         if (hit.rays == 0) continue;
         draw_pixel(hit, x, y, frame);
         ++in_block;
