@@ -251,7 +251,8 @@ Lighting Material::lighting() const {
   if (tissue == Tissue::plain) return lighting;
   const TissueLook& look = tissue_look(tissue);
   lighting.gloss = look.gloss;
-  lighting.scope = ScopeLight();
+  constexpr double kBeam_rad = 0.5;  // the field of a laparoscopy is dark at its rim
+  lighting.scope = ScopeLight{.beam_half_angle_rad = kBeam_rad, .gain = look.exposure};
   lighting.finish = look.finish;
   return lighting;
 }

@@ -24,6 +24,9 @@ const std::vector<Lighting::Lobe> kGreasy = {{8, 1000}, {0.05, 40}};
 // One wide, blown highlight with a soft rim on skin without bumps.
 const std::vector<Lighting::Lobe> kSmooth = {{3, 300}, {0.5, 30}, {0.08, 10}};
 
+// A camera that sees dark organs sees brighter tissue beside them, for which it exposes.
+constexpr double kBesideBright = 0.6;
+
 // Red light goes farthest below the surface before it comes out again.
 const Vector3d kSoft(0.32, 0.12, 0.1);
 
@@ -48,7 +51,8 @@ TissueLook liver() {
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.4, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6}};
+          .finish = {0.16, 1.4, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6},
+          .exposure = kBesideBright};
 }
 
 TissueLook gallbladder() {

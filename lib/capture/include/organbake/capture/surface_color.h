@@ -54,6 +54,7 @@ struct TissueLook {
   TissueVessels large, small;  // small ones lie below
   std::vector<Lighting::Lobe> gloss;
   SkinFinish finish;
+  double exposure = 1;  // ScopeLight::gain, as a camera sees it among other tissue
 };
 
 // Of any but Tissue::plain. Where each colour comes from stands beside it.
