@@ -40,7 +40,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.instruments = command.instruments;
   options.draw = drawing(command, player, script.light);
   options.draw.measure = !command.report.empty();
-  const auto lens = lens_picture(command, script.width, script.height);
+  const auto lens = lens_picture(command, options.draw.light, script.width, script.height);
   if (lens) options.lens = lens->pinhole(), lens->prepare(options.draw);
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
@@ -122,13 +122,28 @@ void write_picture(const fs::path& file, const Rgb8Image& picture, const RunCont
   write_file_atomically(file, png);
 }
 
+Rgb8Image sheet_of(const Command& command, Player& player, const RunContext& context) {
+  constexpr int kWidth_px = 480, kHeight_px = 400;
+  DrawOptions options = drawing(command, player);
+  if (!command.cavity || options.light != DrawnLight::scope)
+    return contact_sheet(player, kWidth_px, kHeight_px, options, context);
+  options.background = DrawOptions::kCavity;
+  options.keep_depth = true;
+  return contact_sheet(player, kWidth_px, kHeight_px, options, context,
+                       [organs = rest_bounds(player)](const Frame& frame, const View& view) {
+                         Rgb8Image seen = frame.color;
+                         paint_cavity_wall({frame, view, organs}, DrawOptions::kCavity, seen);
+                         return seen;
+                       });
+}
+
 void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
   Frame frame;
   View view = view_of(command, player);
-  const auto lens =
-      lens_picture(command, view.camera.intrinsics.width, view.camera.intrinsics.height);
-  if (lens) view.camera.intrinsics = lens->pinhole();
   DrawOptions options = drawing(command, player);
+  const auto lens = lens_picture(command, options.light, view.camera.intrinsics.width,
+                                 view.camera.intrinsics.height);
+  if (lens) view.camera.intrinsics = lens->pinhole();
   if (lens) lens->prepare(options);
   options.keep_bound = command.wants_truth();
   const DrawReport report = player.draw(view, options, frame);
@@ -241,9 +256,7 @@ void run_command(const Command& given, const ContextOf& context_of) {
   if (reference) results.add("reference", reference_json(command, *reference), "");
   if (!command.frame_file.empty()) draw_one(command, player, results, context);
   if (!command.sheet.empty()) {
-    const Rgb8Image sheet =
-        contact_sheet(player, 480, 400, drawing(command, player), context_of("sheet"));
-    write_picture(command.sheet, sheet, context);
+    write_picture(command.sheet, sheet_of(command, player, context_of("sheet")), context);
     results.wrote("sheet", command.sheet);
   }
   if (command.compare) compare(command, player, results, context_of("comparison"));

@@ -202,7 +202,7 @@ void check(const Command& c) {
 // What is more than one word or number, as it was written.
 struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
-                                        solver, light, layers;
+                                        solver, light, layers, background = "cavity";
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   double stereo_mm = kNone, distance_mm = kNone;
   bool side_by_side = false;
@@ -305,6 +305,10 @@ void add_looks(OptionList& list, Texts& texts) {
                     "skin as it lies now; baked: as baked, wherever skin is pushed; else what the "
                     "bundle is made for, or what the script names",
             .choices = {"scope", "world", "baked"}})
+      .add("background", &texts.background,
+           {.help = "behind the organ in the light at the scope, with --scope and on the --sheet: "
+                    "a cavity's dim wall, or plain, which leaves to --scope's preset what there is",
+            .choices = {"cavity", "plain"}})
       .add("baked_light", &texts.baked_light, {.help = "the same as --light baked"})
       .add("warp", &texts.warp,
            {.help = "bound, or the paper's own chain as a baseline", .choices = {"bound", "paper"}})
@@ -394,6 +398,7 @@ void interpret(const Texts& texts, Command& c) {
                : texts.draw == "cpu" ? DrawnBy::processor
                                      : DrawnBy::automatic;
   c.solver = tissue_solver(texts.solver);
+  c.cavity = texts.background == "cavity";
   c.light = drawn_light(texts.baked_light ? "baked" : texts.light);
 }
 

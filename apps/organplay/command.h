@@ -47,6 +47,7 @@ struct Command {
   std::optional<PictureSize> lens_size;  // of the lens, once it is read
   bool instruments = true;
   bool paper_warp = false;
+  bool cavity = true;  // behind the organ, where it is lit from a scope
   DrawnBy drawn_by = DrawnBy::automatic;
   std::optional<DrawnLight> light;     // else the script's, or what the organ is meant for
   std::optional<TissueSolver> solver;  // else the script's, or what the organs have

@@ -47,10 +47,12 @@ const Rgb8Image& ShownPicture::through_lens(const Frame& frame, const View& view
 
 namespace fs = std::filesystem;
 
-std::shared_ptr<const LensPicture> lens_picture(const Command& command, int width, int height) {
+std::shared_ptr<const LensPicture> lens_picture(const Command& command, DrawnLight light, int width,
+                                                int height) {
   if (command.lens.empty()) return nullptr;
-  return std::make_shared<const LensPicture>(read_scope_lens(command.lens).in_size(width, height),
-                                             command.lens.string());
+  ScopeLens lens = read_scope_lens(command.lens).in_size(width, height);
+  lens.picture.surroundings |= command.cavity && light == DrawnLight::scope;
+  return std::make_shared<const LensPicture>(lens, command.lens.string());
 }
 
 TruthOptions truth_options(const Command& command, const Script& script, const Player& player,

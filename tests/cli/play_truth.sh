@@ -94,6 +94,14 @@ cmp -s all/frame_0000.png lens/frame_0000.png && fail "the lens does nothing"
 expect 0 play b --script s.json --out again --cameras lens/cameras.json --lens lens.json
 for f in 0 1 2; do cmp -s lens/frame_000$f.png again/frame_000$f.png || fail "frame $f through the lens differs"; done
 refuse 2 "has lens distortion" b --script s.json --out made --cameras lens/cameras.json
+# A cavity's wall lies behind what is lit at the scope, on pictures alone.
+expect 0 play b -o wall.png --lens lens.json --light scope --layers depth
+expect 0 play b -o alone.png --lens lens.json --light scope --layers depth --background plain
+cmp -s wall.png alone.png && fail "no wall behind the organ"
+cmp -s wall_depth.exr alone_depth.exr || fail "the wall is in the truth"
+expect 0 play b -o baked.png --lens lens.json --light baked
+expect 0 play b -o baked_alone.png --lens lens.json --light baked --background plain
+cmp -s baked.png baked_alone.png || fail "a wall behind the baked light"
 sed 's/-0.2/-9/' lens.json >folded.json
 refuse 65 "folds the picture" b -o m.png --lens folded.json
 sed 's/"fx"/"focal"/' lens.json >odd.json

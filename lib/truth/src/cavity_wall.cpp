@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
@@ -36,22 +38,22 @@ double folds_at(const Vector3d& p) {
       2.2 * std::sin(0.031 * p.x() - 0.023 * p.z()) + 1.9 * std::sin(0.037 * p.y() + 1.9);
   const double large = std::sin(0.083 * p.z() + 0.047 * p.x() + bend);
   const double small = std::sin(0.13 * p.y() - 0.09 * p.x() + 2.3 * bend + 1.5 * large);
-  return 0.8 * large + 0.2 * small;
+  return 0.9 * large + 0.1 * small;
 }
 
 // Muscle and peritoneum, with yellow fat below it in places.
 Vector3f wall_albedo(const Vector3d& p, double fold) {
-  const Vector3f flesh(0.17f, 0.042f, 0.034f), fat(0.34f, 0.17f, 0.07f);
+  const Vector3f flesh(0.17f, 0.042f, 0.034f), fat(0.27f, 0.12f, 0.055f);
   const double patch = std::sin(0.031 * p.x() + 0.7) * std::sin(0.027 * p.y() - 0.4) +
-                       0.5 * std::sin(0.05 * p.z() + 1.1) + 0.45 * fold;
-  const auto share = static_cast<float>(std::clamp(1.6 * patch - 0.7, 0.0, 0.7));
+                       0.5 * std::sin(0.05 * p.z() + 1.1);
+  const auto share = static_cast<float>(std::clamp(0.9 * patch - 0.35, 0.0, 0.6));
   return (flesh + share * (fat - flesh)) * static_cast<float>(0.85 + 0.15 * fold);
 }
 
 // What skin is exposed for: the median of its depth, of every few pixels; 0 where none is there.
 double exposed_range_mm(const DrawnScene& scene) {
   std::vector<float> depths;
-  constexpr std::size_t kEvery = 7;
+  constexpr std::size_t kEvery = 61;
   for (std::size_t i = 0; i < scene.frame.depth_mm.size(); i += kEvery)
     if (std::isfinite(scene.frame.depth_mm[i])) depths.push_back(scene.frame.depth_mm[i]);
   return median(std::move(depths));
@@ -76,15 +78,26 @@ class WallLattice {
     });
   }
 
-  Vector3f at(int x, int y) const {
-    const float u = float(x % kStep_px) / kStep_px, v = float(y % kStep_px) / kStep_px;
-    const Vector3f* const corner = &nodes_[std::size_t(y / kStep_px) * columns_ + x / kStep_px];
-    return (1 - v) * ((1 - u) * corner[0] + u * corner[1]) +
-           v * ((1 - u) * corner[columns_] + u * corner[columns_ + 1]);
+  // The nodes' colours where a row of pixels leads between them, in 16ths of a level and rounded.
+  std::vector<std::array<std::int32_t, 3>> row(int y) const {
+    const float v = float(y % kStep_px) / kStep_px;
+    const Vector3f* const first = &nodes_[std::size_t(y / kStep_px) * columns_];
+    std::vector<std::array<std::int32_t, 3>> colors(columns_);
+    for (int i = 0; i < columns_; ++i)
+      for (int c = 0; c < 3; ++c)
+        colors[i][c] = static_cast<std::int32_t>(
+            kParts * ((1 - v) * first[i][c] + v * first[columns_ + i][c]) + 0.5f);
+    return colors;
+  }
+  static void put(const std::vector<std::array<std::int32_t, 3>>& row, int x, std::uint8_t* rgb) {
+    const auto &left = row[x / kStep_px], &right = row[x / kStep_px + 1];
+    for (int c = 0; c < 3; ++c)
+      rgb[c] = static_cast<std::uint8_t>(
+          (left[c] * kStep_px + (right[c] - left[c]) * (x % kStep_px) + kHalf) / (2 * kHalf));
   }
 
  private:
-  static constexpr int kStep_px = 4;
+  static constexpr int kStep_px = 8, kParts = 16, kHalf = kParts * kStep_px / 2;
 
   // In world axes, through a pixel's middle.
   static Vector3d ray_through(const PosedCamera& camera, int x, int y) {
@@ -125,11 +138,11 @@ void paint_cavity_wall(const DrawnScene& scene, const std::array<std::uint8_t, 3
                        Rgb8Image& picture) {
   const WallLattice wall(scene, {float(behind[0]), float(behind[1]), float(behind[2])});
   parallel_for(0, picture.height, [&](int y) {
+    const auto row = wall.row(y);
     for (int x = 0; x < picture.width; ++x) {
       std::uint8_t* const rgb = picture.at(x, y);
-      if (scene.frame.covered(x, y) || !std::equal(behind.begin(), behind.end(), rgb)) continue;
-      const Vector3f color = wall.at(x, y);
-      for (int c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] + 0.5f);
+      if (!scene.frame.covered(x, y) && std::equal(behind.begin(), behind.end(), rgb))
+        WallLattice::put(row, x, rgb);
     }
   });
 }

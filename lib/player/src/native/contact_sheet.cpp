@@ -17,10 +17,11 @@ namespace organbake {
 namespace {
 
 Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
-                  const DrawOptions& options) {
+                  const DrawOptions& options, const SeenFrame& seen) {
   Frame frame;
-  player.draw(orbit_view(player.bundle().cameras, pose, width, height), options, frame);
-  return frame.color;
+  const View view = orbit_view(player.bundle().cameras, pose, width, height);
+  player.draw(view, options, frame);
+  return seen ? seen(frame, view) : frame.color;
 }
 
 // Three views from aside: all round, or as far to the sides and up as the virtual cameras reach
@@ -68,7 +69,7 @@ Instrument hold_poke(Player& player, const Eigen::Vector3d& direction, double sh
 }
 
 Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const DrawOptions& drawing,
-                        const RunContext& context) {
+                        const RunContext& context, const SeenFrame& seen) {
   const Bundle& bundle = player.bundle();
   const Eigen::Vector3d front = poke_direction(bundle);
   constexpr int kPictures = 8;
@@ -80,7 +81,7 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
     DrawOptions options = drawing;
     options.solids =
         held.solids(tools, orbit_view(bundle.cameras, pose, tile_width, tile_height), 0);
-    pictures.push_back(picture(player, pose, tile_width, tile_height, options));
+    pictures.push_back(picture(player, pose, tile_width, tile_height, options, seen));
     context.progress(double(pictures.size()) / kPictures);
   };
   constexpr double kAside = 0.7;  // rad: sees the dent's profile and the tool's shaft
