@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
@@ -131,11 +132,34 @@ void add_highlights(const LabPicture& p, TissueAppearance& a) {
     elongation += std::sqrt((half + off) / std::max(half - off, 1.0 / 12));
   }
   std::sort(sizes.begin(), sizes.end());
+  const double all = std::max(std::accumulate(sizes.begin(), sizes.end(), 0.0), pixel_mm2);
+  a.highlight_mm2 = sizes;
+  a.largest_highlight = sizes.empty() ? 0 : sizes.back() / all;
+  a.highlight_spread_mm = spread_mm(p.highlights);
   constexpr double kTenSquareCentimetres_mm2 = 1000;
   a.highlight_count =
       std::log2(1 + sizes.size() * kTenSquareCentimetres_mm2 / (tissue_px * pixel_mm2));
   a.highlight_size = std::log2(std::max(quantile(sizes, 0.5), pixel_mm2));
   a.highlight_elongation = sizes.empty() ? 1 : elongation / static_cast<double>(sizes.size());
+}
+
+// Highlights that lie within some millimetres of each other are one group.
+double spread_mm(const cv::Mat& highlights) {
+  constexpr int kApart_px = 9;  // 2.7 mm
+  cv::Mat joined, labels, stats, centroids;
+  cv::dilate(highlights, joined,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kApart_px + 1, 2 * kApart_px + 1}));
+  const int groups = cv::connectedComponents(joined, labels);
+  std::vector<cv::Vec4d> sums(static_cast<std::size_t>(groups));  // count, x, y, squares
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x)
+      if (highlights.at<std::uint8_t>(y, x))
+        sums[static_cast<std::size_t>(labels.at<int>(y, x))] +=
+            cv::Vec4d(1, x, y, double(x) * x + double(y) * y);
+  double squares = 0, count = 0;
+  for (const cv::Vec4d& s : sums)
+    if (s[0] > 0) squares += s[3] - (s[1] * s[1] + s[2] * s[2]) / s[0], count += s[0];
+  return TissueAppearance::kGrain_mm * std::sqrt(squares / std::max(count, 1.0));
 }
 
 void add_bands(const LabPicture& p, TissueAppearance& a) {
@@ -181,6 +205,22 @@ void add_correlation(const LabPicture& p, TissueAppearance& a) {
 
 }  // namespace
 
+namespace {
+
+// Kolmogorov and Smirnov's distance of two lists in ascending order.
+double most_apart(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.empty() || b.empty()) return a.empty() == b.empty() ? 0 : 1;
+  double most = 0;
+  const auto share = [](const std::vector<double>& of, double up_to) {
+    return double(std::upper_bound(of.begin(), of.end(), up_to) - of.begin()) / double(of.size());
+  };
+  for (const std::vector<double>* of : {&a, &b})
+    for (const double at : *of) most = std::max(most, std::abs(share(a, at) - share(b, at)));
+  return most;
+}
+
+}  // namespace
+
 TissueAppearance appearance_of(const TissuePicture& picture) {
   const LabPicture lab = lab_picture(picture);
   TissueAppearance a;
@@ -214,6 +254,9 @@ std::vector<TissueAppearancePart> appearance_parts(const TissueAppearance& a,
   add("highlights, share", ratio(a.highlight_share, b.highlight_share));
   add("highlights, count", std::abs(a.highlight_count - b.highlight_count));
   add("highlights, size", std::abs(a.highlight_size - b.highlight_size));
+  add("highlights, sizes (Kolmogorov–Smirnov)", most_apart(a.highlight_mm2, b.highlight_mm2));
+  add("highlights, share of the largest", std::abs(a.largest_highlight - b.largest_highlight));
+  add("highlights, spread", ratio(a.highlight_spread_mm, b.highlight_spread_mm));
   add("highlights, elongation", std::abs(a.highlight_elongation - b.highlight_elongation));
   for (int k = 0; k < TissueAppearance::kOctaves; ++k) {
     const std::string octave = "octave " + std::to_string(k);

@@ -30,6 +30,10 @@ struct TissueAppearance {
   // Highlights: share of the tissue, log₂ of the count in 10 cm² and of the median size in mm², and
   // the mean of their long axes over their short ones.
   double highlight_share = 0, highlight_count = 0, highlight_size = 0, highlight_elongation = 1;
+  // All of their areas, ascending; the largest one's share of all; and how far they lie from the
+  // middle of their group, root mean square by area: a group shows one place that faces the lamp.
+  std::vector<double> highlight_mm2;
+  double largest_highlight = 0, highlight_spread_mm = 0;
   // Of L between Gaussians an octave apart, from one pixel on: log₂ of the energy, and kurtosis.
   std::array<double, kOctaves> energy{}, kurtosis{};
   double correlation_mm = 0;  // where the autocorrelation of L falls to 1/e
