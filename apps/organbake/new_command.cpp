@@ -116,9 +116,9 @@ std::string material_of(const PatientCase& one) {
   if (name.find(' ') == std::string::npos) return "liver";
   constexpr std::pair<const char*, const char*> kOthers[] = {
       {"colon", "bowel"}, {"duodenum", "bowel"}, {"intestine", "bowel"}};
-  std::string plain_name = name;
-  std::transform(name.begin(), name.end(), plain_name.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  std::string plain_name;
+  for (const unsigned char c : name)
+    if (std::isalpha(c)) plain_name += static_cast<char>(std::tolower(c));
   for (const std::string& material : material_names())
     if (plain_name.find(material) != std::string::npos) return material;
   for (const auto& [part, material] : kOthers)

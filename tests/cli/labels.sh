@@ -6,7 +6,7 @@ source "$(dirname "$0")/assert.sh"
 # Two boxes of 10 mm voxels in a mask: 64 voxels of label 2, 27 of label 5.
 python3 - <<'END'
 import struct
-def mask(path, times=1, step=10.0):
+def mask(path, times=1, step=10.0, first='liver', tissue=None):
     size = (12, 8, 8)
     voxels = bytearray()
     for z in range(size[2]):
@@ -14,13 +14,15 @@ def mask(path, times=1, step=10.0):
             for x in range(size[0]):
                 a = 1 <= x < 5 and 1 <= y < 5 and 1 <= z < 5
                 b = 7 <= x < 10 and 2 <= y < 5 and 2 <= z < 5
-                voxels.append(2 if a else 5 if b else 0)
-    xml = b'<CaretExtension><Label Key="2"><![CDATA[liver]]></Label><Label Key="5"><![CDATA[gall bladder]]></Label>'
+                value = 2 if a else 5 if b else 0
+                voxels += bytes([value]) if tissue is None else struct.pack('<h', tissue if value else -1000)
+    xml = b'<CaretExtension><Label Key="2"><![CDATA[' + first.encode() + b']]></Label><Label Key="5"><![CDATA[gall bladder]]></Label>'
+    if tissue is not None: xml = b''  # names are a mask's
     xml += b' ' * (-len(xml) % 16 + 8)
     h = bytearray(348)
     struct.pack_into('<i', h, 0, 348)
     struct.pack_into('<8h', h, 40, 3 if times == 1 else 4, *size, times, 1, 1, 1)
-    struct.pack_into('<2h', h, 70, 2, 8)
+    struct.pack_into('<2h', h, 70, *((2, 8) if tissue is None else (4, 16)))
     struct.pack_into('<8f', h, 76, 1, 10, 10, 10, 1, 0, 0, 0)
     struct.pack_into('<f', h, 108, 352 + 8 + len(xml))
     h[123] = 2
@@ -32,6 +34,11 @@ def mask(path, times=1, step=10.0):
 mask('mask.nii')
 mask('times.nii', 2)
 mask('lost.nii', 1, 1.0)
+import os
+for organ in 'gall_bladder', 'Lung Lower Lobe', 'colon':
+    os.makedirs(organ + " patient's")
+    mask(organ + " patient's/mask.nii", first=organ)
+    mask(organ + " patient's/scan.nii", tissue=40)
 END
 figure() { python3 -c 'import json, sys; print(json.load(open("out"))["report"]["figures"][sys.argv[1]])' "$1"; }
 near() { python3 -c "import sys; sys.exit(not abs($1 - $2) <= 0.005 * $2)" || fail "$1 is not $2"; }
@@ -99,3 +106,13 @@ expect_same named.ply organs/gall_bladder.ply
 expect 0 organbake bake r.yaml --to isosurface --set label=2 -o two.ply
 expect_same two.ply liver.ply
 expect 78 organbake bake r.yaml --to isosurface --set isosurface.each_label=true -o x.ply
+
+# A recipe for a folder of one's own: the look follows the label's name, and what is printed can be copied.
+for look in gall_bladder=gallbladder 'Lung Lower Lobe=plain' colon=bowel; do
+  patient="${look%=*} patient's"
+  expect 0 organbake new "$patient"
+  grep -q "material: ${look#*=}}" "$patient.yaml" || fail "the look: $(cat "$patient.yaml")"
+  printed=$(sed -n 's/^next: //p' err)
+  expect 0 bash -c "organbake() { printf '%s|' \"\$@\"; }; $printed"
+  expect_equal "$(cat out)" "bake|$patient.yaml|-o|${patient}_bundle|"
+done

@@ -57,6 +57,7 @@ expect_gone back
 # One unit for the input, wherever it is read.
 for setting in unit=cm capture.unit=cm decimate.unit=cm; do
   bake 0 "by_$setting" organ_cm.obj --set $setting
+  ! grep "says itself that it is in" err || fail "a file of our own is told to say its unit"
   in_place "by_$setting/surface.ply"
   python3 - "by_$setting" <<'PY' || fail "$setting: the maps"
 import json, sys
