@@ -58,7 +58,8 @@ void shade_by(Capsule capsule, Skin skin, inout vec2 shade) {
   float soft = kLeastSoft_mm + kLampRadius_mm * shadow.y / range;
   float touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
   float kept = 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x);
-  shade.x = min(shade.x, kept * (1.0 - kOccluded * exp(-gap / kOccludedNear_mm)));
+  float near = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
+  shade.x = min(shade.x, kept * (1.0 - kOccluded * touches * exp(-gap / near)));
   vec3 sight = normalize(skin.place);
   float facing = -dot(sight, skin.normal);
   if (!(facing > 0.0)) return;

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a line from an organ's centre meets its skin at rest: the farthest crossing with the
 // triangles of the base layer's lattice. From it follow the places of pokes and the thickness
-// there.
+// there. A place whose dent a view shows is the cheapest of the vertices that it sees, by how they
+// lie to it and what lies round about.
 #include "organbake/player/skin_point.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "line_crossing.h"
 #include "organbake/core/error.h"
@@ -73,6 +78,145 @@ double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
   const bool hollow = d.dot(skin - bundle.cameras.manifold.center_world_mm) < 0;
   if (hollow || !behind || *behind < 0) return kShareOfExtent * bounds(bundle.proxy).diagonal();
   return (skin - bundle.cameras.manifold.center_world_mm).norm() + *behind;
+}
+
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+// What a view makes of places to press.
+class SiteChoice {
+ public:
+  SiteChoice(const Bundle& bundle, const View& view, double radius_mm)
+      : skin_(bundle.shell().at_rest()),
+        normals_(vertex_normals(skin_)),
+        camera_(view.camera),
+        eye_(view.camera.center_world_mm()),
+        near_mm_(kNear * radius_mm),
+        edge_mm_(mean_edge_mm(bundle.proxy)) {
+    for (const std::uint32_t a : bundle.mechanics.anchors)
+      anchors_.push_back(bundle.proxy.vertices[a]);
+    if (const auto& body = bundle.mechanics.body)
+      for (const std::uint32_t a : body->anchors) anchors_.push_back(body->nodes_mm[a]);
+  }
+
+  const TriangleMesh& skin() const { return skin_; }
+  // Lower is better; nothing where the view does not see it.
+  std::optional<double> price(std::uint32_t vertex) const {
+    const Vector3d& at = skin_.vertices[vertex];
+    const Vector3d in_camera = camera_.camera_from_world * at;
+    if (!(in_camera.z() > 0)) return std::nullopt;
+    const Intrinsics& lens = camera_.intrinsics;
+    const double half = 0.5 * std::min(lens.width, lens.height);
+    const Vector2d off = (project(lens, in_camera) - Vector2d(lens.cx, lens.cy)) / half;
+    if (off.cwiseAbs().maxCoeff() > 1) return std::nullopt;
+    const Around around = look_around(vertex);
+    const double tilt =
+        std::acos(std::clamp(around.outward.dot((eye_ - at).normalized()), -1., 1.));
+    if (tilt > kSteepest_rad) return std::nullopt;
+    return squared((tilt - kAside_rad) / 0.25) + squared(off.norm() / 0.5) +
+           6 * around.rises / near_mm_ + 12 * around.bends + 40 * anchored(at);
+  }
+  Vector3d outward(std::uint32_t vertex) const { return look_around(vertex).outward; }
+  // Whether nothing lies before it; nor before a tool that comes along its normal.
+  bool is_open(std::uint32_t vertex) const {
+    const Vector3d& at = skin_.vertices[vertex];
+    const Vector3d out = outward(vertex);
+    return !meets(at, eye_ - at, near_mm_ / (eye_ - at).norm(), 1) &&
+           !meets(at, out, near_mm_, bounds(skin_).diagonal());
+  }
+  // Along a line into the organ; the far side.
+  std::optional<double> behind_mm(const Vector3d& at, const Vector3d& inward) const {
+    std::optional<double> least;
+    const double beyond = 0.2 * near_mm_;
+    each_crossing(at, inward, [&](double t) {
+      if (t > beyond && (!least || t < *least)) least = t;
+    });
+    return least;
+  }
+
+ private:
+  static constexpr double kNear = 2.5;        // tip radii: as far as a dent reaches about
+  static constexpr double kAside_rad = 0.45;  // of the view, so that it sees how deep a dent is
+  static constexpr double kSteepest_rad = 1.1;
+  static double mean_edge_mm(const TriangleMesh& mesh) {
+    double sum = 0;
+    for (const auto& [a, b, c] : mesh.faces) sum += (mesh.vertices[b] - mesh.vertices[a]).norm();
+    return sum / double(mesh.faces.size());
+  }
+  static double squared(double x) { return x * x; }
+
+  // How the skin lies within reach of a dent: its mean normal, how high it rises over the place,
+  // and how far normals turn.
+  struct Around {
+    Vector3d outward = Vector3d::Zero();
+    double rises = 0, bends = 0;
+  };
+  Around look_around(std::uint32_t vertex) const {
+    Around around;
+    const Vector3d &at = skin_.vertices[vertex], &normal = normals_[vertex];
+    double count = 0;
+    for (std::size_t v = 0; v < skin_.vertices.size(); ++v) {
+      const Vector3d way = skin_.vertices[v] - at;
+      if (way.squaredNorm() > near_mm_ * near_mm_ || normals_[v].dot(normal) < -0.5) continue;
+      around.outward += normals_[v];
+      around.rises = std::max(around.rises, way.dot(normal));
+      around.bends += 1 - normals_[v].dot(normal);
+      ++count;
+    }
+    around.bends /= count;
+    around.outward.normalize();
+    return around;
+  }
+  // Of what does not give way: 1 beside it, 0 beyond two dents and an edge of what carries skin.
+  double anchored(const Vector3d& at) const {
+    const double reach_mm = 2 * near_mm_ + edge_mm_;
+    double nearest_mm = reach_mm;
+    for (const Vector3d& anchor : anchors_) nearest_mm = std::min(nearest_mm, (anchor - at).norm());
+    return 1 - nearest_mm / reach_mm;
+  }
+  template <class Use>
+  void each_crossing(const Vector3d& from, const Vector3d& along, const Use& use) const {
+    for (const auto& [a, b, c] : skin_.faces)
+      if (const auto t =
+              line_crossing(from, along, skin_.vertices[a], skin_.vertices[b], skin_.vertices[c]))
+        use(*t);
+  }
+  bool meets(const Vector3d& from, const Vector3d& along, double least, double most) const {
+    bool met = false;
+    each_crossing(from, along, [&](double t) { met = met || (t > least && t < most); });
+    return met;
+  }
+
+  const TriangleMesh skin_;
+  const std::vector<Vector3d> normals_;
+  const PosedCamera& camera_;
+  const Vector3d eye_;
+  const double near_mm_, edge_mm_;
+  std::vector<Vector3d> anchors_;
+};
+
+}  // namespace
+
+PokeSite poke_site(const Bundle& bundle, const View& view, double radius_mm) {
+  constexpr std::size_t kTried = 1500;
+  const SiteChoice choice(bundle, view, radius_mm);
+  const std::vector<Eigen::Vector3d>& vertices = choice.skin().vertices;
+  std::vector<std::pair<double, std::uint32_t>> sites;
+  for (std::size_t v = 0; v < vertices.size(); v += 1 + vertices.size() / kTried)
+    if (const auto price = choice.price(static_cast<std::uint32_t>(v)))
+      sites.emplace_back(*price, static_cast<std::uint32_t>(v));
+  if (sites.empty()) throw BadDataError("the view sees no skin that a tool could press");
+  std::sort(sites.begin(), sites.end());
+  const auto open = std::find_if(sites.begin(), sites.end(),
+                                 [&](const auto& site) { return choice.is_open(site.second); });
+  const std::uint32_t best = (open == sites.end() ? sites.begin() : open)->second;
+  PokeSite site{vertices[best], choice.outward(best), 0};
+  constexpr double kShareOfExtent = 0.25;
+  const double sheet_mm = kShareOfExtent * bounds(choice.skin()).diagonal();
+  site.thickness_mm =
+      std::min(choice.behind_mm(site.skin_mm, -site.outward).value_or(sheet_mm), 2 * sheet_mm);
+  return site;
 }
 
 }  // namespace organbake

@@ -55,6 +55,7 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kDarkestShadow", kDarkestShadow},
                                      {"kOccluded", kOccluded},
                                      {"kOccludedNear_mm", kOccludedNear_mm},
+                                     {"kOccludedByRadius", kOccludedByRadius},
                                      {"kMirrorReach_mm", kMirrorReach_mm},
                                      {"kWaterMirror", kWaterMirror},
                                      {"kTissueRed", kTissueMirrored[0]},

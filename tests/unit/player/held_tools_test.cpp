@@ -10,6 +10,7 @@
 
 #include "organ_to_play.h"
 #include "organbake/core/random.h"
+#include "organbake/player/contact_sheet.h"
 #include "organbake/player/play.h"
 #include "organbake/player/script_camera.h"
 #include "organbake/warp/solids.h"
@@ -229,6 +230,68 @@ TEST(ScriptTools, AreCutByNoTissueBehindThemInPictures) {
     };
     play(player, script, options, {});
     EXPECT_EQ(drawn, script.frames) << mode_of(kind);
+  }
+}
+
+// How often a segment passes the skin as it lies now, beyond a distance from its beginning.
+int crossings(const Player& player, const Vector3d& from, const Vector3d& to, double beyond_mm) {
+  const TriangleMesh skin = player.bundle_now().shell().posed(player.proxy_positions());
+  const auto side = [](const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+    return (b - a).cross(c - a).dot(d - a) > 0;
+  };
+  const Vector3d begin = from + beyond_mm * (to - from).normalized();
+  return static_cast<int>(std::count_if(skin.faces.begin(), skin.faces.end(), [&](const Face& f) {
+    const Vector3d &a = skin.vertices[f[0]], &b = skin.vertices[f[1]], &c = skin.vertices[f[2]];
+    if (side(a, b, c, begin) == side(a, b, c, to)) return false;
+    const bool first = side(begin, to, a, b);
+    return side(begin, to, b, c) == first && side(begin, to, c, a) == first;
+  }));
+}
+
+TEST(PokeSites, AreSeenWithTheirDentAndTheShaftStaysOutside) {
+  constexpr double kRadius_mm = 5, kLeastDisc = 0.6, kLeastContrast = 3;
+  constexpr int kSites = 12;
+  Player player(organ_to_play());
+  const CameraSet& cameras = player.bundle().cameras;
+  for (std::uint64_t seed = 0; seed < kSites; ++seed) {
+    RandomStream random(seed);
+    const OrbitPose pose{random.uniform(-1, 1), random.uniform(-0.4, 0.4)};
+    const View view = orbit_view(cameras, pose, kSeenWidth, kSeenHeight);
+    const PokeSite site = poke_site(player.bundle(), view, kRadius_mm);
+    const Vector3d to_eye = (view.camera.center_world_mm() - site.skin_mm).normalized();
+    EXPECT_GT(site.outward.dot(to_eye), 0.5) << seed;
+    EXPECT_GT(site.thickness_mm, 20) << seed;  // the organ's least half axis is 45
+    const View near =
+        orbit_view(cameras, close_up(cameras, pose, site.skin_mm), kSeenWidth, kSeenHeight);
+    const Eigen::Vector2d middle = project(near.camera, site.skin_mm);
+    EXPECT_LT((middle - Eigen::Vector2d(kSeenWidth / 2., kSeenHeight / 2.)).norm(), 1) << seed;
+    Frame rest, poked;
+    DrawOptions options;
+    options.keep_depth = true;
+    player.draw(near, options, rest);
+    const HeldPoke poke = hold_poke(player, site, random.uniform(4, 10), kRadius_mm);
+    options.solids = HeldTools(player).solids({poke.tip}, near, 0);
+    for (const Solid& solid : options.solids)
+      EXPECT_EQ(crossings(player, solid.from, solid.to, kRadius_mm), 0) << seed;
+    player.draw(near, options, poked);
+    const double depth_mm = (near.camera.camera_from_world * poke.tip.position_mm).z();
+    const double radius_px = kRadius_mm * near.camera.intrinsics.fx / depth_mm;
+    const Eigen::Vector2d ball_px = project(near.camera, poke.tip.position_mm);
+    double ball = 0, skin = 0, change = 0;
+    for (int y = 0; y < kSeenHeight; ++y) {
+      for (int x = 0; x < kSeenWidth; ++x) {
+        const double off_px = (Eigen::Vector2d(x + 0.5, y + 0.5) - ball_px).norm();
+        const bool tool = poked.cover[std::size_t(y) * kSeenWidth + x] == Cover::solid;
+        if (off_px < radius_px) ball += tool;
+        if (off_px > 3 * radius_px || tool) continue;
+        ++skin;
+        for (int c = 0; c < 3; ++c)
+          change += std::abs(int(poked.color.at(x, y)[c]) - int(rest.color.at(x, y)[c])) / 3.0;
+      }
+    }
+    EXPECT_GT(ball, kLeastDisc * std::numbers::pi * radius_px * radius_px) << seed;
+    EXPECT_GT(change / skin, kLeastContrast) << seed;
+    player.reset();
   }
 }
 

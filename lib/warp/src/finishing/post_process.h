@@ -124,8 +124,9 @@ class Outline {
 inline constexpr double kShadeReach_mm = 8;
 // A shadow: the lamp's radius, its least penumbra, and how much light a full one takes.
 inline constexpr double kLampRadius_mm = 1.5, kLeastSoft_mm = 0.25, kDarkestShadow = 0.72;
-// What a solid that touches skin keeps off it, and in what gap that falls to 1/e.
-inline constexpr double kOccluded = 0.45, kOccludedNear_mm = 1.5;
+// What a solid that touches skin keeps off it, and in what gap that falls to 1/e: of a thick one,
+// which hides more of what lies round about, farther away by this share of its radius.
+inline constexpr double kOccluded = 0.75, kOccludedNear_mm = 1.5, kOccludedByRadius = 0.5;
 // How near a mirror image must be, and what water mirrors straight down.
 inline constexpr double kMirrorReach_mm = 12, kWaterMirror = 0.03;
 // Normals from depths: over so many pixels each way, where depth changes by less than this share.

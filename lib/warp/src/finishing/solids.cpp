@@ -162,6 +162,28 @@ struct PixelHit {
 
 constexpr int kSide = 2;
 
+// The solids, wider by more than a pixel: what the ray through a pixel's centre misses of them, its
+// other rays miss of the solids.
+std::vector<Solid> wider_by_a_pixel(std::vector<Solid> solids, const View& view) {
+  for (Solid& solid : solids) {
+    double farthest_mm = 0;
+    for (const Vector3d& at : {solid.from, solid.to, solid.corner.value_or(solid.to)})
+      farthest_mm = std::max(farthest_mm, (view.camera.camera_from_world * at).norm());
+    solid.radius_mm += (farthest_mm + solid.radius_mm) / view.camera.intrinsics.fx;
+  }
+  return solids;
+}
+
+bool meets_any(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const Vector3d d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+  return std::any_of(solids.begin(), solids.end(), [&](const PlacedSolid* solid) {
+    Hit hit;  // behind the eye, too: it may be within what is wider
+    hit_solid(d, *solid, -std::numeric_limits<double>::infinity(), hit);
+    return std::isfinite(hit.along);
+  });
+}
+
 PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y,
                      double tissue_depth, bool in_cavity) {
   const Intrinsics& k = view.camera.intrinsics;
@@ -309,14 +331,17 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
 std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                         const View& view, bool in_cavity, Frame& frame) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const std::vector<PlacedSolid> wider = placed_in(view, wider_by_a_pixel(solids, view));
   std::atomic<std::size_t> touched = 0;
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    std::vector<const PlacedSolid*> near;
-    for (const std::uint32_t s : blocks[b].solids) near.push_back(&placed[s]);
+    std::vector<const PlacedSolid*> near, around;
+    for (const std::uint32_t s : blocks[b].solids)
+      near.push_back(&placed[s]), around.push_back(&wider[s]);
     const PixelBox& box = blocks[b].box;
     std::size_t in_block = 0;
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
+        if (!meets_any(around, view, x, y)) continue;
         const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
         const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm, in_cavity);
         if (hit.rays == 0) continue;

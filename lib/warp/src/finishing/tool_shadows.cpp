@@ -63,7 +63,10 @@ struct ToolShade {
 };
 
 double gap_between(const Vector3d& place, const Capsule& capsule) {
-  return std::max(0.0, passing(place, Vector3d::Zero(), 0, capsule).gap);
+  const Vector3d axis = capsule.to - capsule.from, r = place - capsule.from;
+  const double e = axis.squaredNorm();
+  const double t = e > 1e-12 ? std::clamp(axis.dot(r) / e, 0.0, 1.0) : 0;
+  return std::max(0.0, (r - t * axis).norm() - capsule.radius);
 }
 
 // By a capsule within reach, `gap` mm away.
@@ -75,7 +78,8 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector
   const double soft = kLeastSoft_mm + kLampRadius_mm * shadow.along / range;
   const double touches = smooth_step(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
   double kept = 1 - kDarkestShadow * touches * smooth_step(soft, -soft, shadow.gap);
-  kept *= 1 - kOccluded * std::exp(-gap / kOccludedNear_mm);
+  const double near_mm = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
+  kept *= 1 - kOccluded * touches * std::exp(-gap / near_mm);
   shade.kept = std::min(shade.kept, kept);
   if (skin.normal.isZero(0)) return;
   const Vector3d sight = skin.place.normalized();

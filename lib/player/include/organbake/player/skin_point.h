@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "organbake/bundle/bundle.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 
@@ -11,6 +12,16 @@ namespace organbake {
 // from its centre meets skin; an organ bent round its centre has none on its open side. Throws
 // BadDataError when there is none at all.
 Eigen::Vector3d poke_direction(const Bundle& bundle);
+
+// Where a tool is to press so that a view shows its dent.
+struct PokeSite {
+  Eigen::Vector3d skin_mm;  // at rest
+  Eigen::Vector3d outward;  // unit, of the skin round about: a tool comes from there
+  double thickness_mm;      // of the organ behind it, or of a sheet a quarter of its extent
+};
+// Skin that the view sees, a little from aside, near its middle, in no groove and away from
+// anchors, for a tip of a radius. Throws BadDataError where the view sees no skin.
+PokeSite poke_site(const Bundle& bundle, const View& view, double radius_mm);
 
 // The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
 // it, has no far side: a quarter of its extent stands for how deep it may be pressed. Throws
