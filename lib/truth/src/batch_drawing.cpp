@@ -128,8 +128,8 @@ void BatchDrawing::Impl::draw_run(const Batch& batch, std::size_t first, std::si
     desk.warper.draw(desk.state.vertices_mm, batch.view(i), batch.options, desk.frame);
     if (i >= first) put(desk.frame.color.pixels.data(), 3 * batch.pixels(), i, batch.planes.rgb);
     if (!batch.layers.any()) continue;
-    truth.advance({{player.bundle().base, desk.warper.shell_matrices()}}, batch.view(i), {},
-                  desk.frame);
+    const Warper* const drawn = &desk.warper;
+    truth.advance({&drawn, 1}, batch.view(i), {}, desk.frame);
     if (i >= first) put_layers(batch, i, truth, desk.flow);
   }
 }

@@ -150,8 +150,8 @@ class RowMover {
              is_skin(next))
         ++next;
       const std::size_t organ = from_.organ_at(begin + i);
-      place_run(then_.shells[organ][face], i, next, was_);
-      place_run(now_.shells[organ][face], i, next, is_);
+      place_run(then_.skins[organ].shell[face], i, next, was_);
+      place_run(now_.skins[organ].shell[face], i, next, is_);
     }
   }
   void place_run(const Moment::Columns& face, int first, int last, RowPoints& to) const {

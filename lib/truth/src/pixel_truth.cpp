@@ -14,6 +14,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/warp/warper.h"
 
 namespace organbake {
 namespace {
@@ -58,42 +59,56 @@ LayerSet layers_from(std::string_view text) {
   }
 }
 
-void Moment::take(const std::vector<DrawnOrgan>& organs, const View& from,
-                  const std::vector<Solid>& tools) {
+namespace {
+
+void place_faces(const std::vector<ShellMatrix>& world, const RigidTransform& pose,
+                 std::vector<Moment::Columns>& placed) {
+  placed.resize(world.size());
+  constexpr std::size_t kGrain = 1 << 10;
+  parallel_pieces(std::size_t{0}, world.size(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t f = first; f < last; ++f) {
+      ShellMatrix metric = pose.rotation * world[f];
+      metric.col(0) += pose.translation;
+      placed[f].topRows<3>() = metric.cast<float>();
+      placed[f].row(3).setZero();
+    }
+  });
+}
+
+}  // namespace
+
+// The organ's own skin is posed where it is asked for, and where it is what was drawn.
+void Moment::take(std::span<const Warper* const> organs, const View& from,
+                  const std::vector<Solid>& tools, bool with_places) {
   view = from;
   solids = tools;
   const RigidTransform& pose = view.camera.camera_from_world;
-  bases.clear();
-  for (const DrawnOrgan& organ : organs) bases.push_back(&organ.base);
-  shells.resize(organs.size());
-  for (std::size_t o = 0; o < shells.size(); ++o) {
-    const std::vector<ShellMatrix>& world = organs[o].shell;
-    std::vector<Columns>& placed = shells[o];
-    placed.resize(world.size());
-    constexpr std::size_t kGrain = 1 << 10;
-    parallel_pieces(std::size_t{0}, world.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t f = first; f < last; ++f) {
-        ShellMatrix metric = pose.rotation * world[f];
-        metric.col(0) += pose.translation;
-        placed[f].topRows<3>() = metric.cast<float>();
-        placed[f].row(3).setZero();
-      }
-    });
+  skins.resize(organs.size());
+  for (std::size_t o = 0; o < skins.size(); ++o) {
+    const DrawnSkin drawn = organs[o]->drawn_skin();
+    const bool own = drawn.cut_into == 1;
+    Skin& skin = skins[o];
+    skin.drawn_base = &drawn.base, skin.cut_into = drawn.cut_into;
+    skin.shell.clear(), skin.drawn_shell.clear();
+    if (own || with_places) place_faces(organs[o]->shell_matrices(), pose, skin.shell);
+    if (!own) place_faces(drawn.shell, pose, skin.drawn_shell);
   }
 }
 
-bool Moment::faces_eye(std::size_t organ, const BoundPixel& point) const {
-  const BaseLayer& base = *bases[organ];
+bool Moment::faces_eye(std::size_t organ, const BoundPixel& of_own) const {
+  const Skin& skin = skins[organ];
+  const bool own = skin.cut_into == 1;
+  const BoundPixel point = own ? of_own : on_drawn_skin(of_own, skin.cut_into);
+  const Columns& shell = own ? skin.shell[point.face] : skin.drawn_shell[point.face];
+  const BaseLayer& base = *skin.drawn_base;
   const int n = static_cast<int>(base.steps);
   const float step = 1 / static_cast<float>(n);
   const float* heights = &base.height_mm[std::size_t(point.face) * base.nodes_per_face()];
-  const auto node = [&](int i, int j) {
-    BoundPixel at;
-    at.face = point.face;
-    at.b1 = step * static_cast<float>(i), at.b2 = step * static_cast<float>(j);
-    at.height_mm = heights[base_node_index(base.steps, static_cast<std::uint32_t>(i),
-                                           static_cast<std::uint32_t>(j))];
-    return place(organ, at);
+  const auto node = [&](int i, int j) -> Eigen::Vector3f {
+    const float height_mm = heights[base_node_index(base.steps, static_cast<std::uint32_t>(i),
+                                                    static_cast<std::uint32_t>(j))];
+    return shell_point(shell, step * static_cast<float>(i), step * static_cast<float>(j), height_mm)
+        .head<3>();
   };
   const float u = point.b1 * static_cast<float>(n), v = point.b2 * static_cast<float>(n);
   const int i = std::clamp(static_cast<int>(u), 0, n - 1),
@@ -317,18 +332,17 @@ void TruthTracker::advance(const Player& player, const View& view, const std::ve
                        player.bundle(organ).manifest.name +
                        "' has been cut; leave out the layers, or the blade");
   }
-  std::vector<DrawnOrgan> organs;
-  for (std::size_t o = 0; o < player.organ_count(); ++o)
-    organs.push_back({player.bundle(o).base, player.shell_matrices(o)});
+  std::vector<const Warper*> organs;
+  for (std::size_t o = 0; o < player.organ_count(); ++o) organs.push_back(&player.drawn(o));
   advance(organs, view, tools, picture);
 }
 
-void TruthTracker::advance(const std::vector<DrawnOrgan>& organs, const View& view,
+void TruthTracker::advance(std::span<const Warper* const> organs, const View& view,
                            const std::vector<Solid>& tools, Frame& picture) {
   if (picture.bound.empty())
     throw UsageError("the truth of a picture needs it drawn with its bound pixels kept");
   ++pictures_;
-  moments_[pictures_ % 2].take(organs, view, tools);
+  moments_[pictures_ % 2].take(organs, view, tools, layers_.flow || layers_.normals);
   take_pixels(moments_[pictures_ % 2], layers_, picture, truths_[pictures_ % 2]);
 }
 

@@ -5,7 +5,10 @@
 #include "organbake/warp/warper.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <limits>
+#include <mutex>
 
 #include "drawing/base_drawing.h"
 #include "drawing/tile_drawing.h"
@@ -22,15 +25,6 @@
 
 namespace organbake {
 namespace {
-
-std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
-                                  const RigidTransform& frame_from_world) {
-  for (ShellMatrix& matrix : matrices) {
-    matrix = frame_from_world.rotation * matrix;
-    matrix.col(0) += frame_from_world.translation;
-  }
-  return matrices;
-}
 
 std::uint64_t next_id() {
   static std::atomic<std::uint64_t> last{0};
@@ -51,6 +45,13 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   frame.organ.clear();
 }
 
+// Shared by all that draw an organ side by side, from threads of their own.
+struct CoarserOrgans {
+  static constexpr int kHalvings = 3;
+  std::mutex making;
+  std::array<std::shared_ptr<CoarserOrgan>, kHalvings> by_halvings;
+};
+
 }  // namespace
 
 struct Warper::Impl {
@@ -63,6 +64,7 @@ struct Warper::Impl {
   std::shared_ptr<SampleStore> store;
   std::optional<RelitSkin> relit;   // when the bundle knows its light
   std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
+  std::optional<Lighting> lighting;
   // By face, once blades have cut: tissue beside cuts opens gaps between samples anywhere.
   std::vector<std::uint8_t> parted;
   LastDrawing last;
@@ -75,6 +77,15 @@ struct Warper::Impl {
   TileDrawing tiles;
   PostProcess post_process;
 
+  // For pictures of large pixels, until a blade cuts the organ: it over fewer faces, and that
+  // drawn, by how often its maps are halved. Made when a picture first asks for it.
+  std::vector<PosedCamera> cameras;
+  double texel_mm = 0;  // where the organ is nearest to them, their mean
+  std::shared_ptr<CoarserOrgans> coarser;
+  std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings> coarse;
+  const CoarserOrgan* drawn_for = nullptr;  // of whom this is one
+  const Impl* last_drawn = nullptr;         // of them, where the last picture was of one
+
   // whole: of the organ before blades cut it into `parts`, where they have.
   Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole = nullptr,
        const CutOrgan::FaceParts& parts = {});
@@ -82,8 +93,13 @@ struct Warper::Impl {
              const DrawOptions& options) const;
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
+  // What draws the organ in a view: this, or one of it over fewer faces.
+  Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view);
+  // Poses the organ for one that drew it instead.
+  void pose_undrawn(const std::vector<Eigen::Vector3d>& positions);
 
  private:
+  Bundle without_maps() const;
   ViewWeights choose_cameras(const View& view);
   void place_faces(const View& view, const DrawOptions& options, bool continued);
   VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
@@ -110,6 +126,15 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   };
 }
 
+// The size of a camera's pixel on the nearest of some points; 0 or less where one is not before it.
+double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& camera) {
+  const auto& [rotation, translation] = camera.camera_from_world;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& point : points)
+    nearest = std::min(nearest, rotation.row(2).dot(point) + translation.z());
+  return nearest / std::max(camera.intrinsics.fx, camera.intrinsics.fy);
+}
+
 // Whether each face is a part of a cut one, or new, or lies otherwise than in the whole organ.
 std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
                                        const std::vector<ShellMatrix>& whole,
@@ -132,13 +157,17 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       manifold(bundle.cameras.manifold),
       rest(shell.matrices()),
       store(std::move(samples)),
+      lighting(bundle.lighting),
       parted(whole ? parted_faces(rest, whole->rest, parts) : std::vector<std::uint8_t>{}),
       base(bundle.base, rest),
       post_process((bundle.lighting ? bundle.lighting->scope : std::nullopt)
                        .value_or(ScopeLight())
                        .offset_mm,
-                   bundle.lighting ? bundle.lighting->finish : SkinFinish()) {
+                   bundle.lighting ? bundle.lighting->finish : SkinFinish()),
+      cameras(bundle.cameras.cameras) {
   organ = bounds(shell.at_rest());
+  for (const PosedCamera& camera : cameras)
+    texel_mm += pixel_mm(shell.shell().proxy().vertices, camera) / double(cameras.size());
   if (bundle.lighting && bundle.base.face_count > 0) {
     const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
@@ -156,6 +185,43 @@ void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const Vi
     throw UsageError(
         "the bundle does not say in what light its colours were taken, or has no base layer: its "
         "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
+}
+
+// The fewest texels a side that are still no larger than a pixel where the organ is nearest: what
+// is finer no pixel shows, and a mean of it is nearer to what one should show than any.
+Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positions,
+                                     const View& view) {
+  if (!coarser || !(texel_mm > 0)) return *this;
+  const double texels = pixel_mm(positions, view.camera) / texel_mm;
+  int halvings = 0;
+  while (halvings < CoarserOrgans::kHalvings && texels >= 2 << halvings) ++halvings;
+  if (halvings == 0) return *this;
+  std::unique_ptr<Impl>& drawn = coarse[halvings - 1];
+  if (drawn) return *drawn;
+  const std::lock_guard lock(coarser->making);
+  std::shared_ptr<CoarserOrgan>& of = coarser->by_halvings[halvings - 1];
+  if (!of)
+    isolated([&] { of = std::make_shared<CoarserOrgan>(without_maps(), store, 1 << halvings); });
+  drawn = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
+  drawn->drawn_for = of.get();
+  return *drawn;
+}
+
+Bundle Warper::Impl::without_maps() const {
+  Bundle bundle;
+  bundle.proxy = shell.shell().proxy();
+  bundle.skin = shell.shell().skin();
+  bundle.cameras.cameras = cameras;
+  bundle.cameras.manifold = manifold;
+  bundle.base = base.layer();
+  bundle.lighting = lighting;
+  return bundle;
+}
+
+void Warper::Impl::pose_undrawn(const std::vector<Eigen::Vector3d>& positions) {
+  if (positions == shell.proxy_positions()) return;
+  last = LastDrawing();  // which is of another pose
+  shell.pose(positions);
 }
 
 // The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
@@ -251,6 +317,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .rest = options.keep_shown ? &rest : nullptr,
                .keep_bound = options.keep_bound,
+               .coarser = drawn_for,
                .smooth = options.light == DrawnLight::scope && scope,
                .background = background,
                .measure = options.measure});
@@ -273,6 +340,7 @@ Warper::Warper(const Bundle& bundle, ReadMaps read) {
   impl_ = std::make_unique<Impl>(bundle,
                                  std::make_shared<SampleStore>(bundle.cameras.cameras.size(),
                                                                binding(bundle, std::move(read))));
+  impl_->coarser = std::make_shared<CoarserOrgans>();
 }
 Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Warper::~Warper() = default;
@@ -295,23 +363,28 @@ Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
 }
 
 Warper Warper::beside(const Bundle& bundle) const {
-  return Warper(std::make_unique<Impl>(bundle, impl_->store));
+  auto impl = std::make_unique<Impl>(bundle, impl_->store);
+  impl->coarser = impl_->coarser;
+  return Warper(std::move(impl));
 }
 
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         const DrawOptions& options, Frame& frame) {
   impl_->check(positions, view, options);
-  LastDrawing& last = impl_->last;
-  const bool still = positions == impl_->shell.proxy_positions();
+  Impl& drawn = impl_->for_view(positions, view);
+  impl_->last_drawn = &drawn == impl_.get() ? nullptr : &drawn;
+  LastDrawing& last = drawn.last;
+  const bool still = positions == drawn.shell.proxy_positions();
   if (still)
     if (const auto report = last.unchanged(view, options, frame)) return *report;
-  const DrawReport report = impl_->draw(positions, view, options, frame);
+  const DrawReport report = drawn.draw(positions, view, options, frame);
   last.remember(view, options, report, still, frame);
   return report;
 }
 
 OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit) {
   check_positions(positions, impl_->shell.shell().proxy());
+  impl_->last_drawn = nullptr;
   impl_->last = LastDrawing();  // what is posed here is drawn elsewhere
   impl_->shell.pose(positions);
   OrganSource source{.id = impl_->id,
@@ -354,7 +427,15 @@ DrawnLight Warper::default_light() const {
   if (!impl_->relit) return DrawnLight::baked;
   return impl_->scope ? DrawnLight::scope : DrawnLight::world;
 }
-const std::vector<ShellMatrix>& Warper::shell_matrices() const { return impl_->shell.matrices(); }
+const std::vector<ShellMatrix>& Warper::shell_matrices() const {
+  if (const Impl* drawn = impl_->last_drawn) impl_->pose_undrawn(drawn->shell.proxy_positions());
+  return impl_->shell.matrices();
+}
+DrawnSkin Warper::drawn_skin() const {
+  const Impl& drawn = impl_->last_drawn ? *impl_->last_drawn : *impl_;
+  return {drawn.base.layer(), drawn.shell.matrices(),
+          drawn.drawn_for ? drawn.drawn_for->cut_into() : 1};
+}
 void Warper::bind_all() { impl_->store->require_all(); }
 void Warper::bind_ahead() { impl_->store->make_ahead(); }
 bool Warper::bind_next() { return impl_->store->make_next(); }

@@ -224,6 +224,80 @@ TEST(Warper, ATinyTurnIsATinyChange) {
   }
 }
 
+// Every `side`² pixels as one: their mean in linear light, or the middle one of them.
+Rgb8Image shrunk(const Rgb8Image& image, int side, bool mean) {
+  Rgb8Image small(image.width / side, image.height / side);
+  for (int i = 0; i < small.width * small.height; ++i) {
+    const int x = side * (i % small.width), y = side * (i / small.width);
+    const auto at = [&](int right, int down) {
+      return 3 * (std::size_t(y + down) * image.width + x + right);
+    };
+    for (int c = 0; c < 3; ++c) {
+      float sum = 0;
+      for (int k = 0; k < side * side; ++k)
+        sum += linear_from_srgb8()[image.pixels[at(k % side, k / side) + c]];
+      small.pixels[3 * std::size_t(i) + c] =
+          mean ? srgb8_from_linear(sum / static_cast<float>(side * side))
+               : image.pixels[at(side / 2, side / 2) + c];
+    }
+  }
+  return small;
+}
+
+// Of a view whose pixels are as large as four texels a side: what sixteen of a picture four times
+// as large mix to, and far nearer to it than any one of them, at rest and in a dent.
+TEST(Warper, ASmallPictureShowsTheMeanOfItsTexels) {
+  constexpr int kSide_px = 32, kTexels = 4;
+  constexpr double kGain_db = 3;
+  const Bundle& bundle = lumpy_organ();
+  const Eigen::Vector3d from(0.4, -1, 0.3);
+  const View view = view_from(bundle, from, kSide_px);
+  std::vector<std::uint8_t> within(std::size_t(kSide_px) * kSide_px);  // no outline is near
+  for (int i = 0; i < kSide_px * kSide_px; ++i)
+    within[i] = std::hypot(i % kSide_px - kSide_px / 2, i / kSide_px - kSide_px / 2) < kSide_px / 5;
+  for (const double depth_mm : {0.0, 12.0}) {
+    const auto positions = dented(bundle.proxy, from, depth_mm);
+    Warper warper(bundle), one_thread(bundle);
+    Frame small, large, alone;
+    const DrawReport coarse = warper.draw(positions, view, on_black(), small);
+    const DrawReport fine =
+        warper.draw(positions, view_from(bundle, from, kTexels * kSide_px), on_black(), large);
+    EXPECT_NEAR(coarse.texel_mm / fine.texel_mm, kTexels, 0.2);
+    EXPECT_LT(double(coarse.samples_drawn) * kTexels * kTexels, 1.3 * double(fine.samples_drawn));
+    const Rgb8Image mean = shrunk(large.color, kTexels, true),
+                    middle = shrunk(large.color, kTexels, false);
+    EXPECT_GT(compare_images(small.color, mean, within).psnr_db,
+              compare_images(middle, mean, within).psnr_db + kGain_db);
+    const ThreadLimit limit(1);
+    one_thread.draw(positions, view, on_black(), alone);
+    EXPECT_EQ(alone.color.pixels, small.color.pixels);
+  }
+}
+
+// Going away, where a view takes half as many texels a side as before.
+TEST(Warper, FewerTexelsAreNoJump) {
+  constexpr double kStep = 1.002, kLargestMean = 0.005 * 255;
+  Warper warper(lumpy_organ());
+  std::array<Frame, 2> frames;
+  float texel_mm = 0;
+  int halved = 0;
+  for (double away = 1.6; away < 6; away *= kStep) {
+    const View view = view_round(lumpy_organ().cameras, 0.5, 0.3, away, 128, 128);
+    std::swap(frames[0], frames[1]);
+    const float now_mm =
+        warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frames[1]).texel_mm;
+    if (texel_mm > 0 && now_mm > 1.5f * texel_mm) {
+      ++halved;
+      double sum = 0;
+      const auto &was = frames[0].color.pixels, &is = frames[1].color.pixels;
+      for (std::size_t i = 0; i < is.size(); ++i) sum += std::abs(int(is[i]) - int(was[i]));
+      EXPECT_LT(sum / double(is.size()), kLargestMean) << away;
+    }
+    texel_mm = now_mm;
+  }
+  EXPECT_EQ(halved, 2);
+}
+
 TEST(Warper, RefusesWhatItCannotDraw) {
   Warper warper(lumpy_organ());
   Frame frame;

@@ -234,6 +234,7 @@ void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, 
       const BaseTile::BoundPoint& base = tile.base->bound[at];
       bound[i] = {base.face, base.b1, base.b2, base.height_mm, tile.base->depth[at], sum.weight[i]};
     }
+    if (tile.coarser && bound[i].has_skin()) tile.coarser->bind_to_whole(bound[i]);
   }
 }
 

@@ -265,6 +265,7 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
   layers.relit = placed_->relit;
   layers.rest = placed_->rest;
   layers.keep_bound = placed_->keep_bound;
+  layers.coarser = placed_->coarser;
   std::array<const TileKeys*, 3> drawn;
   for (const ActiveCamera& camera : placed_->cameras) {
     const auto chunks = camera.tiles[tile];

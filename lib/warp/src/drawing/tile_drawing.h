@@ -66,6 +66,7 @@ struct TileLayers {
   const RelitSkin* relit = nullptr;
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   bool keep_bound = false;                         // fill the frame's bound pixels
+  const CoarserOrgan* coarser = nullptr;           // that is drawn in place of the whole one
   bool smooth = false;                             // by SampleSet::smooth
   float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
@@ -141,6 +142,7 @@ struct PlacedFrame {
   const RelitSkin* relit;                // nullptr: the light that was baked
   const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
   bool keep_bound;                       // tell where the skin of each pixel is bound
+  const CoarserOrgan* coarser;           // that is drawn; nullptr: the whole organ
   bool smooth;                           // colours run on over texels' borders (SmoothDetail)
   const Background& background;
   bool measure;

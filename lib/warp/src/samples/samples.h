@@ -17,6 +17,7 @@
 #include "organbake/core/background.h"
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell.h"
+#include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {
@@ -198,6 +199,32 @@ class SampleStore {
   Make make_;
   std::size_t next_ = 0;    // all before it were made
   BackgroundThread ahead_;  // last: it ends while the rest is there
+};
+
+std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
+                                  const RigidTransform& frame_from_world);
+
+// An organ for pictures whose pixels hold several of its texels: over the proxy's faces in place of
+// its skin's, with 1 / shrink as many texels and nodes of the base layer a side. Small pictures
+// cost by their pixels then, not by what the organ was baked in. Made of one that no blade has cut.
+class CoarserOrgan {
+ public:
+  // whole: its maps are not needed; the samples of its cameras are made where they are not.
+  CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink);
+  CoarserOrgan(const CoarserOrgan&) = delete;
+
+  const Bundle& bundle() const { return bundle_; }  // without maps
+  SampleStore& samples() { return samples_; }
+  std::uint32_t cut_into() const { return steps_; }  // steps of the whole one's skin
+  // Binds what a pixel shows, which has skin, to the whole organ's.
+  void bind_to_whole(BoundPixel& pixel) const;
+
+ private:
+  std::uint32_t steps_;  // of the whole skin
+  Bundle bundle_;
+  std::vector<ShellMatrix> rest_, whole_rest_;  // by face, world
+  std::shared_ptr<SampleStore> whole_samples_;
+  SampleStore samples_;
 };
 
 // Throws BadDataError unless cameras, viewing manifold, base layer and proxy go together; the maps

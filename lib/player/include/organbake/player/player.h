@@ -157,10 +157,8 @@ class Player {
   const LipGape* gape(std::size_t organ = 0) const {
     return is_cut(organ) ? &organ_at(organ).cutting->gape() : nullptr;
   }
-  // Of one organ's shell, as it was last drawn, world mm, by face.
-  const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
-    return organ_at(organ).shown().shell_matrices();
-  }
+  // What an organ was last drawn by.
+  const Warper& drawn(std::size_t organ = 0) const { return organ_at(organ).shown(); }
   TissueSolver solver() const { return options_.solver.value_or(TissueSolver::springs); }
   // The solver in words, with the number of its tetrahedra: "finite elements (312 tetrahedra)".
   std::string solver_text() const;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,28 +40,31 @@ const std::vector<std::string>& layer_names();
 // "depth,mask" or "all". Throws UsageError for another name, saying which there are.
 LayerSet layers_from(std::string_view text);
 
-// An organ as it was last drawn.
-struct DrawnOrgan {
-  const BaseLayer& base;
-  const std::vector<ShellMatrix>& shell;  // world mm, by face
-};
-
 // Where everything lay when a picture was drawn: enough to say where any of its points was then.
 struct Moment {
   // A shell matrix in the camera's frame, mm; each column in a register of its own.
   using Columns = Eigen::Matrix<float, 4, 9>;
 
-  View view;
-  std::vector<std::vector<Columns>> shells;  // by organ and face
-  std::vector<Solid> solids;
-  std::vector<const BaseLayer*> bases;  // by organ; the player's
+  struct Skin {
+    std::vector<Columns> shell;  // by face; empty unless asked for
+    // What the picture was drawn of, where that is not the organ's own skin; else its faces alone
+    // are told, above.
+    std::vector<Columns> drawn_shell;
+    const BaseLayer* drawn_base = nullptr;  // the warper's
+    std::uint32_t cut_into = 1;
+  };
 
-  void take(const std::vector<DrawnOrgan>& organs, const View& from,
-            const std::vector<Solid>& tools);
+  View view;
+  std::vector<Skin> skins;  // by organ
+  std::vector<Solid> solids;
+
+  // organs: as each was drawn last. with_places: whether place() is asked for.
+  void take(std::span<const Warper* const> organs, const View& from,
+            const std::vector<Solid>& tools, bool with_places);
 
   // Of a bound point, camera mm.
   Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {
-    const Columns& m = shells[organ][p.face];
+    const Columns& m = skins[organ].shell[p.face];
     return shell_point(m, p.b1, p.b2, p.height_mm).head<3>();
   }
 
@@ -122,7 +126,7 @@ class TruthTracker {
   void advance(const Player& player, const View& view, const std::vector<Solid>& tools,
                Frame& picture);
   // The same of organs that are drawn without a player, uncut.
-  void advance(const std::vector<DrawnOrgan>& organs, const View& view,
+  void advance(std::span<const Warper* const> organs, const View& view,
                const std::vector<Solid>& tools, Frame& picture);
   void forget() { pictures_ = 0; }
 

@@ -20,6 +20,16 @@ struct OrganSource;
 struct SampleSource;
 struct ScopeShading;
 
+// The skin that a picture shows: the organ's own, or where pixels are larger than its texels one of
+// fewer faces over it (CoarserOrgan).
+struct DrawnSkin {
+  const BaseLayer& base;
+  const std::vector<ShellMatrix>& shell;  // by its faces, world mm
+  std::uint32_t cut_into = 1;             // cut_into² of the organ's own faces lie over each of it
+};
+// Where a place of the organ's own skin lies on it; the height stays what it is over its own.
+BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into);
+
 // The way of a frame, room by room of this module (each includes from those before it only):
 //   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, spans of a row.
 //   samples    once per bundle: a camera's maps become samples, bound to the shell's faces, in
@@ -80,6 +90,8 @@ class Warper {
 
   // The shell as it was last drawn, world mm, by face.
   const std::vector<ShellMatrix>& shell_matrices() const;
+  // What the last picture was drawn of; leads into the Warper.
+  DrawnSkin drawn_skin() const;
 
   // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
   // then never waits. Frames are the same either way.

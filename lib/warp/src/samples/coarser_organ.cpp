@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// An organ for pictures whose pixels are larger than its texels. In: the organ and its cameras'
+// samples. Out: the same over the proxy's own faces, which are fewer and larger than the skin's,
+// with maps of half, a quarter or an eighth as many texels a side, each of which tells the mean of
+// those it stands for: a pyramid of images (Williams 1983), of posed faces as well as of texels.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "organbake/core/parallel.h"
+#include "organbake/warp/draw_options.h"
+#include "organbake/warp/warper.h"
+#include "samples/samples.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A place on a surface's face.
+struct FacePlace {
+  std::uint32_t face;
+  Vector2d at;  // b1, b2
+};
+
+// The skin's face at a place of the proxy's face, which is cut into steps² (smooth_skin_faces()).
+FacePlace skin_place(std::uint32_t proxy_face, const Vector2d& at, std::uint32_t steps) {
+  const auto cell = [](double along, std::uint32_t last) {
+    return std::min(static_cast<std::uint32_t>(std::max(along, 0.0)), last);
+  };
+  const double u = at.x() * steps, v = at.y() * steps;
+  const std::uint32_t i = cell(u, steps - 1), j = cell(v, steps - 1 - i);
+  const double along = u - i, down = v - j;
+  // The faces of the rows before, each two shorter than the last.
+  const std::uint32_t face = proxy_face * steps * steps + i * (2 * steps - i) + 2 * j;
+  if (along + down > 1 && i + j + 2 <= steps) return {face + 1, {along + down - 1, 1 - along}};
+  return {face, {along, down}};
+}
+
+// The other way round.
+FacePlace proxy_place(std::uint32_t skin_face, const Vector2d& at, std::uint32_t steps) {
+  std::uint32_t left = skin_face % (steps * steps), i = 0;
+  for (std::uint32_t row = 2 * steps - 1; left >= row; row -= 2, ++i) left -= row;
+  const Vector2d cell(i, left / 2);
+  const Vector2d within =
+      left % 2 == 0 ? at : Vector2d(1 - at.y(), at.x() + at.y());  // the quad's other triangle
+  return {skin_face / (steps * steps), (cell + within) / steps};
+}
+
+// Binds a point to a face by Newton's method, from a place near by. The shell map is all but linear
+// over a face: each step leaves a hundredth of what was wrong.
+ShellBinding bound_near(const ShellMatrix& shell, const Vector3d& point_mm, const FacePlace& from,
+                        int steps = 3) {
+  Vector3d at(from.at.x(), from.at.y(), 0);
+  for (int step = 0; step < steps; ++step) {
+    const Vector3d more = shell_jacobian(shell, at.x(), at.y(), at.z()).inverse() *
+                          (point_mm - shell_point(shell, at.x(), at.y(), at.z()));
+    if (!more.allFinite()) break;  // a collapsed prism
+    at += more;
+  }
+  return {from.face, at.x(), at.y(), at.z()};
+}
+
+// The proxy's corners alone, where the skin puts them: they are its first nodes.
+SmoothSkin corners_of(const SmoothSkin& skin, std::size_t vertices) {
+  SmoothSkin corners;
+  corners.steps = 1;
+  corners.first.assign(skin.first.begin(),
+                       skin.first.begin() + static_cast<std::ptrdiff_t>(vertices) + 1);
+  const auto carriers = static_cast<std::ptrdiff_t>(corners.first.back());
+  corners.carrier.assign(skin.carrier.begin(), skin.carrier.begin() + carriers);
+  corners.weight.assign(skin.weight.begin(), skin.weight.begin() + carriers);
+  return corners;
+}
+
+// The maps that a camera's samples were bound from, but for what they don't keep: what nothing is
+// drawn from.
+CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
+                   const std::vector<ShellMatrix>& rest_in_camera) {
+  const Intrinsics& lens = camera.intrinsics;
+  const std::size_t texels = std::size_t(lens.width) * lens.height;
+  CameraMaps maps;
+  maps.width = lens.width, maps.height = lens.height;
+  maps.depth_mm.resize(texels);
+  maps.color.resize(texels);
+  maps.face.assign(texels, kNoFace);
+  maps.confidence.resize(texels);
+  const auto put = [&](std::size_t slot) {
+    const std::uint32_t face = samples.face(slot);
+    const std::array<float, 3> b = samples.bound(slot);
+    const Vector3d point = shell_point(rest_in_camera[face], b[0], b[1], b[2]);
+    const Vector2d at = project(lens, point);
+    const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
+    if (x < 0 || y < 0 || x >= lens.width || y >= lens.height) return;  // by its rounding
+    const std::size_t texel = std::size_t(y) * lens.width + x;
+    const auto linear = [&](int shift) {
+      const float root = static_cast<float>(samples.detail[slot] >> shift & 255u) / 255;
+      return root * root;
+    };
+    maps.depth_mm[texel] = static_cast<float>(point.z());
+    maps.color[texel] = {linear(0), linear(8), linear(16)};
+    maps.face[texel] = face;
+    maps.confidence[texel] = static_cast<float>(samples.detail[slot] >> 24 & 255u) / 255;
+  };
+  for (std::size_t c = 0; c < samples.chunks.size(); ++c)
+    for (std::size_t i = 0; i < samples.chunks[c].count; ++i) put(c * kChunk + i);
+  return maps;
+}
+
+// The texels that one stands for, where they show one surface.
+struct TexelBlock {
+  std::vector<std::size_t> texels;  // in use, by depth
+
+  TexelBlock(const CameraMaps& maps, int x0, int y0, int shrink, float steepest) {
+    for (int y = y0; y < std::min(y0 + shrink, maps.height); ++y)
+      for (int x = x0; x < std::min(x0 + shrink, maps.width); ++x)
+        if (const std::size_t texel = std::size_t(y) * maps.width + x; maps.face[texel] != kNoFace)
+          texels.push_back(texel);
+    if (texels.empty()) return;
+    const auto depth = [&](std::size_t texel) { return maps.depth_mm[texel]; };
+    std::sort(texels.begin(), texels.end(),
+              [&](std::size_t a, std::size_t b) { return depth(a) < depth(b); });
+    const float middle = depth(texels[texels.size() / 2]);
+    const float reach = steepest * static_cast<float>(shrink) * middle;
+    std::erase_if(texels, [&](std::size_t t) { return !(std::abs(depth(t) - middle) <= reach); });
+  }
+};
+
+// One texel for shrink² of them, where at least half of those show one surface: an outline then
+// lies where it lay, on average. Heights are those over `to`, the faces that are drawn.
+CameraMaps shrunk(const CameraMaps& maps, const PosedCamera& small, int shrink, std::uint32_t steps,
+                  const std::vector<ShellMatrix>& to) {
+  constexpr float kSteepest = 6;  // texels of depth to one across: beyond, it is another surface
+  const float steepest =
+      kSteepest / static_cast<float>(shrink * std::sqrt(small.intrinsics.fx * small.intrinsics.fy));
+  CameraMaps out;
+  out.width = small.intrinsics.width, out.height = small.intrinsics.height;
+  const std::size_t texels = std::size_t(out.width) * out.height;
+  out.depth_mm.assign(texels, std::numeric_limits<float>::infinity());
+  out.color.assign(texels, Eigen::Vector3f::Zero());
+  out.height_mm.assign(texels, 0);
+  out.face.assign(texels, kNoFace);
+  out.confidence.assign(texels, 0);
+  const auto put = [&](int x, int y) {
+    const TexelBlock block(maps, shrink * x, shrink * y, shrink, steepest);
+    const std::size_t count = block.texels.size(), at = std::size_t(y) * out.width + x;
+    if (2 * count < static_cast<std::size_t>(shrink * shrink)) return;
+    double nearness = 0;  // planar over a plane, as depth is not
+    float sure = 0;
+    Eigen::Vector3f color = Eigen::Vector3f::Zero();
+    for (const std::size_t texel : block.texels) {
+      nearness += 1 / double(maps.depth_mm[texel]);
+      sure += maps.confidence[texel];
+      color += maps.confidence[texel] * maps.color[texel];
+    }
+    const std::size_t middle = block.texels[count / 2];
+    const double depth = double(count) / nearness;
+    const Vector3d point = depth * unproject(small.intrinsics, {x + 0.5, y + 0.5});
+    const FacePlace face = proxy_place(maps.face[middle], {1.0 / 3, 1.0 / 3}, steps);
+    out.depth_mm[at] = static_cast<float>(depth);
+    out.color[at] = color / std::max(sure, kLeastConfidence);
+    out.face[at] = face.face;
+    out.height_mm[at] = static_cast<float>(bound_near(to[face.face], point, face).height_mm);
+    out.confidence[at] = sure / static_cast<float>(count);
+  };
+  parallel_pieces(0, out.height, 8, [&](int y, int last) {
+    for (; y < last; ++y)
+      for (int x = 0; x < out.width; ++x) put(x, y);
+  });
+  return out;
+}
+
+// The base layer over the proxy's faces, its nodes `shrink` times as far apart. A camera sees one
+// where it sees all about it.
+BaseLayer shrunk(const BaseLayer& layer, const std::vector<ShellMatrix>& skin_rest,
+                 std::uint32_t steps, int shrink, const std::vector<ShellMatrix>& to) {
+  if (layer.face_count == 0) return {};
+  BaseLayer out;
+  out.face_count = static_cast<std::uint32_t>(to.size());
+  const std::uint32_t fine = steps * layer.steps;
+  out.steps = (fine + static_cast<std::uint32_t>(shrink) - 1) / static_cast<std::uint32_t>(shrink);
+  const std::size_t nodes = std::size_t(out.face_count) * out.nodes_per_face();
+  out.height_mm.resize(nodes), out.color.resize(nodes), out.seen_by.assign(nodes, ~0u);
+  const auto seen_about = [&](std::uint32_t face, const Vector2d& at) {
+    const double half = 0.5 / out.steps;
+    std::uint32_t seen = ~0u;
+    for (const Vector2d& off :
+         {Vector2d(0, 0), Vector2d(half, 0), Vector2d(-half, 0), Vector2d(0, half),
+          Vector2d(0, -half), Vector2d(half, -half), Vector2d(-half, half)}) {
+      const FacePlace near = skin_place(face, (at + off).cwiseMax(0).cwiseMin(1), steps);
+      for (const std::uint32_t node : lattice_mix(layer.steps, near.at).nodes)
+        seen &= layer.seen_by[std::size_t(near.face) * layer.nodes_per_face() + node];
+    }
+    return seen;
+  };
+  parallel_for(std::uint32_t{0}, out.face_count, [&](std::uint32_t face) {
+    each_node(out.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t to_node = std::size_t(face) * out.nodes_per_face() + node;
+      const Vector2d at(double(i) / out.steps, double(j) / out.steps);
+      const FacePlace on = skin_place(face, at, steps);
+      const LatticeMix mix = lattice_mix(layer.steps, on.at);
+      double height = 0;
+      Eigen::Vector3f color = Eigen::Vector3f::Zero();
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t from = std::size_t(on.face) * layer.nodes_per_face() + mix.nodes[k];
+        height += double(mix.weights[k]) * layer.height_mm[from];
+        color += mix.weights[k] * layer.color[from];
+      }
+      const Vector3d point = shell_point(skin_rest[on.face], on.at.x(), on.at.y(), height);
+      out.height_mm[to_node] =
+          static_cast<float>(bound_near(to[face], point, {face, at}).height_mm);
+      out.color[to_node] = color;
+      out.seen_by[to_node] = seen_about(face, at);
+    });
+  });
+  return out;
+}
+
+}  // namespace
+
+std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
+                                  const RigidTransform& frame_from_world) {
+  for (ShellMatrix& matrix : matrices) {
+    matrix = frame_from_world.rotation * matrix;
+    matrix.col(0) += frame_from_world.translation;
+  }
+  return matrices;
+}
+
+CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink)
+    : steps_(whole.skin ? whole.skin->steps : 1),
+      whole_rest_(shell_matrices(whole.shell().at_rest())),
+      whole_samples_(std::move(samples)),
+      samples_(whole.cameras.cameras.size(),
+               [this, shrink, cameras = whole.cameras.cameras](std::size_t c) {
+                 const RigidTransform& frame = cameras[c].camera_from_world;
+                 const PosedCamera& small = bundle_.cameras.cameras[c];
+                 const std::vector<ShellMatrix> rest = in_frame(rest_, frame);
+                 const CameraMaps maps =
+                     maps_of(whole_samples_->made(c), cameras[c], in_frame(whole_rest_, frame));
+                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest,
+                                         bundle_.lighting && bundle_.lighting->scope);
+               }) {
+  bundle_.proxy = whole.proxy;
+  if (whole.skin) bundle_.skin = corners_of(*whole.skin, whole.proxy.vertices.size());
+  bundle_.lighting = whole.lighting;
+  bundle_.cameras = whole.cameras;
+  for (PosedCamera& camera : bundle_.cameras.cameras) {
+    Intrinsics& k = camera.intrinsics;
+    k.width = (k.width + shrink - 1) / shrink, k.height = (k.height + shrink - 1) / shrink;
+    k.fx /= shrink, k.fy /= shrink, k.cx /= shrink, k.cy /= shrink;
+  }
+  rest_ = shell_matrices(bundle_.shell().at_rest());
+  bundle_.base = shrunk(whole.base, whole_rest_, steps_, shrink, rest_);
+}
+
+BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into) {
+  const FacePlace place = proxy_place(own.face, {own.b1, own.b2}, cut_into);
+  BoundPixel on = own;
+  on.face = place.face;
+  on.b1 = static_cast<float>(place.at.x()), on.b2 = static_cast<float>(place.at.y());
+  return on;
+}
+
+void CoarserOrgan::bind_to_whole(BoundPixel& pixel) const {
+  const FacePlace near = skin_place(pixel.face, {pixel.b1, pixel.b2}, steps_);
+  const Vector3d point = shell_point(rest_[pixel.face], pixel.b1, pixel.b2, pixel.height_mm);
+  const ShellBinding bound = bound_near(whole_rest_[near.face], point, near, 1);
+  pixel.face = near.face;
+  pixel.b1 = static_cast<float>(bound.b1), pixel.b2 = static_cast<float>(bound.b2);
+  pixel.height_mm = static_cast<float>(bound.height_mm);
+}
+
+}  // namespace organbake
