@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -13,8 +14,10 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
+#include "organbake/evaluation/frame_errors.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/phantom/phantom.h"
@@ -347,6 +350,64 @@ constexpr const char* kLiver =
     "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth_mm: 1.5, largest: 1}\n"
     "decimate: {faces: 300}\nmechanics: {young_modulus_kpa: 10}\nplace: {count: 12}\n";
 
+// A frame, and the mean light of sixteen pixels for each of its own.
+std::pair<Rgb8Image, TruthFrame> drawn_and_true(Player& player, const ScopeAim& aim,
+                                                double range_mm) {
+  constexpr int kWidth_px = 320, kSide = TruthFrame::kRaysPerSide;
+  DrawOptions options;
+  options.light = player.default_light();
+  Frame frame, fine;
+  player.draw(scope_view(aim, range_mm, kWidth_px), options, frame);
+  player.draw(scope_view(aim, range_mm, kSide * kWidth_px), options, fine);
+  const int width = frame.color.width, height = frame.color.height;
+  TruthFrame truth{Rgb8Image(width, height), {}, {}, {}};
+  truth.covered.assign(std::size_t(width) * height, 0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+      for (int k = 0; k < TruthFrame::kRaysPerPixel; ++k) {
+        const int u = kSide * x + k % kSide, v = kSide * y + k / kSide;
+        for (int c = 0; c < 3; ++c) sum[c] += linear_from_srgb8()[fine.color.at(u, v)[c]];
+        truth.covered[std::size_t(y) * width + x] +=
+            fine.cover[std::size_t(v) * fine.color.width + u] != Cover::background;
+      }
+      for (int c = 0; c < 3; ++c)
+        truth.color.at(x, y)[c] = srgb8_from_linear(sum[c] / TruthFrame::kRaysPerPixel);
+    }
+  return {std::move(frame.color), std::move(truth)};
+}
+
+// Light that is too fine for a pixel crawls: from frame to frame it steps by more than the truth.
+// move: brings the player to a share of its way, and tells from how far it is seen.
+void expect_no_crawl(Player& player, const std::string& what,
+                     const std::function<double(double share)>& move) {
+  const ScopeAim aim = scope_aim(player.bundle().proxy, {-0.2, -1, 0.1});
+  const int frames = cases(40, 200);
+  double largest = 0;
+  auto before = drawn_and_true(player, aim, move(0));
+  for (int k = 1; k < frames; ++k) {
+    auto now = drawn_and_true(player, aim, move(double(k) / (frames - 1)));
+    largest =
+        std::max(largest, switch_steps(before.first, now.first, before.second, now.second).excess);
+    before = std::move(now);
+  }
+  expect({what + ": largest step of 8 × 8 pixels beyond the supersampled truth's",
+          "% of full scale", 100 * largest / 255, 1.2});
+}
+
+void measure_crawl(Player& player) {
+  expect_no_crawl(player, "CT liver, an approach from 100 to 25 mm",
+                  [](double share) { return 100 - 75 * share; });
+  const ScopeAim aim = scope_aim(player.bundle().proxy, {-0.2, -1, 0.1});
+  expect_no_crawl(player, "CT liver, a poke of 10 mm from 50 mm", [&](double share) {
+    constexpr double kRadius_mm = 4, kDeepest_mm = 10, kRange_mm = 50;
+    player.step({{.position_mm = aim.point_mm + (kRadius_mm - kDeepest_mm * share) * aim.normal,
+                  .radius_mm = kRadius_mm,
+                  .active = true}});
+    return kRange_mm;
+  });
+}
+
 void measure_look(const std::string& look, const std::string& capture,
                   const std::vector<TissuePicture>& real, double target) {
   const TemporaryFolder folder;
@@ -366,6 +427,7 @@ void measure_look(const std::string& look, const std::string& capture,
     show(side_by_side(rendered.front().image, real.front().image),
          what + ", and a frame of the video");
   }
+  if (player.bundle().lighting->finish.relief_slope > 0) measure_crawl(player);
 }
 
 TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {

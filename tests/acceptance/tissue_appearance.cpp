@@ -115,6 +115,25 @@ void add_gradients(const LabPicture& p, TissueAppearance& a) {
   a.gradient_p95 = quantile(values, 0.95);
 }
 
+// Highlights that lie within some millimetres of each other are one group.
+double spread_mm(const cv::Mat& highlights) {
+  constexpr int kApart_px = 9;  // 2.7 mm
+  cv::Mat joined, labels, stats, centroids;
+  cv::dilate(highlights, joined,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kApart_px + 1, 2 * kApart_px + 1}));
+  const int groups = cv::connectedComponents(joined, labels);
+  std::vector<cv::Vec4d> sums(static_cast<std::size_t>(groups));  // count, x, y, squares
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x)
+      if (highlights.at<std::uint8_t>(y, x))
+        sums[static_cast<std::size_t>(labels.at<int>(y, x))] +=
+            cv::Vec4d(1, x, y, double(x) * x + double(y) * y);
+  double squares = 0, count = 0;
+  for (const cv::Vec4d& s : sums)
+    if (s[0] > 0) squares += s[3] - (s[1] * s[1] + s[2] * s[2]) / s[0], count += s[0];
+  return TissueAppearance::kGrain_mm * std::sqrt(squares / std::max(count, 1.0));
+}
+
 void add_highlights(const LabPicture& p, TissueAppearance& a) {
   const double pixel_mm2 = TissueAppearance::kGrain_mm * TissueAppearance::kGrain_mm;
   const double tissue_px = cv::countNonZero(p.tissue);
@@ -141,25 +160,6 @@ void add_highlights(const LabPicture& p, TissueAppearance& a) {
       std::log2(1 + sizes.size() * kTenSquareCentimetres_mm2 / (tissue_px * pixel_mm2));
   a.highlight_size = std::log2(std::max(quantile(sizes, 0.5), pixel_mm2));
   a.highlight_elongation = sizes.empty() ? 1 : elongation / static_cast<double>(sizes.size());
-}
-
-// Highlights that lie within some millimetres of each other are one group.
-double spread_mm(const cv::Mat& highlights) {
-  constexpr int kApart_px = 9;  // 2.7 mm
-  cv::Mat joined, labels, stats, centroids;
-  cv::dilate(highlights, joined,
-             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kApart_px + 1, 2 * kApart_px + 1}));
-  const int groups = cv::connectedComponents(joined, labels);
-  std::vector<cv::Vec4d> sums(static_cast<std::size_t>(groups));  // count, x, y, squares
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x)
-      if (highlights.at<std::uint8_t>(y, x))
-        sums[static_cast<std::size_t>(labels.at<int>(y, x))] +=
-            cv::Vec4d(1, x, y, double(x) * x + double(y) * y);
-  double squares = 0, count = 0;
-  for (const cv::Vec4d& s : sums)
-    if (s[0] > 0) squares += s[3] - (s[1] * s[1] + s[2] * s[2]) / s[0], count += s[0];
-  return TissueAppearance::kGrain_mm * std::sqrt(squares / std::max(count, 1.0));
 }
 
 void add_bands(const LabPicture& p, TissueAppearance& a) {
