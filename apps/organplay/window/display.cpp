@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "organbake/core/error.h"
@@ -27,6 +29,19 @@ std::string glfw_reason() {
 bool is_set(const char* variable) {
   const char* value = std::getenv(variable);
   return value && *value;
+}
+
+// A vector font of the system's, which most have one of; else empty.
+std::string system_font() {
+  for (const char* path : {"/usr/share/fonts/truetype/dejavu/DejaVuSansCondensed.ttf",
+                           "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                           "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+                           "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+                           "/usr/share/fonts/truetype/freefont/FreeSans.ttf"}) {
+    std::error_code unreadable;
+    if (std::filesystem::is_regular_file(path, unreadable)) return path;
+  }
+  return {};
 }
 
 // Started and ended with the window: a program has one.
@@ -138,7 +153,8 @@ double Display::scale() const {
   return panel_scale(size_px(), double(std::max(x, y)));
 }
 
-// ImGui's own letters, made anew where they have to be larger: enlarged ones would be blurred.
+// Letters are made anew where they have to be larger: enlarged ones would be blurred. ImGui's own,
+// of fixed pixels, where the system has none that it can read.
 void Display::fit_letters() {
   const double wanted = scale();
   if (wanted == impl_->letters) return;
@@ -149,12 +165,16 @@ void Display::fit_letters() {
   style.WindowBorderSize = 0;
   style.ScaleAllSizes(float(wanted));
   ImGui::GetStyle() = style;
-  ImFontConfig letters;
-  constexpr double kLetters_px = 13;
-  letters.SizePixels = float(std::floor(kLetters_px * wanted));
+  constexpr double kLetters_px = 15, kOwnLetters_px = 13;
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  atlas.AddFontDefault(&letters);
+  const std::string font = system_font();
+  if (font.empty() ||
+      !atlas.AddFontFromFileTTF(font.c_str(), float(std::floor(kLetters_px * wanted)))) {
+    ImFontConfig own;
+    own.SizePixels = float(std::floor(kOwnLetters_px * wanted));
+    atlas.AddFontDefault(&own);
+  }
   ImGui_ImplOpenGL2_DestroyFontsTexture();
   ImGui_ImplOpenGL2_CreateFontsTexture();
 }

@@ -37,7 +37,8 @@ void show_scope(WindowState& state, const Player& player, LiveSession& session) 
 void show_colors(WindowState& state) {
   int colors = static_cast<int>(state.colors);
   ImGui::SetNextItemWidth(-1);
-  ImGui::Combo("##colours", &colors, "colours of tissue\0displacement\0strain of the skin\0");
+  ImGui::Combo("##colours", &colors,
+               "colours of tissue\0how far it has moved\0how much it is stretched\0");
   state.colors = static_cast<FalseColors>(colors);
   if (state.colors == FalseColors::none) return;
   const bool strain = state.colors == FalseColors::strain;
@@ -49,14 +50,15 @@ void show_colors(WindowState& state) {
 }
 
 void show_lines(WindowState& state, const Player& player) {
-  ImGui::Checkbox("wire (1)", &state.proxy_lines);
+  ImGui::TextDisabled("lines of:");
+  ImGui::Checkbox("surface (1)", &state.proxy_lines);
   if (player.can_cut()) {
     ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-    ImGui::Checkbox("cells (4)", &state.tetrahedra_lines);
+    ImGui::Checkbox("inside (4)", &state.tetrahedra_lines);
   }
   ImGui::Checkbox("cameras (2)", &state.camera_lines);
   ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-  ImGui::Checkbox("VPM (3)", &state.manifold_lines);
+  ImGui::Checkbox("between (3)", &state.manifold_lines);
 }
 
 void show_beside(WindowState& state, const Player& player, const TruthPictures& truth) {
@@ -72,7 +74,8 @@ void show_beside(WindowState& state, const Player& player, const TruthPictures& 
   }
   int against = static_cast<int>(state.against);
   ImGui::SetNextItemWidth(-1);
-  ImGui::Combo("##against", &against, "no truth\0truth\0polygons\0difference to truth x 4\0");
+  ImGui::Combo("##against", &against,
+               "as it is drawn\0its true surface\0flat triangles\0difference x 4\0");
   state.against = static_cast<Against>(against);
   if (state.against == Against::nothing) return;
   ImGui::SetNextItemWidth(-1);
@@ -94,41 +97,58 @@ void show_look(WindowState& state, const Player& player, LiveSession& session,
 
 namespace {
 
+// A line of the readings: a name, and what is read beside it.
+template <class... Values>
+void reading(const char* name, const char* format, const Values&... values) {
+  constexpr float kNameShare = 0.48f;
+  ImGui::TextUnformatted(name);
+  ImGui::SameLine(kNameShare * ImGui::GetWindowWidth());
+  ImGui::Text(format, values...);
+}
+
 void show_contact(const WindowState& state, const LiveSession& session, const StepReport& step) {
-  ImGui::Text("force     %7.2f N", state.force_n);
-  ImGui::Text("at most   %7.2f N", state.largest_force_n);
-  ImGui::Text("depth     %7.1f mm", session.depth_mm());
-  ImGui::Text("contacts  %7zu", step.contacts);
-  if (step.tissue_contacts > 0) ImGui::Text("of tissue %7zu", step.tissue_contacts);
-  if (step.tool_contacts > 0) ImGui::Text("of tools  %7zu", step.tool_contacts);
+  reading("force", "%.2f N", state.force_n);
+  reading("at most", "%.2f N", state.largest_force_n);
+  reading("depth", "%.1f mm", session.depth_mm());
   if (step.recovered) ImGui::TextWrapped("The tissue's state was lost and reset.");
 }
 
+void show_touching(const StepReport& step) {
+  reading("tool touches at", "%zu points", step.contacts);
+  if (step.tissue_contacts > 0) reading("tissue on tissue", "%zu points", step.tissue_contacts);
+  if (step.tool_contacts > 0) reading("tools on tools", "%zu", step.tool_contacts);
+}
+
 void show_times(const PlayedFrame& last) {
-  ImGui::Text("deform    %7.2f ms", last.deform_ms);
-  ImGui::Text("draw      %7.2f ms%s", last.draw_ms, last.draw.unchanged ? "  unchanged" : "");
+  reading("moving tissue", "%.2f ms", last.deform_ms);
+  reading("drawing", "%.2f ms%s", last.draw_ms, last.draw.unchanged ? ", unchanged" : "");
   const DrawTimes& t = last.draw.times;
-  ImGui::TextDisabled("place %.2f  splat %.2f\nbase %.2f  blend %.2f\nfill %.2f  tools %.2f",
-                      t.transform, t.splat, t.base, t.resolve, t.fill, t.tools);
-  ImGui::Text("window    %7.0f pictures/s", ImGui::GetIO().Framerate);
+  for (const auto& [name, ms] :
+       {std::pair("  placing points", t.transform), std::pair("  drawing points", t.splat),
+        std::pair("  coarse skin below", t.base), std::pair("  blending cameras", t.resolve),
+        std::pair("  closing holes", t.fill), std::pair("  tools", t.tools)})
+    reading(name, "%.2f ms", ms);
 }
 
 void show_drawing(const DrawReport& draw) {
   const ViewWeights& w = draw.weights;
-  for (int i = 0; i < 3; ++i) {
-    if (w.weights[i] > 0) ImGui::Text("camera %-3u %6.1f %%", w.cameras[i], 100 * w.weights[i]);
-  }
-  ImGui::Text("samples   %7zu drawn", draw.samples_drawn);
-  ImGui::TextDisabled("skipped: %zu facing away,\n%zu outside", draw.samples_facing_away,
-                      draw.samples_outside_view);
-  ImGui::Text("holes     %7zu filled\n          %7zu left", draw.holes_before, draw.holes_after);
-  ImGui::Text("stretch   %7.1f px per texel", draw.largest_stretch_px);
+  for (int i = 0; i < 3; ++i)
+    if (w.weights[i] > 0) reading("from camera", "%u: %.0f %%", w.cameras[i], 100 * w.weights[i]);
+  reading("points drawn", "%zu", draw.samples_drawn);
+  reading("  facing away", "%zu", draw.samples_facing_away);
+  reading("  outside", "%zu", draw.samples_outside_view);
+  reading("holes", "%zu", draw.holes_before);
+  reading("  left open", "%zu", draw.holes_after);
+  reading("enlarged up to", "%.1f times", draw.largest_stretch_px);
 }
 
 }  // namespace
 
 void show_readings(const WindowState& state, const LiveSession& session, const PlayedFrame& last) {
   show_contact(state, session, last.step);
+  reading("pictures", "%.0f a second", ImGui::GetIO().Framerate);
+  if (!ImGui::CollapsingHeader("Details")) return;
+  show_touching(last.step);
   ImGui::Separator();
   show_times(last);
   ImGui::Separator();
@@ -203,12 +223,12 @@ bool all_have_tetrahedra(const Player& player) {
 
 void show_solver(WindowState& state, const Player& player, LiveSession& session) {
   if (!all_have_tetrahedra(player)) {
-    ImGui::TextDisabled("springs");
+    ImGui::TextDisabled("springs: cannot be cut");
     return;
   }
   int solver = player.solver() == TissueSolver::fem;
   ImGui::SetNextItemWidth(-1);
-  if (!ImGui::Combo("##solver", &solver, "springs\0finite elements\0")) return;
+  if (!ImGui::Combo("##solver", &solver, "springs: quick\0finite elements: cut\0")) return;
   const bool forgets = solver == 0 && has_blade(state.kind);
   if (forgets) state.kind = Ball{};
   session.set_solver(solver == 1 ? TissueSolver::fem : TissueSolver::springs);

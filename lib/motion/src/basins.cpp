@@ -12,8 +12,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "organbake/core/quantile.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 #include "organbake/motion/clip_motion.h"
