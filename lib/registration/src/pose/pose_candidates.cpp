@@ -83,48 +83,55 @@ std::optional<Foreground> find_foreground(const PhotoLevel& level) {
 double explained(const PhotoLevel& level, const Prediction& p) {
   constexpr double kFar = 0.7;  // standard deviations of the photograph
   constexpr int kRounds = 3;
+  constexpr double kRidge = 1e-7;
   // Beyond the cuts of an open surface nothing is known, so nothing is explained either.
   const auto known = [&](int x, int y) {
     return p.border_px.empty() || (p.contains(x, y) && p.border_px[p.index(x, y)] > 0);
   };
-  const auto row = [&](int x, int y) -> Eigen::Vector4d {  // lamp, background, 1, photograph
-    const bool inside = p.contains(x, y);
-    const float* phi = inside ? p.phi_at(p.index(x, y)) : nullptr;
-    return {inside ? phi[0] : 0, inside ? phi[p.basis - 1] : 1, 1,
-            level.luminance[level.index(x, y)]};
-  };
+  // Light, background, 1, photograph.
+  constexpr int kMost = ShadingBasis::kMost + 2;
+  using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+  const int n = p.basis + 1;
+  Row row(n + 1);
   const auto for_pixels = [&](const auto& use) {
     for (int y = 0; y < level.intrinsics.height; ++y)
-      for (int x = 0; x < level.intrinsics.width; ++x)
-        if (level.valid[level.index(x, y)]) use(row(x, y), known(x, y));
+      for (int x = 0; x < level.intrinsics.width; ++x) {
+        if (!level.valid[level.index(x, y)]) continue;
+        const float* phi = p.contains(x, y) ? p.phi_at(p.index(x, y)) : nullptr;
+        for (int j = 0; j < p.basis; ++j) row[j] = phi ? phi[j] : j == p.basis - 1;
+        row[n - 1] = 1;
+        row[n] = level.luminance[level.index(x, y)];
+        use(known(x, y));
+      }
   };
   double sum = 0, sum2 = 0, count = 0;
-  for_pixels([&](const Eigen::Vector4d& r, bool) {
-    sum += r[3];
-    sum2 += r[3] * r[3];
+  for_pixels([&](bool) {
+    sum += row[n];
+    sum2 += row[n] * row[n];
     ++count;
   });
   const double mean = sum / std::max(1.0, count), variance = sum2 - sum * mean;
   if (!(variance > 0)) return -1;
   const double far2 = kFar * kFar * variance / count;
-  Vector3d weights = Vector3d::Zero();
+  Row weights = Row::Zero(n);
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
-    for_pixels([&](const Eigen::Vector4d& r, bool is_known) {
+    Square m = Square::Zero(n + 1, n + 1);
+    for_pixels([&](bool is_known) {
       if (!is_known) return;
-      const double off = r[3] - weights.dot(r.head<3>());
-      m.selfadjointView<Eigen::Lower>().rankUpdate(r,
+      const double off = row[n] - weights.dot(row.head(n));
+      m.selfadjointView<Eigen::Lower>().rankUpdate(row,
                                                    round > 0 ? robust_weight(off * off / far2) : 1);
     });
     m = m.selfadjointView<Eigen::Lower>();
-    Eigen::Matrix3d normal = m.topLeftCorner<3, 3>();
-    normal.diagonal() = normal.diagonal() * (1 + 1e-9) + Vector3d::Constant(1e-12);
-    weights = solve_symmetric(normal, m.topRightCorner<3, 1>());
+    Square normal = m.topLeftCorner(n, n);
+    normal.diagonal() = normal.diagonal() * (1 + kRidge) + Row::Constant(n, 1e-12);
+    weights = solve_symmetric(normal, m.topRightCorner(n, 1));
   }
-  if (!(weights[0] > 0)) return -1;
+  if (p.basis == 2 && !(weights[0] > 0)) return -1;
   double left = 0;
-  for_pixels([&](const Eigen::Vector4d& r, bool is_known) {
-    const double off = r[3] - (is_known ? weights.dot(r.head<3>()) : mean);
+  for_pixels([&](bool is_known) {
+    const double off = row[n] - (is_known ? weights.dot(row.head(n)) : mean);
     left += std::min(far2, off * off);
   });
   return 1 - left / variance;

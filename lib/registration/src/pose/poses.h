@@ -138,9 +138,10 @@ struct Foreground {
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
 };
 
-// The share of the photograph's variance that lamp and background explain over all that counts: R²
-// at the best gain, offset and background level. What is far off costs no more than so much, so
-// that an instrument draws no pose its way. Negative when the lamp would have to darken.
+// The share of the photograph's variance that light and background explain over all that counts: R²
+// at the best weights of the whole basis, offset and background level. What is far off costs no
+// more than so much, so that an instrument draws no pose its way. Negative when a lamp alone would
+// have to darken.
 double explained(const PhotoLevel& level, const Prediction& prediction);
 
 // Poses to try on one level of a photograph. Where the organ stands out from a plain background,
