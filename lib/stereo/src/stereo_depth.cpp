@@ -145,14 +145,20 @@ double found_again(const EyeImage& left, const EyeImage& right, const DisparityR
   return share_of(disparity.known, left.diffuse);
 }
 
-// Of what is found again, how much chance alone would find: as much as is found in the right
-// picture upside down, where nothing of the left one is (a decoy; Elias & Gygi 2007).
-double share_by_chance(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
-                       double at_infinity) {
+// What a little that is found again is worth. As much as is found in the right picture upside down,
+// where nothing of the left one is, is chance (a decoy; Elias & Gygi 2007). And where more is found
+// at distances that were not asked for, the little within is a chance as well: both pictures of one
+// eye, another calibration, tissue that lies nearer or farther.
+void weigh_the_little(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
+                      double at_infinity, StereoDepth& result) {
+  constexpr double kWider_px = 32;  // of the coarsest level
   const double found = found_again(left, right, range, at_infinity);
-  return found > 0
-             ? std::min(1.0, found_again(left, upside_down(right), range, at_infinity) / found)
-             : 1;
+  result.chance_share =
+      found > 0 ? std::min(1.0, found_again(left, upside_down(right), range, at_infinity) / found)
+                : 1;
+  const DisparityRange wide{range.least_px - kWider_px, range.most_px + kWider_px};
+  const double anywhere = found_again(left, right, wide, at_infinity - kWider_px);
+  result.elsewhere_share = anywhere > found ? 1 - found / anywhere : 0;
 }
 
 void set_depth(const Plane& disparity, const Mask& inside, const PreparedFrame& left,
@@ -204,6 +210,7 @@ Mask lit_enough(const PreparedFrame& frame) {
 // Chosen by the study of organbench's suite `stereo`.
 constexpr double kLeastCovered = 0.05, kMostlyCovered = 0.5, kLeastLit = 0.4;
 constexpr double kSureByChance = 0.2, kMostByChance = 0.4;  // asked below kMostlyCovered
+constexpr double kMostElsewhere = 0.5;
 constexpr double kRowsApart_px = 1.0, kUnsure = 0.03;
 // Of the width; finer is the matching's own error, coarser than the most its windows do not follow.
 constexpr double kRowsUneven = 0.0009, kLeastUneven_px = 0.35, kMostUneven_px = 0.75;
@@ -230,6 +237,12 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
   if (result.covered_share < kLeastCovered) return judged(DepthVerdict::failed, "only " + covered);
   const std::string chance = ", of which " + percent(result.chance_share) +
                              " would be found by chance, in a picture of something else";
+  if (result.elsewhere_share > kMostElsewhere)
+    return judged(DepthVerdict::failed,
+                  "only " + covered +
+                      " at the distances that were asked for, and more at others: " +
+                      "are the pictures those of both eyes, of this calibration, and is the tissue "
+                      "within --nearest-mm and --farthest-mm?");
   if (result.chance_share > kMostByChance)
     return judged(DepthVerdict::failed, "only " + covered + chance);
   if (std::abs(result.rows_apart_px) > kRowsApart_px)
@@ -335,9 +348,8 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
   depth.noise = result.relative_sd;
   measure_coverage(inside, left, result);
   if (result.covered_share < kMostlyCovered)
-    result.chance_share =
-        share_by_chance(both.left.back(), both.right.back(), disparity_range(eyes, options, scale),
-                        eyes.disparity_at_infinity * scale);
+    weigh_the_little(both.left.back(), both.right.back(), disparity_range(eyes, options, scale),
+                     eyes.disparity_at_infinity * scale, result);
   depth.quality = judge_stereo(result, left);
   return result;
 }

@@ -169,6 +169,9 @@ TEST(StereoDepth, OfALittleThatIsNoChanceIsOk) {
                 other.at(0, y));
   EXPECT_EQ(depth_of_pair(eyes.rectifier, eyes.left.image, other).depth.quality.verdict,
             DepthVerdict::failed);
+  // One eye's picture twice: all of it at infinity, and a little by chance before.
+  EXPECT_EQ(depth_of_pair(eyes.rectifier, eyes.left.image, eyes.left.image).depth.quality.verdict,
+            DepthVerdict::failed);
 }
 
 constexpr int kWidth = 120, kHeight = 60;

@@ -25,8 +25,9 @@ struct StereoDepth {
   // is lit enough to match or has one; that is lit enough.
   double covered_share = 0, lit_share = 0;
   // Of what is found in both eyes, where that is less than half of what is lit: how much chance
-  // would find in a picture of something else.
-  double chance_share = 0;
+  // would find in a picture of something else; and how much of what is found at any distance lies
+  // at others than those that were asked for.
+  double chance_share = 0, elsewhere_share = 0;
   double relative_sd = 0;  // of the depth, median over what is matched
   // Of pictures that are made of squares, which match square by square: how far, as a share of the
   // depth, one step of it is from the next, median; else 0.
