@@ -91,6 +91,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # else it stands before each of them
 set(CPACK_DEBIAN_ORGANBAKE_PACKAGE_RECOMMENDS "organplay")
 set(CPACK_DEBIAN_ORGANPLAY_PACKAGE_SUGGESTS "organplay-window, organbake, ffmpeg")
 set(CPACK_DEBIAN_ORGANPLAY-WINDOW_PACKAGE_DEPENDS "organplay (= ${PROJECT_VERSION}-${debian_revision})")
+set(CPACK_DEBIAN_ORGANPLAY-WINDOW_PACKAGE_RECOMMENDS "fonts-dejavu-core")
 set(CPACK_DEBIAN_LIBORGANPLAY-DEV_PACKAGE_DEPENDS
     "libeigen3-dev, libtbb-dev, libssl-dev, libopenexr-dev, libpng-dev, libdeflate-dev, nlohmann-json3-dev, pkg-config")
 set(CPACK_DEBIAN_LIBORGANPLAY-DEV_PACKAGE_SHLIBDEPS OFF)
