@@ -3,16 +3,42 @@
 // tools were held: played again, the same solver holds them off in the same way.
 #include "organbake/player/live_session.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "line_crossing.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/framing.h"
-#include "skin_ahead.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 namespace {
+
+// The depth (mm) at which a pixel's ray first meets the skin as it lies now, whatever tools stand
+// before it and without its relief; nothing where it meets none. By its crossings with every face:
+// it is asked once for a touch, so that no tree is worth its upkeep.
+std::optional<double> skin_depth_mm(const Player& player, const View& view,
+                                    const Eigen::Vector2i& pixel) {
+  const PosedCamera& camera = view.camera;
+  const Eigen::Vector3d eye = camera.center_world_mm();
+  const Eigen::Vector2d middle = pixel.cast<double>() + Eigen::Vector2d(0.5, 0.5);
+  const Eigen::Vector3d ray =
+      camera.camera_from_world.rotation.transpose() * unproject(camera.intrinsics, middle);
+  std::optional<double> nearest;
+  for (std::size_t o = 0; o < player.organ_count(); ++o) {
+    const TriangleMesh skin = player.bundle_now(o).shell().posed(player.proxy_positions(o));
+    for (const auto& [a, b, c] : skin.faces) {
+      const std::optional<double> depth_mm =
+          line_crossing(eye, ray, skin.vertices[a], skin.vertices[b], skin.vertices[c]);
+      if (depth_mm && *depth_mm > view.near_mm && (!nearest || depth_mm < nearest))
+        nearest = depth_mm;
+    }
+  }
+  return nearest;
+}
 
 constexpr double kTurnPerPicture_rad = std::numbers::pi;  // a drag across the smaller side
 constexpr double kZoomPerStep = 0.9;

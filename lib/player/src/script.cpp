@@ -1,19 +1,243 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes and reads scripts (interaction.schema.json), and the orbit's camera between key frames by
-// a Catmull–Rom spline.
+// Writes and reads scripts (interaction.schema.json). Their camera has three forms: key frames on
+// an orbit, between which a Catmull-Rom spline leads, key frames of free poses, and one recorded
+// camera for each frame. Angles too large for radians are refused as degrees.
 #include "organbake/player/script.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/instruments/instrument_json.h"
+#include "organbake/player/script_camera.h"
 #include "organbake/warp/view.h"
-#include "script_camera_json.h"
 
 namespace organbake {
+namespace {
+
+constexpr double kFarthestEye_mm = 1e6;
+
+Eigen::Vector3d place_from(const JsonField& field) {
+  const Eigen::Vector3d place = field.vector3();
+  if (place.norm() > kFarthestEye_mm) field.fail("lies more than a kilometre away");
+  return place;
+}
+
+// The pose of an eye at one place that looks at another.
+RigidTransform looking_from(const JsonField& field) {
+  field.allow_only({"frame", "position_mm", "look_at_mm", "up_direction"});
+  const Eigen::Vector3d eye = place_from(field["position_mm"]),
+                        target = place_from(field["look_at_mm"]);
+  constexpr double kNearest_mm = 1e-3;
+  if ((target - eye).norm() < kNearest_mm)
+    field["look_at_mm"].fail("is where the eye is; a view needs a direction");
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  if (const auto written = field.find("up_direction")) {
+    up = written->vector3();
+    if (!std::isnormal(up.squaredNorm())) written->fail("must have a length");
+  }
+  return look_at(eye, target, up.normalized());
+}
+
+RigidTransform pose_from(const JsonField& field) {
+  field.allow_only({"rotation", "translation_mm"});
+  const JsonField rows = field["rotation"];
+  if (rows.size() != 3) rows.fail("must hold three rows");
+  Eigen::Matrix3d r;
+  for (int row = 0; row < 3; ++row) r.row(row) = rows.at(row).vector3().transpose();
+  const auto rotation = written_rotation(r);
+  if (!rotation) rows.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
+  return {*rotation, place_from(field["translation_mm"])};
+}
+
+std::optional<RigidTransform> free_pose_from(const JsonField& keyframe) {
+  if (const auto pose = keyframe.find("camera_from_world")) {
+    keyframe.allow_only({"frame", "camera_from_world"});
+    return pose_from(*pose);
+  }
+  if (keyframe.find("position_mm") || keyframe.find("look_at_mm")) return looking_from(keyframe);
+  return std::nullopt;
+}
+
+[[noreturn]] void refuse_as_degrees(const JsonField& angle) {
+  angle.fail("is " + to_text(angle.number()) + ": " + kAnglesAreRadians);
+}
+
+OrbitPose orbit_from(const JsonField& field) {
+  field.allow_only(
+      {"frame", "azimuth_rad", "elevation_rad", "distance", "roll_rad", "right", "up"});
+  OrbitPose pose;
+  pose.azimuth_rad = field["azimuth_rad"].number(-1e3, 1e3);
+  pose.elevation_rad = field["elevation_rad"].number(-1e3, 1e3);
+  if (!can_be_elevation(pose.elevation_rad)) refuse_as_degrees(field["elevation_rad"]);
+  constexpr double kNearest = 1e-3, kFarthest = 1e3;  // multiples of the capture distance
+  if (const auto distance = field.find("distance"))
+    pose.distance = distance->number(kNearest, kFarthest);
+  if (const auto roll = field.find("roll_rad")) {
+    pose.roll_rad = roll->number(-1e3, 1e3);
+    if (!can_be_azimuth(pose.roll_rad)) refuse_as_degrees(*roll);
+  }
+  if (const auto right = field.find("right")) pose.right = right->number(-1e3, 1e3);
+  if (const auto up = field.find("up")) pose.up = up->number(-1e3, 1e3);
+  return pose;
+}
+
+CameraKeyframe keyframe_from(const JsonField& field) {
+  CameraKeyframe key;
+  key.frame = static_cast<int>(field["frame"].integer(0, kMostScriptFrames));
+  key.camera_from_world = free_pose_from(field);
+  if (!key.camera_from_world) key.pose = orbit_from(field);
+  return key;
+}
+
+void read_keyframes(const JsonField& keyframes, Script& script) {
+  if (keyframes.size() == 0) keyframes.fail("must hold a keyframe");
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    script.camera.push_back(keyframe_from(keyframes.at(i)));
+    const CameraKeyframe& key = script.camera.back();
+    if (i > 0 && key.frame <= script.camera[i - 1].frame) {
+      keyframes.at(i)["frame"].fail("must be later than the keyframe's before");
+    }
+    if (key.camera_from_world.has_value() != script.camera.front().camera_from_world.has_value())
+      keyframes.at(i).fail("mixes an orbit with free poses; write all keyframes in one way");
+    if (key.camera_from_world) continue;
+    // A long interaction may go round many times, but no more than once to the next keyframe.
+    const double from = i > 0 ? script.camera[i - 1].pose.azimuth_rad : 0;
+    if (!can_be_azimuth(key.pose.azimuth_rad - from))
+      refuse_as_degrees(keyframes.at(i)["azimuth_rad"]);
+  }
+}
+
+Intrinsics lens_from(const JsonField& field, const Script& script) {
+  field.allow_only({"fx", "fy", "cx", "cy"});
+  if (script.width == 0) field.fail("needs the script's \"size\", in whose pixels it is given");
+  Intrinsics lens;
+  lens.width = script.width, lens.height = script.height;
+  constexpr double kSmallest = 1e-3, kLargest = 1e9;
+  lens.fx = field["fx"].number(kSmallest, kLargest);
+  lens.fy = field["fy"].number(kSmallest, kLargest);
+  lens.cx = field["cx"].number(-kLargest, kLargest);
+  lens.cy = field["cy"].number(-kLargest, kLargest);
+  return lens;
+}
+
+Json pose_json(const RigidTransform& pose) {
+  Json rotation = Json::array();
+  for (int row = 0; row < 3; ++row)
+    rotation.push_back(to_json(Eigen::Vector3d(pose.rotation.row(row))));
+  return {{"rotation", rotation}, {"translation_mm", to_json(pose.translation)}};
+}
+
+Json keyframe_json(const CameraKeyframe& key) {
+  if (key.camera_from_world)
+    return {{"frame", key.frame}, {"camera_from_world", pose_json(*key.camera_from_world)}};
+  return {{"frame", key.frame},
+          {"azimuth_rad", key.pose.azimuth_rad},
+          {"elevation_rad", key.pose.elevation_rad},
+          {"distance", key.pose.distance},
+          {"roll_rad", key.pose.roll_rad},
+          {"right", key.pose.right},
+          {"up", key.pose.up}};
+}
+
+RigidTransform free_pose_at(const Script& script, int frame) {
+  const KeyframeSpan at = keyframes_at(script, frame);
+  const auto pose = [&](int key) { return *script.camera[key].camera_from_world; };
+  if (at.a == at.b) return pose(at.a);
+  const Eigen::Quaterniond from(pose(at.a).rotation), to(pose(at.b).rotation);
+  const auto eye = [&](int key) -> Eigen::Vector3d { return pose(key).inverse().translation; };
+  Eigen::Vector3d center;
+  for (int k = 0; k < 3; ++k)
+    center[k] =
+        catmull_rom(eye(at.before)[k], eye(at.a)[k], eye(at.b)[k], eye(at.after)[k], at.share);
+  const Eigen::Matrix3d rotation = from.slerp(at.share, to).toRotationMatrix();
+  return {rotation, -(rotation * center)};
+}
+
+// A script's "camera": keyframes on an orbit or free ones, with intrinsics of its own, or a
+// recorded sequence of cameras.json, one camera a frame. Free keyframes move on a Catmull–Rom curve
+// and turn by slerp. `name` is the script's file: a recorded sequence lies relative to it. The
+// script's size and frames have been read. Throws BadDataError naming the key.
+void read_script_camera(const JsonField& camera, const std::string& name, Script& script) {
+  camera.allow_only({"keyframes", "intrinsics", "recorded"});
+  if (const auto recorded = camera.find("recorded")) {
+    camera.allow_only({"recorded"});
+    script.recorded_file = recorded->text();
+    const auto file = std::filesystem::path(name).parent_path() / script.recorded_file;
+    return take_recorded(read_cameras(file), file.string(), script);
+  }
+  read_keyframes(camera["keyframes"], script);
+  if (const auto lens = camera.find("intrinsics")) script.lens = lens_from(*lens, script);
+}
+
+Json script_camera_json(const Script& script) {
+  if (!script.recorded_file.empty()) return {{"recorded", script.recorded_file}};
+  Json keyframes = Json::array();
+  for (const CameraKeyframe& key : script.camera) keyframes.push_back(keyframe_json(key));
+  Json json = {{"keyframes", keyframes}};
+  if (script.lens)
+    json["intrinsics"] = {{"fx", script.lens->fx},
+                          {"fy", script.lens->fy},
+                          {"cx", script.lens->cx},
+                          {"cy", script.lens->cy}};
+  return json;
+}
+
+}  // namespace
+
+void take_recorded(const CameraSet& cameras, const std::string& name, Script& script) {
+  const auto& all = cameras.cameras;
+  if (all.size() < std::size_t(script.frames))
+    throw UsageError(name + ": holds " + std::to_string(all.size()) + " cameras for " +
+                     std::to_string(script.frames) + " frames; each frame needs its own");
+  const Intrinsics& first = all.front().intrinsics;
+  for (const PosedCamera& camera : all) {
+    const Intrinsics& lens = camera.intrinsics;
+    if (lens.has_distortion())
+      throw UsageError(name + ": camera '" + camera.name +
+                       "' has lens distortion; frames are drawn without, so take its intrinsics "
+                       "of the undistorted pictures, or put it on with --lens");
+    if (lens.width != first.width || lens.height != first.height)
+      throw UsageError(name + ": camera '" + camera.name +
+                       "' is of another size than the first; the frames of a sequence have one");
+  }
+  if (script.width == 0) script.width = first.width, script.height = first.height;
+  script.recorded = all;
+}
+
+View view_of(const PosedCamera& camera, int width, int height) {
+  View view;
+  view.camera = camera;
+  Intrinsics& lens = view.camera.intrinsics;
+  const double across = double(width) / lens.width, down = double(height) / lens.height;
+  lens.fx *= across, lens.cx *= across, lens.fy *= down, lens.cy *= down;
+  lens.width = width, lens.height = height;
+  return view;
+}
+
+View view_at(const Script& script, int frame, const CameraSet& cameras, int width, int height) {
+  if (!script.recorded.empty()) {
+    const std::size_t last = script.recorded.size() - 1;
+    return view_of(script.recorded[std::min(std::size_t(frame), last)], width, height);
+  }
+  View view = script.camera.front().camera_from_world
+                  ? orbit_view(cameras, {}, width, height)
+                  : orbit_view(cameras, camera_at(script, frame), width, height);
+  if (script.camera.front().camera_from_world)
+    view.camera.camera_from_world = free_pose_at(script, frame);
+  if (!script.lens) return view;
+  PosedCamera own = view.camera;
+  own.intrinsics = *script.lens;
+  return view_of(own, width, height);
+}
+
 namespace {
 
 constexpr const char* kSchema = "organbake/interaction/1";
