@@ -59,6 +59,18 @@ done
 expect 0 play b -o w.png --cameras v_cameras.json
 cmp -s v.png w.png || fail "the view played back differs"
 
+# From so many millimetres before the tissue in the middle of the view.
+for mm in 40 120; do
+  expect 0 play b -o near_$mm.png --size 81x61 --view-deg 20,10 --distance-mm $mm --layers depth
+done
+python3 - <<'END' || fail "the eyes are not 80 mm apart along the view"
+import json
+def translation(mm):
+    return json.load(open(f"near_{mm}_cameras.json"))["cameras"][0]["camera_from_world"]["translation_mm"]
+apart = [far - near for near, far in zip(translation(40), translation(120))]
+assert abs(apart[2] - 80) < 0.1 and abs(apart[0]) < 0.01 and abs(apart[1]) < 0.01, apart
+END
+
 # Both eyes in one picture are the two single ones side by side, of a view, of a script with its
 # tools, and through a lens.
 halves() {  # BOTH LEFT RIGHT
