@@ -59,8 +59,8 @@ double exposed_range_mm(const DrawnScene& scene) {
   return median(std::move(depths));
 }
 
-// The wall's colours, 0…255 in sRGB, at every few pixels, and between them in proportion: its
-// folds are far wider.
+// The wall's colours, 0…255 in sRGB, at every 32nd pixel, and between them in proportion: its
+// folds are wider.
 class WallLattice {
  public:
   WallLattice(const DrawnScene& scene, const Vector3f& behind)
@@ -78,26 +78,31 @@ class WallLattice {
     });
   }
 
-  // The nodes' colours where a row of pixels leads between them, in 16ths of a level and rounded.
-  std::vector<std::array<std::int32_t, 3>> row(int y) const {
+  // Paints those pixels of a row that show nothing and have the colour `behind`. Along a cell
+  // colours change evenly, in parts of a level.
+  void paint_row(int y, const Frame& frame, const std::array<std::uint8_t, 3>& behind,
+                 Rgb8Image& picture) const {
+    constexpr int kBits = 16, kParts = 1 << kBits;
+    const int width = picture.width;
+    const Cover* const cover = &frame.cover[std::size_t(y) * width];
     const float v = float(y % kStep_px) / kStep_px;
-    const Vector3f* const first = &nodes_[std::size_t(y / kStep_px) * columns_];
-    std::vector<std::array<std::int32_t, 3>> colors(columns_);
-    for (int i = 0; i < columns_; ++i)
-      for (int c = 0; c < 3; ++c)
-        colors[i][c] = static_cast<std::int32_t>(
-            kParts * ((1 - v) * first[i][c] + v * first[columns_ + i][c]) + 0.5f);
-    return colors;
-  }
-  static void put(const std::vector<std::array<std::int32_t, 3>>& row, int x, std::uint8_t* rgb) {
-    const auto &left = row[x / kStep_px], &right = row[x / kStep_px + 1];
-    for (int c = 0; c < 3; ++c)
-      rgb[c] = static_cast<std::uint8_t>(
-          (left[c] * kStep_px + (right[c] - left[c]) * (x % kStep_px) + kHalf) / (2 * kHalf));
+    const Vector3f* node = &nodes_[std::size_t(y / kStep_px) * columns_];
+    std::uint8_t* rgb = picture.at(0, y);
+    for (int x = 0; x < width; ++node) {
+      const Eigen::Vector3f left = node[0] + v * (node[columns_] - node[0]);
+      const Eigen::Vector3f right = node[1] + v * (node[columns_ + 1] - node[1]);
+      Eigen::Vector3i color = (kParts * (left.array() + 0.5f)).cast<int>();
+      const Eigen::Vector3i step = (kParts / kStep_px * (right - left)).cast<int>();
+      for (const int end = std::min(x + kStep_px, width); x < end; ++x, rgb += 3, color += step) {
+        if (cover[x] != Cover::background || !std::equal(behind.begin(), behind.end(), rgb))
+          continue;
+        for (int c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] >> kBits);
+      }
+    }
   }
 
  private:
-  static constexpr int kStep_px = 8, kParts = 16, kHalf = kParts * kStep_px / 2;
+  static constexpr int kStep_px = 32;
 
   // In world axes, through a pixel's middle.
   static Vector3d ray_through(const PosedCamera& camera, int x, int y) {
@@ -137,14 +142,7 @@ Bounds rest_bounds(const Player& player) {
 void paint_cavity_wall(const DrawnScene& scene, const std::array<std::uint8_t, 3>& behind,
                        Rgb8Image& picture) {
   const WallLattice wall(scene, {float(behind[0]), float(behind[1]), float(behind[2])});
-  parallel_for(0, picture.height, [&](int y) {
-    const auto row = wall.row(y);
-    for (int x = 0; x < picture.width; ++x) {
-      std::uint8_t* const rgb = picture.at(x, y);
-      if (!scene.frame.covered(x, y) && std::equal(behind.begin(), behind.end(), rgb))
-        WallLattice::put(row, x, rgb);
-    }
-  });
+  parallel_for(0, picture.height, [&](int y) { wall.paint_row(y, scene.frame, behind, picture); });
 }
 
 }  // namespace organbake

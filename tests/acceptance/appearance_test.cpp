@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How tissue looks by the light at the scope, beside real frames, and whether that look crawls.
+#include "tissue_appearance.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "measuring/agreement.h"
+#include "measuring/programs.h"
+#include "organbake/core/random.h"
+#include "organbake/core/temporary_files.h"
+#include "organbake/core/text.h"
+#include "organbake/evaluation/frame_errors.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/player.h"
+#include "organbake/shading/frame_source.h"
+#include "organbake/warp/view.h"
+#include "promises.h"
+#include "support/ramp_volume.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// A scope of 70° across, of pictures of 16 : 9.
+inline constexpr double kScopeFocal_widths = 914.0 / 1280;
+
+// The skin that a scope is held toward: the proxy's point that lies farthest toward a direction,
+// and the mean normal of 15 mm about it.
+struct ScopeAim {
+  Eigen::Vector3d point_mm, normal;
+};
+
+ScopeAim scope_aim(const TriangleMesh& proxy, const Vector3d& toward) {
+  constexpr double kAround_mm = 15;
+  const Vector3d& seen = *std::max_element(
+      proxy.vertices.begin(), proxy.vertices.end(),
+      [&](const Vector3d& a, const Vector3d& b) { return a.dot(toward) < b.dot(toward); });
+  Vector3d normal = Vector3d::Zero();
+  for (const Face& face : proxy.faces) {
+    const Vector3d &a = proxy.vertices[face[0]], &b = proxy.vertices[face[1]],
+                   &c = proxy.vertices[face[2]];
+    if (((a + b + c) / 3 - seen).norm() < kAround_mm) normal += (b - a).cross(c - a);
+  }
+  return {seen, (normal.norm() > 0 ? normal : toward).normalized()};
+}
+
+// From range_mm over that point, leaning by some 25°.
+View scope_view(const ScopeAim& aim, double range_mm, int width_px) {
+  constexpr double kLean = 0.45;
+  const Vector3d across = aim.normal.unitOrthogonal();
+  const Vector3d away = (aim.normal + kLean * across).normalized();
+  Eigen::Matrix3d rotation;
+  rotation.row(2) = -away;
+  rotation.row(0) = aim.normal.cross(across);
+  rotation.row(1) = rotation.row(2).cross(rotation.row(0));
+  const int height_px = width_px * 9 / 16;
+  const double focal_px = kScopeFocal_widths * width_px;
+  View view;
+  view.camera.intrinsics = {width_px, height_px,      focal_px,
+                            focal_px, 0.5 * width_px, 0.5 * height_px};
+  view.camera.camera_from_world.rotation = rotation;
+  view.camera.camera_from_world.translation = -rotation * (aim.point_mm + range_mm * away);
+  return view;
+}
+
+// As the shared video shows its liver: by the gallbladder's width of about 25 mm.
+constexpr double kFrame_mm_per_pixel = 0.15;
+
+// Frames some seconds apart, where at least a tenth of the picture is liver.
+std::vector<TissuePicture> real_pictures(const std::filesystem::path& video, std::size_t apart) {
+  constexpr double kLeastShare = 0.1;
+  std::vector<TissuePicture> pictures;
+  VideoReader reader(video);
+  StoredPicture frame;
+  for (std::size_t number = 0; reader.next(frame); ++number) {
+    if (number % apart != 0) continue;
+    std::vector<std::uint8_t> mask = liver_mask(frame.color);
+    const auto tissue = std::count(mask.begin(), mask.end(), std::uint8_t{1});
+    if (static_cast<double>(tissue) < kLeastShare * static_cast<double>(mask.size())) continue;
+    pictures.push_back({frame.color, std::move(mask), kFrame_mm_per_pixel});
+  }
+  return pictures;
+}
+
+// Views of a bundle as a scope has them from that far. Through a longer
+// lens from farther away light and eye would lie nearly one way from all of the skin, and all that
+// faces them would shine.
+std::vector<TissuePicture> rendered_pictures(Player& player, DrawnLight light, double range_mm) {
+  constexpr int kWidth_px = 1280;
+  const double mm_per_pixel = range_mm / (kScopeFocal_widths * kWidth_px);
+  std::vector<TissuePicture> pictures;
+  for (const Eigen::Vector3d& toward :
+       {Eigen::Vector3d(-0.2, -1, 0.1), {0.5, -0.8, -0.3}, {-0.6, -0.7, 0.4}, {0.1, -0.9, 0.5}}) {
+    DrawOptions options;
+    options.light = light;
+    Frame frame;
+    const ScopeAim aim = scope_aim(player.bundle().proxy, toward);
+    player.draw(scope_view(aim, range_mm, kWidth_px), options, frame);
+    TissuePicture picture{frame.color, {}, mm_per_pixel};
+    for (const Cover cover : frame.cover) picture.mask.push_back(cover != Cover::background);
+    pictures.push_back(std::move(picture));
+  }
+  return pictures;
+}
+
+std::vector<TissueAppearance> appearances(const std::vector<TissuePicture>& pictures) {
+  std::vector<TissueAppearance> found;
+  for (const TissuePicture& picture : pictures) found.push_back(appearance_of(picture));
+  return found;
+}
+
+// Every part, and their mean, the distance.
+void add_distance(const std::string& what, const std::vector<TissueAppearancePart>& parts,
+                  const std::vector<TissueAppearancePart>& real, double target) {
+  constexpr double kMost = 5;
+  const std::vector<TissueAppearancePart> times = in_real_differences(parts, real);
+  for (const TissueAppearancePart& part : times)
+    expect({what + ": " + part.name, "× two real frames", part.distance, kMost});
+  expect({what, "× two real frames", mean_distance(times), target});
+}
+
+// As liver.yaml bakes it.
+constexpr const char* kLiver =
+    "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth_mm: 1.5, largest: 1}\n"
+    "decimate: {faces: 300}\nmechanics: {young_modulus_kpa: 10}\nplace: {count: 12}\n";
+
+// A frame, and the mean light of sixteen pixels for each of its own.
+std::pair<Rgb8Image, TruthFrame> drawn_and_true(Player& player, const ScopeAim& aim,
+                                                double range_mm) {
+  constexpr int kWidth_px = 320, kSide = TruthFrame::kRaysPerSide;
+  DrawOptions options;
+  options.light = player.default_light();
+  Frame frame, fine;
+  player.draw(scope_view(aim, range_mm, kWidth_px), options, frame);
+  player.draw(scope_view(aim, range_mm, kSide * kWidth_px), options, fine);
+  const int width = frame.color.width, height = frame.color.height;
+  TruthFrame truth{Rgb8Image(width, height), {}, {}, {}};
+  truth.covered.assign(std::size_t(width) * height, 0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+      for (int k = 0; k < TruthFrame::kRaysPerPixel; ++k) {
+        const int u = kSide * x + k % kSide, v = kSide * y + k / kSide;
+        for (int c = 0; c < 3; ++c) sum[c] += linear_from_srgb8()[fine.color.at(u, v)[c]];
+        truth.covered[std::size_t(y) * width + x] +=
+            fine.cover[std::size_t(v) * fine.color.width + u] != Cover::background;
+      }
+      for (int c = 0; c < 3; ++c)
+        truth.color.at(x, y)[c] = srgb8_from_linear(sum[c] / TruthFrame::kRaysPerPixel);
+    }
+  return {std::move(frame.color), std::move(truth)};
+}
+
+// Light that is too fine for a pixel crawls: from frame to frame it steps by more than the truth.
+// move: brings the player to a share of its way, and tells from how far it is seen.
+void expect_no_crawl(Player& player, const std::string& what,
+                     const std::function<double(double share)>& move) {
+  const ScopeAim aim = scope_aim(player.bundle().proxy, {-0.2, -1, 0.1});
+  const int frames = cases(40, 200);
+  double largest = 0;
+  auto before = drawn_and_true(player, aim, move(0));
+  for (int k = 1; k < frames; ++k) {
+    auto now = drawn_and_true(player, aim, move(double(k) / (frames - 1)));
+    largest =
+        std::max(largest, switch_steps(before.first, now.first, before.second, now.second).excess);
+    before = std::move(now);
+  }
+  expect({what + ": largest step of 8 × 8 pixels beyond the supersampled truth's",
+          "% of full scale", 100 * largest / 255, 1.2});
+}
+
+void measure_crawl(Player& player) {
+  expect_no_crawl(player, "CT liver, an approach from 100 to 25 mm",
+                  [](double share) { return 100 - 75 * share; });
+  const ScopeAim aim = scope_aim(player.bundle().proxy, {-0.2, -1, 0.1});
+  expect_no_crawl(player, "CT liver, a poke of 10 mm from 50 mm", [&](double share) {
+    constexpr double kRadius_mm = 4, kDeepest_mm = 10, kRange_mm = 50;
+    player.step({{.position_mm = aim.point_mm + (kRadius_mm - kDeepest_mm * share) * aim.normal,
+                  .radius_mm = kRadius_mm,
+                  .active = true}});
+    return kRange_mm;
+  });
+}
+
+void measure_look(const std::string& look, const std::string& capture,
+                  const std::vector<TissuePicture>& real, double target) {
+  const TemporaryFolder folder;
+  const std::filesystem::path bundle = folder.path() / "bundle";
+  Baker(folder.path(), {}, kLiver + capture)
+      .bake(bundle,
+            {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
+             "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set", "label=5"});
+  Player player(bundle);
+  const std::vector<TissueAppearance> of_real = appearances(real);
+  for (const double range_mm : {100.0, 60.0}) {
+    const std::vector<TissuePicture> rendered =
+        rendered_pictures(player, player.default_light(), range_mm);
+    const std::string what = "CT liver, " + look + ", from " + to_text(range_mm) + " mm";
+    add_distance(what + ", against the video's liver", mean_parts(appearances(rendered), of_real),
+                 mean_parts(of_real, of_real), target);
+    show(side_by_side(rendered.front().image, real.front().image),
+         what + ", and a frame of the video");
+  }
+  if (player.bundle().lighting->finish.relief_slope > 0) measure_crawl(player);
+}
+
+TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {
+  REQUIRE_SHARED_DATA("video/laparoscopy_720p_25fps.mp4");
+  REQUIRE_SHARED_DATA("ct/abdomen/example_ct.nii.gz");
+  const auto all = real_pictures(shared_data("video/laparoscopy_720p_25fps.mp4"),
+                                 static_cast<std::size_t>(cases(20, 10)));
+  ASSERT_GE(all.size(), 4u) << "the video shows liver in less than four frames";
+  // The look's constants were chosen by the others.
+  std::vector<TissuePicture> real;
+  for (std::size_t k = 1; k < all.size(); k += 2) real.push_back(all[k]);
+  measure_look("by its material", "capture: {material: liver}\n", real, 2);
+  measure_look("plain", "capture: {albedo: [0.42, 0.13, 0.1]}\n", real, 5);
+}
+
+// A square of mottled tissue whose outermost pixels glow by so many levels, as in a frame beside
+// brighter tissue.
+TissuePicture square_of_tissue(int glow) {
+  constexpr int kSize_px = 240, kSide_px = 180, kFirst = (kSize_px - kSide_px) / 2;
+  TissuePicture picture{Rgb8Image(kSize_px, kSize_px), {}, TissueAppearance::kGrain_mm};
+  RandomStream random(3);
+  for (int y = 0; y < kSize_px; ++y)
+    for (int x = 0; x < kSize_px; ++x) {
+      const int inside =
+          std::min({x - kFirst, y - kFirst, kFirst + kSide_px - 1 - x, kFirst + kSide_px - 1 - y});
+      picture.mask.push_back(inside >= 0);
+      const int level = 80 + static_cast<int>(random.below(30)) + (inside == 0 ? glow : 0);
+      for (int c = 0; c < 3; ++c) picture.image.at(x, y)[c] = std::uint8_t(level);
+    }
+  return picture;
+}
+
+TEST(TissueAppearance, ABandIsThatOfTheTissueNotOfItsRim) {
+  const TissueAppearance plain = appearance_of(square_of_tissue(0)),
+                         beside = appearance_of(square_of_tissue(50));
+  for (int k = 0; k < TissueAppearance::kOctaves; ++k) {
+    EXPECT_NEAR(beside.energy[k], plain.energy[k], 0.35);
+    EXPECT_NEAR(beside.kurtosis[k], plain.kurtosis[k], 0.2 * plain.kurtosis[k]);
+  }
+}
+
+}  // namespace
+}  // namespace organbake
