@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "comparison/comparison_module.h"
 #include "loaded_modules.h"
@@ -176,6 +177,32 @@ void compare(const Command& command, Player& player, Results& results, const Run
   results.add("comparison", Json::parse(found.json), found.text);
 }
 
+// A file, or one of those that come with the recipes by its name alone.
+fs::path known_file(const fs::path& word, const char* folder) {
+  if (word.empty() || word.has_parent_path() || fs::exists(word)) return word;
+  const fs::path bin = program_folder();
+  std::vector<std::string> names;
+  for (const fs::path& recipes :
+       {bin / "../share/organbake/recipes", bin / "../../../pipelines/recipes"}) {
+    const fs::path known = recipes / folder / (word.stem().string() + ".json");
+    if (fs::exists(known)) return fs::weakly_canonical(known);
+    std::error_code none;
+    for (const fs::directory_entry& entry : fs::directory_iterator(recipes / folder, none))
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  if (names.empty()) return word;
+  throw NoInputError(word, "is neither a file nor one that comes with the recipes" +
+                               suggestion(word.stem().string(), names));
+}
+
+void check_bundles(const std::vector<fs::path>& bundles) {
+  std::set<fs::path> seen;
+  std::error_code ignored;
+  for (const fs::path& bundle : bundles)
+    if (!seen.insert(fs::weakly_canonical(bundle, ignored)).second)
+      throw UsageError(bundle.string() + " is given twice: an organ lies in its place once");
+}
+
 // Of the skin in the middle of the view, by a small picture.
 double depth_ahead_mm(const Command& command, Player& player) {
   constexpr int kSide = 33;
@@ -222,6 +249,9 @@ View view_of(const Command& command, Player& player) {
 
 void run_command(const Command& given, const ContextOf& context_of) {
   Command command = given;
+  check_bundles(command.bundles);
+  command.script = known_file(command.script, "interactions");
+  command.lens = known_file(command.lens, "");
   const RunContext context = context_of("organplay");
   if (!command.lens.empty()) {
     const Intrinsics lens = read_scope_lens(command.lens).intrinsics;

@@ -5,13 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <limits>
 #include <optional>
-#include <set>
 
 #include "organbake/core/error.h"
-#include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/options/options.h"
@@ -20,29 +17,6 @@
 
 namespace organbake {
 namespace {
-
-namespace fs = std::filesystem;
-
-// A nearer eye stands inside the organ.
-constexpr double kNearestDistance = 0.1;
-
-// A file, or one of those that come with the recipes by its name alone.
-fs::path known_file(const fs::path& word, const char* folder) {
-  if (word.empty() || word.has_parent_path() || fs::exists(word)) return word;
-  const fs::path bin = program_folder();
-  std::vector<std::string> names;
-  for (const fs::path& recipes :
-       {bin / "../share/organbake/recipes", bin / "../../../pipelines/recipes"}) {
-    const fs::path known = recipes / folder / (word.stem().string() + ".json");
-    if (fs::exists(known)) return fs::weakly_canonical(known);
-    std::error_code none;
-    for (const fs::directory_entry& entry : fs::directory_iterator(recipes / folder, none))
-      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-  }
-  if (names.empty()) return word;
-  throw NoInputError(word, "is neither a file nor one that comes with the recipes" +
-                               suggestion(word.stem().string(), names));
-}
 
 // The whole text as one number: "1x" and "4294967297" are none.
 std::optional<int> whole_number(std::string_view text) {
@@ -99,6 +73,7 @@ OrbitPose pose_from(const AngleOption& option, const std::string& text) {
   const auto values = number_list(text);
   if (!values || values->size() < 2 || values->size() > 3)
     refuse(option, text, " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
+  constexpr double kNearestDistance = 0.1;  // a nearer eye stands inside the organ
   OrbitPose pose;
   pose.azimuth_rad = radians_of(option, (*values)[0]);
   pose.elevation_rad = radians_of(option, (*values)[1]);
@@ -128,8 +103,7 @@ void check_eyes(const Command& c) {
   check_baseline(*c.eyes_mm);
   if (c.wants_truth())
     throw UsageError(
-        "--side-by-side is for pictures alone; --stereo-mm without it gives each eye "
-        "its own truth");
+        "--side-by-side is for pictures alone; --stereo-mm alone tells each eye's truth");
   if (!c.wants_window() && c.frame_file.empty() && c.out_folder.empty() && c.video.empty() &&
       c.reference.empty())
     throw UsageError(
@@ -137,16 +111,7 @@ void check_eyes(const Command& c) {
         "window");
 }
 
-void check_bundles(const std::vector<fs::path>& bundles) {
-  std::set<fs::path> seen;
-  std::error_code ignored;
-  for (const fs::path& bundle : bundles)
-    if (!seen.insert(fs::weakly_canonical(bundle, ignored)).second)
-      throw UsageError(bundle.string() + " is given twice: an organ lies in its place once");
-}
-
 void check(const Command& c) {
-  check_bundles(c.bundles);
   if (c.stereo_mm) check_baseline(*c.stereo_mm);
   if (!c.wants_window() && c.bundles.empty()) throw UsageError("BUNDLE is missing: what to play");
   const bool shows =
@@ -391,8 +356,6 @@ void interpret(const Texts& texts, Command& c) {
     c.eyes_mm = c.stereo_mm.value_or(kUsualBaseline_mm);
     c.stereo_mm.reset();
   }
-  c.script = known_file(c.script, "interactions");
-  c.lens = known_file(c.lens, "");
   c.paper_warp = texts.warp == "paper";
   c.drawn_by = texts.draw == "gpu"   ? DrawnBy::graphics
                : texts.draw == "cpu" ? DrawnBy::processor

@@ -373,9 +373,8 @@ std::string comparison_json(const ComparisonTable& table) {
 
 std::string comparison_text(const ComparisonTable& table) {
   std::string text =
-      "state  view deg  warp is off by px (mean, max)  no map  polygons px (mean, max)  PSNR dB "
-      "(paper's warp, ideal)  skin is off by px  "
-      "holes  step at seams of 255 (frame, truth, more than there)\n";
+      "state  view deg     warp off px   at most      no map   polygons px"
+      " at most    PSNR dB      (paper's, ideal)   skin off px  holes     seams   truth    more\n";
   for (const ComparisonRow& row : table.rows) {
     const auto& image = row.projection.image_based;
     const auto& polygons = row.projection.polygons;
