@@ -94,11 +94,22 @@ Eigen::Matrix<double, 3, 4> pose_matrix_from(const py::object& argument, const s
   return matrix;
 }
 
+namespace {
+
+// What lies in memory already: arrays, what has a buffer, and what is told by DLPack.
+py::array array_in_memory(const py::object& argument, const std::string& refusal) {
+  if (py::isinstance<py::array>(argument)) return py::reinterpret_borrow<py::array>(argument);
+  if (PyObject_CheckBuffer(argument.ptr()) != 0) return py::array::ensure(argument);
+  if (!py::hasattr(argument, "__dlpack__")) throw UsageError(refusal);
+  return py::module_::import("numpy").attr("from_dlpack")(argument);
+}
+
+}  // namespace
+
 RawNumbers raw_numbers(const py::object& argument, const std::string& name, int axes) {
-  const std::string wanted = "a C-contiguous float32 or float64 array of shape " +
-                             std::string(axes == 2 ? "(n, 3)" : "(states, n, 3)");
-  if (!py::isinstance<py::array>(argument)) throw UsageError(name + " must be " + wanted);
-  const auto array = py::reinterpret_borrow<py::array>(argument);
+  const std::string wanted =
+      "a float32 or float64 array of shape " + std::string(axes == 2 ? "(n, 3)" : "(states, n, 3)");
+  py::array array = array_in_memory(argument, name + " must be " + wanted);
   const bool single = py::isinstance<py::array_t<float>>(array),
              twice = py::isinstance<py::array_t<double>>(array);
   if (!single && !twice)
@@ -107,8 +118,7 @@ RawNumbers raw_numbers(const py::object& argument, const std::string& name, int 
   if (array.ndim() != axes || array.shape(axes - 1) != 3)
     throw UsageError(name + " has the shape " + shape_text(array) + "; it must be " + wanted);
   if (!(array.flags() & py::array::c_style))
-    throw UsageError(
-        name + " is not C-contiguous (numpy.ascontiguousarray makes it so); it must be " + wanted);
+    array = py::module_::import("numpy").attr("ascontiguousarray")(array);
   RawNumbers numbers;
   numbers.rows = static_cast<std::size_t>(array.shape(0));
   const auto size = static_cast<std::size_t>(array.size());
@@ -117,7 +127,25 @@ RawNumbers raw_numbers(const py::object& argument, const std::string& name, int 
   } else {
     numbers.values = std::span(static_cast<const double*>(array.data()), size);
   }
+  numbers.array = std::move(array);
   return numbers;
+}
+
+LayerSet layer_set_from(const py::object& argument) {
+  std::string names;
+  if (py::isinstance<py::str>(argument)) {
+    names = py::cast<std::string>(argument);
+  } else if (py::isinstance<py::list>(argument) || py::isinstance<py::tuple>(argument)) {
+    for (const py::handle& name : argument) {
+      if (!py::isinstance<py::str>(name))
+        throw UsageError("layers holds " + std::string(py::repr(name)) + ", no name of a layer");
+      names += (names.empty() ? "" : ",") + py::cast<std::string>(name);
+    }
+  } else {
+    throw py::type_error("layers is " + std::string(py::repr(argument)) +
+                         "; it must be names, as \"depth,mask\" or [\"depth\", \"mask\"]");
+  }
+  return names.empty() ? LayerSet() : layers_from(names);
 }
 
 py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {

@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "organbake/truth/pixel_truth.h"
+
 namespace organbake {
 
 // What Python hands over, as numbers that C++ may hold without the interpreter. Each throws a
@@ -29,13 +31,19 @@ Eigen::Vector3d vector_from(const pybind11::object& argument, const std::string&
 Eigen::Matrix<double, 3, 4> pose_matrix_from(const pybind11::object& argument,
                                              const std::string& name);
 
-// Numbers where they lie in the caller's array, which must stay as it is meanwhile.
+// Numbers where they lie in the caller's array, which must stay as it is meanwhile, or in a copy of
+// one whose numbers do not follow each other. To be destroyed with the interpreter's lock.
 struct RawNumbers {
   std::variant<std::span<const float>, std::span<const double>> values;
-  std::size_t rows = 0;  // along its first axis
+  std::size_t rows = 0;    // along its first axis
+  pybind11::object array;  // what holds them
 };
-// A C-contiguous float32 or float64 array of that many axes, the last of 3.
+// A float32 or float64 array of that many axes, the last of 3: NumPy's, or whatever has a buffer or
+// DLPack's __dlpack__ in this processor's memory.
 RawNumbers raw_numbers(const pybind11::object& argument, const std::string& name, int axes);
+
+// "depth,mask", or a list of names; empty: none. Throws TypeError for what is no text.
+LayerSet layer_set_from(const pybind11::object& argument);
 
 // (n, 3), over memory of its own.
 pybind11::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors);

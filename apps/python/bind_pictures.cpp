@@ -121,6 +121,11 @@ py::object PictureArrays::rgb() const {
   return plane<std::uint8_t>(picture_, picture_->color.pixels.data(), 3);
 }
 
+py::object PictureArrays::right_rgb() const {
+  if (picture_->right.pixels.empty()) return py::none();
+  return plane<std::uint8_t>(picture_, picture_->right.pixels.data(), 3);
+}
+
 py::object PictureArrays::depth_mm() const {
   if (!picture_->layers.depth) return py::none();
   return plane<float>(picture_, picture_->truth.depth_mm.data());

@@ -156,34 +156,60 @@ struct Pictures {
              flow_back_seen = py::none();
 };
 
+// Room for numbers: in the caller's array, if there is one, else in a new one.
 template <class Number>
-Number* make_plane(py::object& array, std::vector<py::ssize_t> shape) {
-  py::array_t<Number> made(std::move(shape));
-  Number* const data = made.mutable_data();
-  array = std::move(made);
-  return data;
+Number* make_plane(py::object& array, const char* name, const std::vector<py::ssize_t>& shape) {
+  if (array.is_none()) array = py::array_t<Number>(shape);
+  auto given = py::reinterpret_borrow<py::array>(array);
+  const bool fits = py::isinstance<py::array_t<Number>>(array) && given.writeable() &&
+                    (given.flags() & py::array::c_style) != 0 &&
+                    std::vector<py::ssize_t>(given.shape(), given.shape() + given.ndim()) == shape;
+  if (!fits) {
+    std::string wanted;
+    for (const py::ssize_t side : shape)
+      wanted += (wanted.empty() ? "" : ", ") + std::to_string(side);
+    throw UsageError(std::string("out: ") + name + " must be a writeable, C-contiguous " +
+                     std::string(py::str(py::dtype::of<Number>())) + " array of shape (" + wanted +
+                     ")");
+  }
+  return static_cast<Number*>(given.mutable_data());
 }
 
 BatchPlanes make_planes(Pictures& pictures, py::ssize_t count, const View& view,
                         const LayerSet& layers) {
   const py::ssize_t height = view.camera.intrinsics.height, width = view.camera.intrinsics.width;
   BatchPlanes planes;
-  planes.rgb = make_plane<std::uint8_t>(pictures.rgb, {count, height, width, 3});
-  if (layers.depth) planes.depth_mm = make_plane<float>(pictures.depth_mm, {count, height, width});
-  if (layers.mask) planes.mask = make_plane<std::uint8_t>(pictures.mask, {count, height, width});
+  planes.rgb = make_plane<std::uint8_t>(pictures.rgb, "rgb", {count, height, width, 3});
+  if (layers.depth)
+    planes.depth_mm = make_plane<float>(pictures.depth_mm, "depth_mm", {count, height, width});
+  if (layers.mask)
+    planes.mask = make_plane<std::uint8_t>(pictures.mask, "mask", {count, height, width});
   if (layers.flow) {
-    planes.flow_back = make_plane<float>(pictures.flow_back, {count, height, width, 2});
+    planes.flow_back =
+        make_plane<float>(pictures.flow_back, "flow_back", {count, height, width, 2});
     planes.flow_seen = reinterpret_cast<std::uint8_t*>(
-        make_plane<bool>(pictures.flow_back_seen, {count, height, width}));
+        make_plane<bool>(pictures.flow_back_seen, "flow_back_seen", {count, height, width}));
   }
   return planes;
 }
 
-LayerSet batch_layers(const std::string& text) {
-  const LayerSet layers = text.empty() ? LayerSet() : layers_from(text);
+LayerSet batch_layers(const py::object& given) {
+  const LayerSet layers = layer_set_from(given);
   if (layers.normals || layers.id || layers.weight)
-    throw UsageError("layers is '" + text + "'; of many pictures there are depth, flow and mask");
+    throw UsageError("layers is " + std::string(py::repr(given)) +
+                     "; of many pictures there are depth, flow and mask");
   return layers;
+}
+
+// The caller's arrays to draw into: those of earlier Pictures, or one array of colours.
+Pictures room_of(const py::object& out) {
+  if (py::isinstance<Pictures>(out)) return py::cast<Pictures>(out);
+  Pictures room;
+  if (out.is_none()) return room;
+  if (!py::isinstance<py::array>(out))
+    throw UsageError("out must be Pictures of an earlier call, or an array for rgb");
+  room.rgb = out;
+  return room;
 }
 
 std::vector<View> views_from(const py::object& given) {
@@ -196,7 +222,7 @@ std::vector<View> views_from(const py::object& given) {
 }
 
 Pictures draw_many(SharedPlayer& player, const py::object& states, const py::object& views,
-                   const std::string& layers, bool nodes) {
+                   const py::object& layers, bool nodes, const py::object& out) {
   const LayerSet set = batch_layers(layers);
   const std::vector<View> seen_from = views_from(views);
   const RawNumbers numbers = raw_numbers(states, "states", 3);
@@ -205,7 +231,7 @@ Pictures draw_many(SharedPlayer& player, const py::object& states, const py::obj
   batch.of = nodes ? StateOf::nodes : StateOf::vertices;
   batch.xyz_mm = numbers.values;
   for (const View& view : seen_from) view.check();
-  Pictures pictures;
+  Pictures pictures = room_of(out);
   if (seen_from.empty())
     throw UsageError("views is empty; there must be one, or one for each state");
   const BatchPlanes planes =
@@ -233,7 +259,9 @@ py::object contact_forces(SharedPlayer& player, const std::vector<Instrument>& i
 }
 
 constexpr const char* kSetDoc =
-    "World mm, a C-contiguous float32 or float64 array, read where it lies. draw() and its layers "
+    "World mm, a float32 or float64 array or buffer, or an object with __dlpack__; read where it "
+    "lies "
+    "if its numbers follow each other. draw() and its layers "
     "then show what they would after a step that ended there; step() goes on from there: the "
     "tissue lies still in that moment, its anchors at rest, and tips begin anew with what they "
     "touch. Raises ValueError, and changes nothing, for another count, for what is not finite and "
@@ -252,10 +280,27 @@ void bind_pictures(py::module_& m) {
                     "(n, h, w) bool: whether that picture shows the point as well.");
 }
 
+void bind_saved_states(py::module_& m,
+                       py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>& player) {
+  py::class_<SharedPlayer::State>(
+      m, "State", "A moment between two steps that Player.save_state() has kept, of that player.")
+      .def_property_readonly(
+          "steps", [](const SharedPlayer::State& s) { return s.moment.steps(); }, "From rest.");
+  const auto released = py::call_guard<py::gil_scoped_release>();
+  player
+      .def("save_state", &SharedPlayer::save_state, released,
+           "This moment, to go back to: how the organs lie and move, what is cut, what tips hold. "
+           "Returns a State, which is kept in memory.")
+      .def("restore_state", &SharedPlayer::restore_state, py::arg("state"), released,
+           "Back to a State of this player's: steps and pictures that follow are to the byte those "
+           "that followed then; flow begins anew. Raises ValueError for another player's.");
+}
+
 }  // namespace
 
 void bind_states(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>& player) {
   bind_pictures(m);
+  bind_saved_states(m, player);
   const auto setter = [&](const char* name, StateOf of, const char* of_what) {
     player.def(
         name,
@@ -286,12 +331,13 @@ void bind_states(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<Shared
       py::arg("organ") = 0, py::arg("nodes") = false);
   player.def(
       "draw_many", &draw_many, py::arg("states"), py::arg("views"), py::arg("layers") = "",
-      py::kw_only(), py::arg("nodes") = false,
+      py::kw_only(), py::arg("nodes") = false, py::arg("out") = py::none(),
       "Draws many states of the first organ at once, a thread for each, and leaves the "
       "player as it is. states: (n, vertices, 3) float32 or float64, as set_vertices() "
       "takes them, or with nodes=True as set_nodes(). views: a View for all, or a list of "
-      "one for each, of one size. layers: of depth, flow, mask, comma-separated; flow is to "
-      "the state before. Returns Pictures: the same as setting and drawing them one by one.");
+      "one for each, of one size. layers: of depth, flow, mask, comma-separated or a list; flow "
+      "is to the state before. out: Pictures of an earlier call, or a uint8 array (n, h, w, 3), "
+      "to draw into. Returns Pictures: the same as setting and drawing them one by one.");
 }
 
 }  // namespace organbake

@@ -9,6 +9,9 @@
 
 #include "array_arguments.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/core/version.h"
+#include "organbake/truth/truth_recorder.h"
 #include "player_bindings.h"
 
 namespace organbake {
@@ -34,19 +37,52 @@ std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
   return {one(bundles)};
 }
 
+std::optional<DrawnLight> light_from(const std::optional<std::string>& name) {
+  std::optional<DrawnLight> light;
+  if (name && !(light = drawn_light(*name)))
+    throw UsageError("light '" + *name + "' is none; take baked, world or scope");
+  return light;
+}
+
 std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s,
                                    const std::optional<std::string>& solver,
-                                   const std::optional<std::string>& light) {
+                                   const std::optional<std::string>& light,
+                                   std::optional<int> threads) {
   const auto paths = paths_from(bundles);
   DeformOptions options;
   options.time_step_s = time_step_s;
   if (solver && !(options.solver = tissue_solver(*solver)))
     throw UsageError("solver '" + *solver + "' is none; take springs or fem");
-  std::optional<DrawnLight> drawn;
-  if (light && !(drawn = drawn_light(*light)))
-    throw UsageError("light '" + *light + "' is none; take baked, world or scope");
+  const std::optional<DrawnLight> drawn = light_from(light);
   const py::gil_scoped_release release;
-  return std::make_shared<SharedPlayer>(paths, options, drawn);
+  return std::make_shared<SharedPlayer>(paths, options, drawn, threads);
+}
+
+// A scope's preset, and its lens before pictures of the size that was last asked for.
+class Scope {
+ public:
+  explicit Scope(const py::object& file) {
+    name_ = paths_from(file).front().string();
+    lens_ = read_scope_lens(name_);
+  }
+  std::shared_ptr<const LensPicture> lens(int width, int height) {
+    if (!last_ || last_->lens().width != width || last_->lens().height != height)
+      last_ = std::make_shared<const LensPicture>(lens_.in_size(width, height), name_);
+    return last_;
+  }
+  const Intrinsics& intrinsics() const { return lens_.intrinsics; }
+
+ private:
+  std::string name_;
+  ScopeLens lens_;
+  std::shared_ptr<const LensPicture> last_;
+};
+
+double number_within(const char* name, double value, double low, double high) {
+  if (!(value >= low && value <= high))
+    throw UsageError(std::string(name) + " is " + to_text(value, 6) + "; it must be " +
+                     to_text(low, 6) + " to " + to_text(high, 6));
+  return value;
 }
 
 // The caller's array, if a picture of the view fits in.
@@ -64,17 +100,41 @@ std::uint8_t* room_in(const py::object& out, const View& view) {
   return static_cast<std::uint8_t*>(array.mutable_data());
 }
 
-PictureArrays draw(SharedPlayer& player, const View& view, const std::string& layers, bool tools,
-                   const py::object& out) {
+PictureArrays draw(SharedPlayer& player, const View& view, const py::object& layers, bool tools,
+                   const py::object& out, Scope* scope, const std::optional<std::string>& light,
+                   double gain, double noise, std::uint64_t seed, std::optional<double> stereo_mm) {
   view.check();
-  const LayerSet set = layers.empty() ? LayerSet() : layers_from(layers);
+  TakenPicture how;
+  how.layers = layer_set_from(layers);
+  how.tools = tools;
+  how.light = light_from(light);
+  how.gain = number_within("gain", gain, 0.01, 100);
+  how.noise = number_within("noise", noise, 0, 255);
+  how.seed = seed;
+  how.stereo_mm = stereo_mm;
+  if (stereo_mm) check_baseline(*stereo_mm);
+  if (scope) how.lens = scope->lens(view.camera.intrinsics.width, view.camera.intrinsics.height);
   std::uint8_t* const pixels = room_in(out, view);
   DrawnPicture picture;
   {
     const py::gil_scoped_release release;
-    picture = player.draw(view, set, tools, pixels);
+    picture = player.draw(view, how, pixels);
   }
   return PictureArrays(std::move(picture), out);
+}
+
+void bind_scope(py::module_& m) {
+  py::class_<Scope>(m, "Scope",
+                    "A scope's lens and camera, as organplay --scope takes them: Player.draw() "
+                    "shows what it makes of the organ.")
+      .def(py::init<const py::object&>(), py::arg("file"),
+           "A preset (organbake schema scope-lens), or cameras.json. Raises OSError or ValueError.")
+      .def_property_readonly(
+          "size",
+          [](const Scope& s) {
+            return py::make_tuple(s.intrinsics().width, s.intrinsics().height);
+          },
+          "Width and height of its own pictures, px; others show the middle of those.");
 }
 
 void bind_picture(py::module_& m) {
@@ -83,6 +143,8 @@ void bind_picture(py::module_& m) {
       "A drawn picture and the layers that were asked for; the others are None. All are arrays "
       "over the picture's own memory, top row first, and keep it alive.")
       .def_property_readonly("rgb", &PictureArrays::rgb, "(h, w, 3) uint8, sRGB.")
+      .def_property_readonly("right_rgb", &PictureArrays::right_rgb,
+                             "(h, w, 3) uint8, sRGB: what the second eye sees.")
       .def_property_readonly("depth_mm", &PictureArrays::depth_mm,
                              "(h, w) float32: planar z, +inf at the background.")
       .def_property_readonly("normals", &PictureArrays::normals,
@@ -120,10 +182,13 @@ void bind_player(py::module_& m) {
   player
       .def(py::init(&load), py::arg("bundles"), py::kw_only(), py::arg("time_step_s") = 1.0 / 60,
            py::arg("solver") = py::none(), py::arg("light") = py::none(),
+           py::arg("threads") = py::none(),
            "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem; "
            "None: fem where every organ has tetrahedra, else springs. "
-           "light: baked, world or scope; None: what the organs are made for. Raises OSError for a "
-           "file that is missing, ValueError for one that is damaged.")
+           "light: baked, world or scope; None: what the organs are made for. threads: as long "
+           "as the player is open no more than so many work for this process's players; None: as "
+           "many as there are processors. Raises OSError for a file that is missing, ValueError "
+           "for one that is damaged.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")
@@ -141,12 +206,19 @@ void bind_player(py::module_& m) {
           py::kw_only(), py::arg("width") = 640, py::arg("height") = 480,
           "A View round the first organ's vertical axis from its first virtual camera; distance in "
           "multiples of that camera's.")
-      .def("draw", &draw, py::arg("view"), py::arg("layers") = "", py::kw_only(),
-           py::arg("tools") = true, py::arg("out") = py::none(),
-           "Draws a Picture. layers: of depth, flow, normals, mask, id, weight, comma-separated, "
-           "or all. Flow is to the last picture that was drawn with the same layers. tools: show "
-           "the tips of the last step, or those of place_tools(). out: a uint8 array (h, w, 3) to "
-           "draw into.")
+      .def(
+          "draw", &draw, py::arg("view"), py::arg("layers") = "", py::kw_only(),
+          py::arg("tools") = true, py::arg("out") = py::none(),
+          py::arg("scope").none(true) = static_cast<Scope*>(nullptr), py::arg("light") = py::none(),
+          py::arg("gain") = 1.0, py::arg("noise") = 0.0, py::arg("seed") = 0,
+          py::arg("stereo_mm") = py::none(),
+          "Draws a Picture. layers: of depth, flow, normals, mask, id, weight, comma-separated or "
+          "a list, or all. Flow is to the last picture that was drawn with the same layers. tools: "
+          "show the tips of the last step, or those of place_tools(). out: a uint8 array (h, w, 3) "
+          "to draw into. scope: a Scope, whose lens takes the place of the view's. light: baked, "
+          "world or scope; None: the player's. gain: multiplies the linear light, 0.01 to 100; "
+          "noise: its standard deviation in levels of 255, drawn from seed. stereo_mm: draws "
+          "right_rgb, too, from an eye so far to the right.")
       .def(
           "proxy_mm",
           [](SharedPlayer& self, std::size_t organ) {
@@ -201,7 +273,9 @@ void bind_organplay(py::module_& m) {
   m.doc() =
       "Pokes and draws organs baked by organbake, on the CPU, with the truth beside every picture.";
   py::register_exception_translator(&translate_error);
+  m.attr("__version__") = kVersion;
   bind_view(m);
+  bind_scope(m);
   bind_picture(m);
   bind_mesh(m);
   bind_player(m);

@@ -14,12 +14,14 @@
 #include <string>
 #include <vector>
 
+#include "organbake/core/parallel.h"
 #include "organbake/instruments/instrument.h"
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/held_tools.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/batch_drawing.h"
+#include "organbake/truth/lens_picture.h"
 #include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
@@ -31,6 +33,18 @@ struct DrawnPicture {
   PixelTruth truth;
   bool has_flow = false;
   Flow backward, forward;  // from this picture to the last one, and from that to this
+  Rgb8Image right;         // of the second eye; empty without one
+};
+
+// How a picture is taken.
+struct TakenPicture {
+  LayerSet layers;
+  bool tools = true;                        // show those of the last step
+  std::shared_ptr<const LensPicture> lens;  // of a scope; null: a pinhole
+  std::optional<DrawnLight> light;          // nothing: the player's
+  double gain = 1, noise = 0;               // expose()
+  std::uint64_t seed = 0;                   // of the noise
+  std::optional<double> stereo_mm;          // a second eye so far to the right
 };
 
 using StateNumbers = decltype(StateBatch::xyz_mm);
@@ -40,16 +54,23 @@ using StateNumbers = decltype(StateBatch::xyz_mm);
 class SharedPlayer {
  public:
   SharedPlayer(const std::vector<std::filesystem::path>& bundles, const DeformOptions& options,
-               std::optional<DrawnLight> light);
+               std::optional<DrawnLight> light, std::optional<int> threads);
 
+  // With the tools that were held.
+  struct State {
+    Player::State moment;
+    std::vector<Instrument> instruments;
+    double time_s = 0;
+  };
+  State save_state();
+  void restore_state(const State& state);
   StepReport step(const std::vector<Instrument>& instruments);
   void place_tools(const std::vector<Instrument>& instruments);  // for pictures alone
   void reset();
   void close();
   View orbit(const OrbitPose& pose, int width, int height);
-  // With the tools of the last step, if they are wanted. `pixels`: room for the picture in the
-  // caller's memory instead of the result's own, or nullptr.
-  DrawnPicture draw(const View& view, const LayerSet& layers, bool tools, std::uint8_t* pixels);
+  // `pixels`: room for the picture in the caller's memory instead of the result's own, or nullptr.
+  DrawnPicture draw(View view, const TakenPicture& how, std::uint8_t* pixels);
   std::size_t organ_count();
   std::vector<Eigen::Vector3d> proxy_positions(std::size_t organ);
   std::vector<Face> proxy_faces(std::size_t organ);
@@ -63,8 +84,13 @@ class SharedPlayer {
 
  private:
   Player& open();  // with the lock held
+  void check_light(DrawnLight light);
+  void take_picture(const View& view, const DrawOptions& options, const TakenPicture& how,
+                    std::uint64_t item, Frame& drawn, Rgb8Image& seen);
 
   std::mutex mutex_;
+  std::optional<ThreadLimit> threads_;
+  std::filesystem::path bundle_;
   std::unique_ptr<Player> player_;
   std::optional<DrawnLight> light_;
   std::vector<Instrument> instruments_;  // of the last step, where they were held
@@ -72,7 +98,8 @@ class SharedPlayer {
   std::optional<HeldTools> tools_;       // once they were drawn
   Frame frame_;
   std::optional<TruthTracker> tracker_;
-  std::optional<BatchDrawing> batch_;  // once many were drawn
+  std::shared_ptr<const LensPicture> lens_;  // of the last picture with layers
+  std::optional<BatchDrawing> batch_;        // once many were drawn
 };
 
 // What Python tells of tips, each for all of them or one by one.
@@ -118,7 +145,8 @@ class PictureArrays {
   explicit PictureArrays(DrawnPicture picture, pybind11::object rgb);
 
   pybind11::object rgb() const;
-  pybind11::object depth_mm() const;  // None unless asked for, as the others
+  pybind11::object right_rgb() const;  // None without a second eye
+  pybind11::object depth_mm() const;   // None unless asked for, as the others
   pybind11::object normals() const;
   pybind11::object mask() const;
   pybind11::object skin() const;  // a structured array

@@ -7,6 +7,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/player/organ_mesh.h"
 #include "organbake/player/skin_point.h"
+#include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
 
@@ -25,13 +26,21 @@ void copy_layers(const PixelTruth& from, const LayerSet& layers, PixelTruth& to)
 }  // namespace
 
 SharedPlayer::SharedPlayer(const std::vector<std::filesystem::path>& bundles,
-                           const DeformOptions& options, std::optional<DrawnLight> light)
-    : light_(light), time_step_s_(options.time_step_s) {
+                           const DeformOptions& options, std::optional<DrawnLight> light,
+                           std::optional<int> threads)
+    : bundle_(bundles.front()), light_(light), time_step_s_(options.time_step_s) {
   options.check();
+  if (threads && *threads < 1)
+    throw UsageError("threads is " + std::to_string(*threads) + "; it must be 1 or more");
+  if (threads) threads_.emplace(*threads);
   player_ = std::make_unique<Player>(bundles, options);
-  if (light && *light != DrawnLight::baked && !player_->can_relight())
-    throw UsageError(bundles.front().string() + " does not say in what light its colours were " +
-                     "taken: light " + to_string(*light) + " cannot be shown");
+  if (light) check_light(*light);
+}
+
+void SharedPlayer::check_light(DrawnLight light) {
+  if (light != DrawnLight::baked && !player_->can_relight())
+    throw UsageError(bundle_.string() + " does not say in what light its colours were " +
+                     "taken: light " + to_string(light) + " cannot be shown");
 }
 
 Player& SharedPlayer::open() {
@@ -63,8 +72,22 @@ void SharedPlayer::reset() {
   tracker_.reset();
 }
 
+SharedPlayer::State SharedPlayer::save_state() {
+  const std::lock_guard lock(mutex_);
+  return {open().save_state(), instruments_, time_s_};
+}
+
+void SharedPlayer::restore_state(const State& state) {
+  const std::lock_guard lock(mutex_);
+  open().restore_state(state.moment);
+  instruments_ = state.instruments;
+  time_s_ = state.time_s;
+  tracker_.reset();
+}
+
 void SharedPlayer::close() {
   const std::lock_guard lock(mutex_);
+  threads_.reset();
   batch_.reset();
   player_.reset();
   tools_.reset();
@@ -77,36 +100,68 @@ View SharedPlayer::orbit(const OrbitPose& pose, int width, int height) {
   return orbit_view(open().bundle().cameras, pose, width, height);
 }
 
-DrawnPicture SharedPlayer::draw(const View& view, const LayerSet& layers, bool tools,
-                                std::uint8_t* pixels) {
+// As the lens and the camera show what is drawn of a view. item: which of the pictures with one
+// seed, so that two eyes have noise of their own.
+void SharedPlayer::take_picture(const View& view, const DrawOptions& options,
+                                const TakenPicture& how, std::uint64_t item, Frame& drawn,
+                                Rgb8Image& seen) {
+  player_->draw(view, options, drawn);
+  if (how.lens) {
+    how.lens->show({drawn, view, rest_bounds(*player_)}, seen);
+  } else {
+    seen = drawn.color;
+  }
+  expose(how.gain, how.noise, how.seed, item, seen);
+}
+
+DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t* pixels) {
   const std::lock_guard lock(mutex_);
   Player& player = open();
+  const LayerSet& layers = how.layers;
   DrawOptions options;
-  options.light = light_.value_or(player.default_light());
+  if (how.light) check_light(*how.light);
+  options.light = how.light.value_or(light_.value_or(player.default_light()));
   options.keep_bound = layers.any();
-  if (tools) {
+  if (how.lens) view.camera.intrinsics = how.lens->pinhole(), how.lens->prepare(options);
+  if (how.tools) {
     if (!tools_) tools_.emplace(player);
     options.solids = tools_->solids(instruments_, view, time_s_);
   }
-  player.draw(view, options, frame_);
-  player.load_ahead();  // the next views won't wait
   DrawnPicture picture;
   picture.layers = layers;
+  if (how.stereo_mm) {
+    DrawOptions right = options;
+    right.keep_bound = false;
+    take_picture(right_eye(view, *how.stereo_mm), right, how, 1, frame_, picture.right);
+  }
+  take_picture(view, options, how, 0, frame_, picture.color);
+  player.load_ahead();  // the next views won't wait
   if (pixels) {
-    std::memcpy(pixels, frame_.color.pixels.data(), frame_.color.pixels.size());
-    picture.color.width = frame_.color.width, picture.color.height = frame_.color.height;
-  } else {
-    picture.color = frame_.color;
+    std::memcpy(pixels, picture.color.pixels.data(), picture.color.pixels.size());
+    picture.color.pixels = {};
   }
   if (!layers.any()) return picture;
-  if (!tracker_ || !(tracker_->layers() == layers)) tracker_.emplace(layers);
+  if (!tracker_ || !(tracker_->layers() == layers) || lens_ != how.lens) tracker_.emplace(layers);
+  lens_ = how.lens;
   tracker_->advance(player, view, options.solids, frame_);
   picture.has_flow = layers.flow && tracker_->has_before();
   if (picture.has_flow) {
     tracker_->find_backward(picture.backward);
     tracker_->find_forward(picture.forward);
   }
-  copy_layers(tracker_->now(), layers, picture.truth);
+  if (!how.lens) {
+    copy_layers(tracker_->now(), layers, picture.truth);
+    return picture;
+  }
+  PixelTruth seen;
+  how.lens->show(tracker_->now(), seen);
+  copy_layers(seen, layers, picture.truth);
+  if (picture.has_flow) {
+    Flow drawn = std::move(picture.backward);
+    how.lens->show(drawn, tracker_->now(), picture.backward = {});
+    drawn = std::move(picture.forward);
+    how.lens->show(drawn, tracker_->before(), picture.forward = {});
+  }
   return picture;
 }
 

@@ -26,6 +26,19 @@ def resident_kb():
         return int(statm.read().split()[1]) * resource.getpagesize() // 1024
 
 
+class OfAnotherLibrary:
+    """What is no array, but tells of its memory by DLPack."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __dlpack__(self, stream=None):
+        return self.array.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
 class PlayerTest(unittest.TestCase):
     def setUp(self):
         self.player = organplay.Player(BUNDLE)
@@ -376,7 +389,7 @@ class PlayerTest(unittest.TestCase):
         bad[3, 1] = np.nan
         for state, words in ((bad, "number 3 is not finite"), (good[:-1].copy(), "for an organ of"),
                              (good / 1000, "in metres"), (good[:, :2].copy(), "shape"),
-                             (good.T, "shape"), (np.asfortranarray(good), "C-contiguous"),
+                             (good.T, "shape"), (good * [-1, 1, 1], "mirror image"),
                              (good.astype(int), "holds int64"), (good.tolist(), "must be"),
                              (good[::-1] * 9, "ti|span|another"), (None, "must be")):
             with self.assertRaisesRegex(ValueError, words):
@@ -386,6 +399,125 @@ class PlayerTest(unittest.TestCase):
             self.player.set_nodes(good[:-1].copy())
         with self.assertRaisesRegex(ValueError, "no organ 1"):
             self.player.set_vertices(good, organ=1)
+
+    def test_states_come_in_any_strides(self):
+        rest = self.player.proxy_mm()
+        good = rest + 1
+        twice = np.repeat(good, 2, axis=0)
+        for state in (np.asfortranarray(good), twice[::2], good[::-1][::-1], memoryview(good),
+                      OfAnotherLibrary(good)):
+            self.player.set_vertices(rest)
+            self.player.set_vertices(state)
+            np.testing.assert_array_equal(self.player.proxy_mm(), good)
+        states = np.stack([rest, good], axis=2).transpose(2, 0, 1).astype(np.float32)
+        self.assertFalse(states.flags.c_contiguous)
+        np.testing.assert_array_equal(self.player.draw_many(states, self.view).rgb,
+                                      self.player.draw_many(states.copy(), self.view).rgb)
+
+    def test_arrays_are_shared_by_dlpack(self):
+        picture = self.player.draw(self.view, "depth,mask,normals")
+        for array in (picture.rgb, picture.depth_mm, picture.mask, picture.normals):
+            other = np.from_dlpack(OfAnotherLibrary(array))
+            self.assertEqual(other.ctypes.data, array.ctypes.data)
+            np.testing.assert_array_equal(other, array)
+
+    def test_a_saved_state_goes_on_to_the_byte(self):
+        self.poke(4)
+        saved = self.player.save_state()
+        self.assertEqual(saved.steps, 10)
+
+        def go_on():
+            forces = [self.player.step([self.skin + i * self.out]).forces_n for i in range(5)]
+            return np.array(forces), self.player.proxy_mm(), self.player.draw(self.view).rgb
+
+        first = go_on()
+        self.player.reset()
+        self.player.restore_state(saved)
+        for one, other in zip(first, go_on()):
+            np.testing.assert_array_equal(one, other)
+        with self.assertRaises(ValueError):
+            organplay.Player(BUNDLE).restore_state(saved)
+
+    def test_draws_as_a_scope_and_two_eyes_see(self):
+        with tempfile.TemporaryDirectory() as folder:
+            lens = pathlib.Path(folder, "lens.json")
+            lens.write_text('{"width": 160, "height": 120, "fx": 150, "fy": 150, "cx": 80, "cy": 60,'
+                            '"distortion_k1_k2_p1_p2_k3": [-0.2, 0, 0, 0, 0],'
+                            '"vignette_exponent": 3, "picture": {"exposure": 1.5, "grain": 4}}')
+            file = os.path.join(folder, "p.png")
+            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view", "0.2,0.1", "--size", "160x120",
+                            "--scope", str(lens), "--stereo-mm", "5", "--layers", "depth",
+                            "--quiet"], check=True, stdout=subprocess.DEVNULL)
+            scope = organplay.Scope(lens)
+            self.assertEqual(scope.size, (160, 120))
+            picture = self.player.draw(self.view, ["depth"], scope=scope, stereo_mm=5)
+            for eye, name in ((picture.rgb, "p.png"), (picture.right_rgb, "p_right.png")):
+                raw = subprocess.run(["ffmpeg", "-loglevel", "error", "-i",
+                                      os.path.join(folder, name), "-f", "rawvideo", "-pix_fmt",
+                                      "rgb24", "-"], check=True, capture_output=True).stdout
+                np.testing.assert_array_equal(np.frombuffer(raw, np.uint8).reshape(120, 160, 3),
+                                              eye)
+            self.assertEqual(picture.depth_mm.shape, (120, 160))
+            lens.write_text("{}")
+            with self.assertRaisesRegex(ValueError, "lens.json"):
+                organplay.Scope(lens)
+
+    def test_exposes_as_data_sets_do(self):
+        plain = self.player.draw(self.view).rgb.astype(int)
+        self.assertIsNone(self.player.draw(self.view).right_rgb)
+        dark = self.player.draw(self.view, gain=0.5).rgb.astype(int)
+        self.assertTrue((dark <= plain).all() and dark.sum() < plain.sum())
+        one, again, other = (self.player.draw(self.view, noise=5, seed=s).rgb for s in (1, 1, 2))
+        np.testing.assert_array_equal(one, again)
+        self.assertTrue((one != other).any())
+        amid = (plain > 60) & (plain < 195)  # nothing is clipped there
+        # 5, within 10 %: some thousand values; and a third of a level of rounding.
+        self.assertLess(abs((one - plain)[amid].std() - 5), 0.5)
+        for wrong in ({"gain": 0}, {"gain": np.nan}, {"noise": -1}, {"noise": 300},
+                      {"stereo_mm": 0}, {"light": "sun"}):
+            with self.assertRaises(ValueError, msg=str(wrong)):
+                self.player.draw(self.view, **wrong)
+
+    def test_many_are_drawn_into_the_callers_memory(self):
+        states = np.stack([self.player.proxy_mm() + i for i in range(2)])
+        first = self.player.draw_many(states, self.view, ["depth", "mask"])
+        expected = first.rgb.copy(), first.depth_mm.copy()
+        again = self.player.draw_many(states + 3, self.view, "depth,mask", out=first)
+        self.assertIs(again.rgb, first.rgb)
+        self.assertFalse((first.rgb == expected[0]).all())
+        rgb = np.zeros_like(first.rgb)
+        self.player.draw_many(states, self.view, out=rgb)
+        np.testing.assert_array_equal(rgb, expected[0])
+        for wrong in (rgb[:1], rgb.astype(float), rgb[:, ::2], "memory"):
+            with self.assertRaisesRegex(ValueError, "out"):
+                self.player.draw_many(states, self.view, out=wrong)
+
+    def test_threads_and_version(self):
+        one = organplay.Player(BUNDLE, threads=1)
+        np.testing.assert_array_equal(one.draw(self.view).rgb, self.player.draw(self.view).rgb)
+        with self.assertRaisesRegex(ValueError, "threads is 0"):
+            organplay.Player(BUNDLE, threads=0)
+        said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True).stdout
+        self.assertIn(organplay.__version__, said)
+
+    def test_layers_are_names(self):
+        both = self.player.draw(self.view, ["depth", "mask"])
+        self.assertIsNotNone(both.depth_mm)
+        self.assertIsNotNone(both.mask)
+        with self.assertRaisesRegex(TypeError, 'layers is 7; it must be names, as "depth,mask"'):
+            self.player.draw(self.view, 7)
+        with self.assertRaisesRegex(ValueError, "layers holds 7"):
+            self.player.draw(self.view, ["depth", 7])
+
+    def test_examples_say_how_they_are_called(self):
+        for example in ("poke_video", "play_trajectory", "numpy_solver"):
+            command = ["/usr/bin/python3", str(EXAMPLES / (example + ".py"))]
+            helped = subprocess.run(command + ["--help"], capture_output=True, text=True)
+            self.assertEqual((helped.returncode, helped.stderr), (0, ""))
+            self.assertIn(example + ".py BUNDLE", helped.stdout)
+            alone = subprocess.run(command, capture_output=True, text=True)
+            self.assertEqual(alone.returncode, 1)
+            self.assertNotIn("Traceback", alone.stderr)
 
     def test_forces_for_solvers_without_contact(self):
         tip = [self.skin + 2 * self.out]
@@ -424,7 +556,7 @@ class PlayerTest(unittest.TestCase):
     def test_says_what_it_does(self):
         stub = STUB.read_text()
         for kind in (organplay.Player, organplay.View, organplay.Picture, organplay.Pictures,
-                     organplay.Mesh, organplay.Step):
+                     organplay.Mesh, organplay.Step, organplay.Scope, organplay.State):
             for name, member in vars(kind).items():
                 if name.startswith("_") and name != "__init__":
                     continue

@@ -72,4 +72,8 @@ def main(bundle, trajectory, steps=60):
 
 
 if __name__ == "__main__":
+    if "--help" in sys.argv or "-h" in sys.argv:
+        sys.exit(print(__doc__.strip()))
+    if len(sys.argv) < 3:
+        sys.exit(__doc__.splitlines()[0])
     main(sys.argv[1], sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 60)

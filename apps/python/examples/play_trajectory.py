@@ -14,6 +14,10 @@ import sys
 import numpy as np
 import organplay
 
+if "--help" in sys.argv or "-h" in sys.argv:
+    sys.exit(print(__doc__.strip()))
+if len(sys.argv) < 4:
+    sys.exit(__doc__.splitlines()[0])
 bundle, recorded, folder = sys.argv[1], np.load(sys.argv[2]), pathlib.Path(sys.argv[3])
 folder.mkdir(parents=True, exist_ok=True)
 of_nodes = "nodes_mm" in recorded

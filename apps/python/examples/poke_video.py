@@ -8,6 +8,10 @@ import sys
 import numpy as np
 import organplay
 
+if "--help" in sys.argv or "-h" in sys.argv:
+    sys.exit(print(__doc__.strip()))
+if len(sys.argv) < 3:
+    sys.exit(__doc__.splitlines()[0])
 bundle, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 random = np.random.default_rng(int(sys.argv[3]) if len(sys.argv) > 3 else 0)
 folder.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -16,7 +15,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "organbake/image/png.h"
-#include "organbake/image/srgb.h"
 #include "organbake/player/play.h"
 #include "organbake/player/reference_frames.h"
 #include "organbake/player/skin_point.h"
@@ -102,40 +100,6 @@ std::optional<InstrumentPath> make_poke(const DatasetSpec& spec, const Bundle& b
   return std::nullopt;
 }
 
-// Quantiles of the normal distribution: quick, and the same everywhere.
-constexpr int kQuantileBits = 12;
-const std::array<float, 1 << kQuantileBits>& normal_quantiles() {
-  static const auto table = [] {
-    std::array<float, 1 << kQuantileBits> quantiles{};
-    // By bisection of the distribution function.
-    for (std::size_t i = 0; i < quantiles.size(); ++i) {
-      const double share = (double(i) + 0.5) / double(quantiles.size());
-      double low = -6, high = 6;
-      for (int k = 0; k < 60; ++k) {
-        const double middle = 0.5 * (low + high);
-        (0.5 * std::erfc(-middle / std::numbers::sqrt2) < share ? low : high) = middle;
-      }
-      quantiles[i] = static_cast<float>(0.5 * (low + high));
-    }
-    return quantiles;
-  }();
-  return table;
-}
-
-void add_noise(double deviation, RandomStream random, Rgb8Image& picture) {
-  const auto& quantiles = normal_quantiles();
-  const auto scale = static_cast<float>(deviation);
-  constexpr int kAtOnce = 64 / kQuantileBits;
-  std::uint64_t bits = 0;
-  int left = 0;
-  for (std::uint8_t& value : picture.pixels) {
-    if (left == 0) bits = random(), left = kAtOnce;
-    const float noisy = static_cast<float>(value) + scale * quantiles[bits % quantiles.size()];
-    bits >>= kQuantileBits, --left;
-    value = static_cast<std::uint8_t>(std::clamp(noisy + 0.5f, 0.0f, 255.0f));
-  }
-}
-
 }  // namespace
 
 DatasetClip make_clip(const DatasetSpec& spec, const Bundle& bundle, std::size_t organ,
@@ -168,16 +132,6 @@ DatasetClip make_clip(const DatasetSpec& spec, const Bundle& bundle, std::size_t
   clip.gain = drawn_from(spec.gain, random);
   clip.noise = drawn_from(spec.noise, random);
   return clip;
-}
-
-void expose(double gain, double noise, std::uint64_t seed, std::uint64_t item, Rgb8Image& picture) {
-  if (gain != 1) {
-    std::array<std::uint8_t, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i)
-      table[i] = srgb8_from_linear(static_cast<float>(gain) * linear_from_srgb8()[i]);
-    for (std::uint8_t& value : picture.pixels) value = table[value];
-  }
-  if (noise > 0) add_noise(noise, RandomStream(seed ^ 0x6e6f697365ull, item), picture);
 }
 
 namespace {

@@ -54,10 +54,6 @@ struct DatasetClip {
 // which the organ has skin; where none is found, a clip has fewer.
 DatasetClip make_clip(const DatasetSpec& spec, const Bundle& bundle, std::size_t organ, int number);
 
-// Gain in linear light, then Gaussian noise in the 8-bit values; nothing at 1 and 0. `item` names
-// the picture among all that have the seed.
-void expose(double gain, double noise, std::uint64_t seed, std::uint64_t item, Rgb8Image& picture);
-
 // Plays a shard's clips and writes their pictures, truth and shard.json, its clips and what the
 // card counts, into its folder, which then appears as a whole. lens: the spec's; null without one.
 void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture>& lens,

@@ -4,6 +4,7 @@
 // positions alone, so they cost a copy; the player's own solver follows when it is next asked to
 // step, with nodes that fit the vertices.
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,9 +24,9 @@ namespace organbake {
 namespace {
 
 // Whether places may be those of a mesh that another program has deformed: told by its size, by
-// where it lies, and by edges of it, which tissue does not make several times as long on average.
-// Wrong units, another mesh or another order of the vertices show there, and the message says which
-// is likely.
+// where it lies, by edges of it, which tissue does not make several times as long on average, and by
+// the affine map that fits best, which mirrors nothing. Wrong units, another mesh or another order
+// of the vertices show there, and the message says which is likely.
 class PlausiblePlaces {
  public:
   // elements: the mesh's faces or tetrahedra; what: "vertices" or "nodes", for messages.
@@ -43,12 +44,15 @@ class PlausiblePlaces {
  private:
   static constexpr std::size_t kEdges = 500;
   void begin(std::string what, const std::vector<Eigen::Vector3d>& rest_mm);
+  Eigen::Matrix3d spread_with(const std::vector<Eigen::Vector3d>& places_mm) const;
   double edges_mm(const std::vector<Eigen::Vector3d>& places_mm) const;  // their mean
 
   std::string what_;
   std::vector<std::array<std::uint32_t, 2>> edges_;
   Eigen::Vector3d center_mm_ = Eigen::Vector3d::Zero();
   double diagonal_mm_ = 0, edges_mm_ = 0;
+  std::vector<Eigen::Vector3d> from_mean_mm_;                 // at rest
+  Eigen::Matrix3d spread_inverse_ = Eigen::Matrix3d::Zero();  // of them; 0: they lie in a plane
 };
 
 constexpr double kFarthestDiagonals =
@@ -57,6 +61,10 @@ constexpr double kFarthestDiagonals =
 // Tissue tears before it is 2 or 3 times as long; places that are another mesh's have edges from
 // anywhere to anywhere.
 constexpr double kMostStretch = 4, kLeastStretch = 0.2;
+
+// Of a sheet as thin as this, by its length, nothing says which way its normal points. A mirrored
+// organ's map has the determinant −1; folding and pressing bring an organ's own to 0 at worst.
+constexpr double kFlat = 0.02, kMirrored = -0.2;
 
 constexpr double kMetresStretch = 1e-3, kCentimetresStretch = 0.1;
 
@@ -86,6 +94,20 @@ void PlausiblePlaces::begin(std::string what, const std::vector<Eigen::Vector3d>
   center_mm_ = box.center();
   diagonal_mm_ = box.diagonal();
   edges_mm_ = edges_mm(rest_mm);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : rest_mm) mean += p / double(rest_mm.size());
+  for (const Eigen::Vector3d& p : rest_mm) from_mean_mm_.push_back(p - mean);
+  const Eigen::Matrix3d spread = spread_with(rest_mm);
+  const double flattest = spread.selfadjointView<Eigen::Lower>().eigenvalues().x();
+  if (flattest > kFlat * kFlat * spread.trace()) spread_inverse_ = spread.inverse();
+}
+
+// Σ place · (rest − mean)ᵀ; the places' own mean does not matter, since the other's sum is 0.
+Eigen::Matrix3d PlausiblePlaces::spread_with(const std::vector<Eigen::Vector3d>& places_mm) const {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from_mean_mm_.size(); ++i)
+    sum += (places_mm[i] - center_mm_) * from_mean_mm_[i].transpose();
+  return sum;
 }
 
 double PlausiblePlaces::edges_mm(const std::vector<Eigen::Vector3d>& places_mm) const {
@@ -111,6 +133,10 @@ void PlausiblePlaces::check(const std::vector<Eigen::Vector3d>& now_mm) const {
     throw UsageError("the edges between the " + what_ + " are " + to_text(stretch, 3) +
                      " times as long as at rest; they are in another order, or another organ's");
   }
+  if ((spread_with(now_mm) * spread_inverse_).determinant() < kMirrored)
+    throw UsageError("the " + what_ +
+                     " are the organ's mirror image; an axis has the wrong sign (the world is LPS: "
+                     "x to the left, y to the back, z up)");
 }
 
 std::vector<std::array<std::uint32_t, 4>> corners_of(const TetrahedralBody& body) {

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
+#include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
 #include "organbake/truth/lens_picture.h"
 
@@ -326,6 +328,54 @@ void apply_scope_picture(const ScopePicture& scope, double focal_px,
   darken_folds(scope.folds, focal_px, depth_mm, picture);
   blur_out_of_focus(scope.aperture_mm, focal_px, depth_mm, picture);
   apply_scope_picture(scope, picture);
+}
+
+namespace {
+
+// Quantiles of the normal distribution: quick, and the same everywhere.
+constexpr int kQuantileBits = 12;
+const std::array<float, 1 << kQuantileBits>& normal_quantiles() {
+  static const auto table = [] {
+    std::array<float, 1 << kQuantileBits> quantiles{};
+    // By bisection of the distribution function.
+    for (std::size_t i = 0; i < quantiles.size(); ++i) {
+      const double share = (double(i) + 0.5) / double(quantiles.size());
+      double low = -6, high = 6;
+      for (int k = 0; k < 60; ++k) {
+        const double middle = 0.5 * (low + high);
+        (0.5 * std::erfc(-middle / std::numbers::sqrt2) < share ? low : high) = middle;
+      }
+      quantiles[i] = static_cast<float>(0.5 * (low + high));
+    }
+    return quantiles;
+  }();
+  return table;
+}
+
+void add_noise(double deviation, RandomStream random, Rgb8Image& picture) {
+  const auto& quantiles = normal_quantiles();
+  const auto scale = static_cast<float>(deviation);
+  constexpr int kAtOnce = 64 / kQuantileBits;
+  std::uint64_t bits = 0;
+  int left = 0;
+  for (std::uint8_t& value : picture.pixels) {
+    if (left == 0) bits = random(), left = kAtOnce;
+    const float noisy = static_cast<float>(value) + scale * quantiles[bits % quantiles.size()];
+    bits >>= kQuantileBits, --left;
+    value = static_cast<std::uint8_t>(std::clamp(noisy + 0.5f, 0.0f, 255.0f));
+  }
+}
+
+}  // namespace
+
+void expose(double gain, double noise, std::uint64_t seed, std::uint64_t item, Rgb8Image& picture) {
+  if (gain != 1) {
+    std::array<std::uint8_t, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i)
+      table[i] = srgb8_from_linear(static_cast<float>(gain) * linear_from_srgb8()[i]);
+    for (std::uint8_t& value : picture.pixels) value = table[value];
+  }
+  if (noise > 0) add_noise(noise, RandomStream(seed ^ 0x6e6f697365ull, item), picture);
 }
 
 }  // namespace organbake

@@ -213,6 +213,10 @@ TEST(PlayerStates, WhatCannotBeThisOrganIsRefusedAndNothingLost) {
         for (double& n : x) n += 5000;
       }),
       "of another world");
+  has(changed([](auto& x) {
+        for (std::size_t i = 0; i < x.size(); i += 3) x[i] = -x[i];
+      }),
+      "mirror image");
   has(refusal(player, {}), "0 vertices");
   EXPECT_THROW(player.set_vertices(good, 1), UsageError);
   Player springs(organ_to_play());

@@ -67,6 +67,10 @@ void apply_scope_picture(const ScopePicture& scope, Rgb8Image& picture);
 void apply_scope_picture(const ScopePicture& scope, double focal_px,
                          const std::vector<float>& depth_mm, Rgb8Image& picture);
 
+// Gain in linear light, then Gaussian noise in the 8-bit values; nothing at 1 and 0. `item` names
+// the picture among all that have the seed.
+void expose(double gain, double noise, std::uint64_t seed, std::uint64_t item, Rgb8Image& picture);
+
 // A scope as a preset describes it: what its optics do to a picture, and its camera. Schema:
 // scope-lens.schema.json.
 struct ScopeLens {

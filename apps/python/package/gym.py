@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many organs at once as a learner sees them: an environment with the interface of Gymnasium's
+gymnasium.vector.VectorEnv. It is one where Gymnasium is installed, and works the same without."""
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from ._organplay import Player, Scope
+from .tasks import HELD_STEPS, MOTION_MM, TASKS, Task, World
+
+try:
+    from gymnasium.spaces import Box, Dict as DictSpace
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    NEXT_STEP: Any = AutoresetMode.NEXT_STEP
+except ImportError:
+    VectorEnv, NEXT_STEP = object, "NextStep"
+
+    class Box:  # type: ignore[no-redef]
+        """Numbers of a shape between low and high: what is used of gymnasium.spaces.Box."""
+
+        def __init__(self, low: Any, high: Any, shape: Sequence[int], dtype: Any) -> None:
+            self.shape, self.dtype = tuple(shape), np.dtype(dtype)
+            self.low = np.full(self.shape, low, self.dtype)
+            self.high = np.full(self.shape, high, self.dtype)
+            self.random = np.random.default_rng()
+
+        def seed(self, seed: Optional[int] = None) -> None:
+            self.random = np.random.default_rng(seed)
+
+        def sample(self) -> np.ndarray:
+            low, high = np.nan_to_num(self.low.astype(float)), np.nan_to_num(self.high.astype(float))
+            return self.random.uniform(low, high).astype(self.dtype)
+
+        def contains(self, x: Any) -> bool:
+            return (isinstance(x, np.ndarray) and x.shape == self.shape and x.dtype == self.dtype
+                    and bool((x >= self.low).all() and (x <= self.high).all()))
+
+    class DictSpace(dict):  # type: ignore[no-redef,type-arg]
+        """Spaces by name: what is used of gymnasium.spaces.Dict."""
+
+        def contains(self, x: Any) -> bool:
+            return set(x) == set(self) and all(self[k].contains(v) for k, v in x.items())
+
+
+STATE = 16  # numbers of the observation "state"
+_LAYERS = {"depth": ("depth_mm", (), np.float32, 0, np.inf), "mask": ("mask", (), np.uint8, 0, 255),
+           "flow": ("flow_back", (2,), np.float32, -np.inf, np.inf)}
+
+
+class EnvironmentClosed(RuntimeError):
+    """The environment was closed; make another one."""
+
+
+class EnvironmentBusy(RuntimeError):
+    """Another thread is in reset() or step(); nothing was done."""
+
+
+@dataclass
+class Looks:
+    """What an episode's pictures are drawn from, by the world's own seed. Each range is (low, high):
+    the view's angles about that from virtual camera 0, its distance in multiples of that camera's,
+    the gain of linear light, and the noise in levels of 255."""
+
+    azimuth_rad: Tuple[float, float] = (0.0, 0.0)
+    elevation_rad: Tuple[float, float] = (0.0, 0.0)
+    distance: Tuple[float, float] = (1.0, 1.0)
+    gain: Tuple[float, float] = (1.0, 1.0)
+    noise: Tuple[float, float] = (0.0, 0.0)
+    lights: Sequence[Optional[str]] = (None,)  # baked, world, scope; None: the organ's own
+    scopes: Sequence[Optional[Scope]] = (None,)
+
+
+class OrganVectorEnv(VectorEnv):  # type: ignore[misc,valid-type]
+    """num_envs organs, each with a tool, and one task for all.
+
+    bundles: a folder made by organbake bake, or a list that the worlds take in turn. task: press,
+    lift, cut, or a tasks.Task. size: width and height of pictures, px; None: no pictures, which is
+    many times as fast. layers: of depth, mask and flow. reward: of a World after a step, a number;
+    None: the task's own. looks: how pictures differ. threads: that worlds are shared out to; the
+    same seeds and actions give the same bytes for any number.
+
+    Actions: (num_envs, task.actions) float, -1 to 1: the tip moves 2 mm a step along x, y and z of
+    the world (LPS); then what the task names. The tip stays within reach_mm of its target.
+    Observations, by name: state (N, 16) float32, of tip - target (3), end - target (3), the
+    direction from the organ to the tool (3), the force on the tool (3; N), what is wanted, what is
+    measured, jaws closed (0, 1), share of most_steps left; rgb (N, h, w, 3) uint8; depth_mm
+    (N, h, w) float32, inf behind the organ; mask (N, h, w) uint8; flow_back (N, h, w, 2) float32,
+    0 in an episode's first picture. infos: solved, measured, wanted, force_n, each by world.
+    A world that ended begins anew in the step that follows, whose action it ignores (NEXT_STEP).
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 60, "autoreset_mode": NEXT_STEP}
+    render_mode = "rgb_array"
+    spec = None
+    reach_mm = 60.0
+
+    def __init__(self, bundles: Any, task: Union[str, Task] = "press", num_envs: int = 4, *,
+                 size: Optional[Tuple[int, int]] = (128, 128), layers: Sequence[str] = (),
+                 reward: Optional[Callable[[World], float]] = None, looks: Looks = Looks(),
+                 threads: int = 2, max_steps: Optional[int] = None, solver: Optional[str] = None) -> None:
+        self.closed = True  # until all is there
+        if isinstance(task, str) and task not in TASKS:
+            raise ValueError(f"task '{task}' is none; take {', '.join(TASKS)}, or give a Task")
+        self.task: Task = TASKS[task]() if isinstance(task, str) else task
+        for name, number in (("num_envs", num_envs), ("threads", threads)):
+            if number < 1:
+                raise ValueError(f"{name} is {number}; it must be 1 or more")
+        for layer in layers:
+            if layer not in _LAYERS:
+                raise ValueError(f"layer '{layer}' is none of depth, mask, flow")
+        if layers and (size is None or self.task.cuts):
+            raise ValueError("layers need pictures: give a size" if size is None else
+                             "of an organ that is cut there are pictures, but no layers")
+        folders = list(bundles) if isinstance(bundles, (list, tuple)) else [bundles]
+        self.num_envs, self.size, self.layers = num_envs, size, tuple(layers)
+        self.reward, self.looks = reward or self.task.reward, looks
+        self.max_steps = max_steps or self.task.most_steps
+        self._worlds = [self._load(folders[i % len(folders)], solver) for i in range(num_envs)]
+        self._ended = np.ones(num_envs, bool)
+        self._begun = False
+        self._lock = threading.Lock()
+        self._pool = ThreadPoolExecutor(threads)
+        self._spaces()
+        self.closed = False
+
+    def _load(self, folder: Any, solver: Optional[str]) -> World:
+        player = Player(folder, solver=solver)
+        width, height = self.size or (64, 64)
+        return World(player, player.orbit(width=width, height=height))
+
+    def _spaces(self) -> None:
+        shapes: Dict[str, Any] = {"state": ((STATE,), np.float32, -np.inf, np.inf)}
+        if self.size:
+            width, height = self.size
+            shapes["rgb"] = ((height, width, 3), np.uint8, 0, 255)
+            for layer in self.layers:
+                name, of, kind, low, high = _LAYERS[layer]
+                shapes[name] = ((height, width) + of, kind, low, high)
+
+        def boxes(before: Tuple[int, ...]) -> Any:
+            return DictSpace({name: Box(low, high, before + shape, kind)
+                              for name, (shape, kind, low, high) in shapes.items()})
+
+        self._shapes = shapes
+        self.single_observation_space, self.observation_space = boxes(()), boxes((self.num_envs,))
+        self.single_action_space = Box(-1.0, 1.0, (self.task.actions,), np.float32)
+        self.action_space = Box(-1.0, 1.0, (self.num_envs, self.task.actions), np.float32)
+
+    @property
+    def worlds(self) -> Sequence[World]:
+        """What no learner sees: the worlds themselves, for experts and rewards."""
+        return self._worlds
+
+    def expert_actions(self) -> np.ndarray:
+        """(num_envs, task.actions) float32: what the task's scripted expert would do now."""
+        return np.array([self.task.expert(world) for world in self._worlds], np.float32)
+
+    def _enter(self) -> None:
+        if self.closed:
+            raise EnvironmentClosed("the environment was closed; make another one")
+        if not self._lock.acquire(blocking=False):
+            raise EnvironmentBusy("another thread is in reset() or step() of this environment")
+
+    def reset(self, *, seed: Union[int, Sequence[int], None] = None,
+              options: Optional[Dict[str, Any]] = None) -> Tuple[Dict[str, np.ndarray], Dict[str, Any]]:
+        """Begins an episode in every world, or in those of options["reset_mask"], (num_envs,) bool.
+        seed: of the first world, those after it have the next ones; or one for each. None: chance
+        goes on where it was. Returns observations and infos."""
+        self._enter()
+        try:
+            chosen = np.array((options or {}).get("reset_mask", np.ones(self.num_envs)), bool)
+            seeds = [None] * self.num_envs if seed is None else (
+                [int(seed) + i for i in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed))
+            for name, given in (("reset_mask", chosen), ("seed", seeds)):
+                if len(given) != self.num_envs:
+                    raise ValueError(f"{name} holds {len(given)} for {self.num_envs} worlds")
+            for world, own in zip(self._worlds, seeds):
+                if own is not None:
+                    world.random = np.random.default_rng(own)
+            observations = self._room()
+            self._for_all(lambda i: self._begin(i, observations) if chosen[i]
+                          else self._observe(i, observations))
+            self._ended[chosen] = False
+            self._begun = True
+            return observations, self._infos()
+        finally:
+            self._lock.release()
+
+    def _begin(self, i: int, observations: Dict[str, np.ndarray]) -> None:
+        world, looks = self._worlds[i], self.looks
+        world.begin()
+        draw = world.random.uniform
+        width, height = self.size or (64, 64)
+        world.view = world.player.orbit(draw(*looks.azimuth_rad), draw(*looks.elevation_rad),
+                                        draw(*looks.distance), width=width, height=height)
+        world.look = {"gain": draw(*looks.gain), "noise": draw(*looks.noise),
+                      "light": looks.lights[world.random.integers(len(looks.lights))],
+                      "scope": looks.scopes[world.random.integers(len(looks.scopes))],
+                      "seed": int(world.random.integers(2**31))}
+        self.task.begin(world)
+        self._observe(i, observations)
+
+    def _checked(self, actions: Any) -> np.ndarray:
+        """All of them, before any world moves. Raises ValueError."""
+        try:
+            numbers = np.asarray(actions, dtype=float)
+        except (TypeError, ValueError):
+            raise ValueError("actions are no array of numbers") from None
+        wanted = (self.num_envs, self.task.actions)
+        if numbers.shape != wanted:
+            raise ValueError(f"actions have the shape {numbers.shape}; it must be {wanted}")
+        bad = ~(np.abs(numbers) <= 1 + 1e-6)  # of no number, too
+        if bad.any():
+            i, k = np.argwhere(bad)[0]
+            raise ValueError(f"action {k} of world {i} is {numbers[i, k]:g}; it must be -1 to 1 "
+                             f"({MOTION_MM:g} mm a step)")
+        return np.clip(numbers, -1, 1)
+
+    def step(self, actions: Any) -> Tuple[Dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray,
+                                          Dict[str, Any]]:
+        """Returns observations, rewards (N,) float64, terminations (solved for 10 steps on end) and
+        truncations (after max_steps), (N,) bool, and infos. Raises ValueError for actions that are
+        none, EnvironmentClosed and EnvironmentBusy, and has then moved nothing."""
+        self._enter()
+        try:
+            if not self._begun:
+                raise RuntimeError("call reset() before the first step()")
+            numbers = self._checked(actions)
+            observations, rewards = self._room(), np.zeros(self.num_envs)
+            ended = self._ended.copy()
+
+            def work(i: int) -> None:
+                if ended[i]:
+                    return self._begin(i, observations)
+                self._advance(self._worlds[i], numbers[i])
+                rewards[i] = self.reward(self._worlds[i])
+                self._observe(i, observations)
+
+            self._for_all(work)
+            solved = np.array([world.solved for world in self._worlds])
+            late = np.array([world.steps >= self.max_steps for world in self._worlds]) & ~solved
+            self._ended = solved | late
+            return observations, rewards, solved, late, self._infos()
+        finally:
+            self._lock.release()
+
+    def _advance(self, world: World, action: np.ndarray) -> None:
+        tip = world.tip_mm + MOTION_MM * action[:3]
+        away = tip - world.target_mm
+        tip = world.target_mm + away * min(1.0, self.reach_mm / max(np.linalg.norm(away), 1e-9))
+        world.closed = len(action) > 3 and action[3] > 0
+        world.tip_mm = tip
+        world.step = world.player.step([tip], **self.task.tips(world))
+        world.force_n = world.step.forces_n[0]
+        world.measured = self.task.measure(world)
+        world.steps += 1
+        world.held = world.held + 1 if self.task.reached(world) else 0
+        world.solved = world.held >= HELD_STEPS
+
+    def _for_all(self, work: Callable[[int], None]) -> None:
+        for _ in self._pool.map(work, range(self.num_envs)):
+            pass
+
+    def _room(self) -> Dict[str, np.ndarray]:
+        return {name: np.zeros((self.num_envs,) + shape, kind)
+                for name, (shape, kind, _, _) in self._shapes.items()}
+
+    def _observe(self, i: int, observations: Dict[str, np.ndarray]) -> None:
+        world = self._worlds[i]
+        observations["state"][i] = np.concatenate([
+            world.tip_mm - world.target_mm, world.end_mm - world.target_mm, world.out,
+            world.force_n, [world.wanted, world.measured, world.closed,
+                            1 - world.steps / self.max_steps]])
+        if not self.size:
+            return
+        if world.steps == 0:  # no step has told the player where its tool is
+            world.player.place_tools([world.tip_mm], **self.task.tips(world))
+        look = {**world.look, "seed": world.look["seed"] + world.steps}
+        picture = world.player.draw(world.view, self.layers, out=observations["rgb"][i], **look)
+        for layer in self.layers:
+            name = _LAYERS[layer][0]
+            plane = getattr(picture, name)
+            if plane is not None:  # flow of a first picture
+                observations[name][i] = plane
+
+    def _infos(self) -> Dict[str, Any]:
+        worlds, all_of = self._worlds, np.ones(self.num_envs, bool)
+        infos = {"solved": np.array([w.solved for w in worlds]),
+                 "measured": np.array([w.measured for w in worlds]),
+                 "wanted": np.array([w.wanted for w in worlds]),
+                 "force_n": np.array([np.linalg.norm(w.force_n) for w in worlds])}
+        return {**infos, **{"_" + name: all_of.copy() for name in infos}}
+
+    def render(self) -> Tuple[np.ndarray, ...]:
+        """A picture (h, w, 3) uint8 of each world, as its view shows it now."""
+        self._enter()
+        try:
+            return tuple(w.player.draw(w.view).rgb for w in self._worlds)
+        finally:
+            self._lock.release()
+
+    def close(self, **kwargs: Any) -> None:
+        """Frees the organs; a second time does no harm."""
+        if self.closed:
+            return
+        self.closed = True
+        self._pool.shutdown()
+        for world in self._worlds:
+            world.player.close()
+
+    @property
+    def unwrapped(self) -> "OrganVectorEnv":
+        return self
+
+    def __enter__(self) -> "OrganVectorEnv":
+        return self
+
+    def __exit__(self, *args: Any) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        if not getattr(self, "closed", True):
+            self.close()
+
+    def __repr__(self) -> str:
+        return f"OrganVectorEnv({self.task.name}, num_envs={self.num_envs})"
