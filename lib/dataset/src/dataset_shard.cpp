@@ -196,6 +196,7 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
   TruthOptions truth;
   truth.layers = spec.layers;
   truth.baseline_mm = spec.baseline_mm;
+  truth.tracks = spec.tracks;
   truth.lens = lens;
   truth.run = [&](WriteJob job) { writers.run(std::move(job)); };
   TruthRecorder recorder(folder.path(), truth, draw);

@@ -163,8 +163,8 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   const JsonField document(json, name);
   document.require_schema(kDatasetSchema);
   document.allow_only({"schema", "name", "seed", "frames", "clip_frames", "shard_frames", "size",
-                       "layers", "stereo_mm", "scope", "lens", "test_share", "time_step_s", "views",
-                       "pokes", "lights", "gain", "noise"});
+                       "layers", "tracks", "stereo_mm", "scope", "lens", "test_share",
+                       "time_step_s", "views", "pokes", "lights", "gain", "noise"});
   DatasetSpec spec;
   const Keys keys(document);
   if (const auto named = document.find("name")) spec.name = named->text();
@@ -190,6 +190,7 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
     if (const auto scope = document.find(key))
       read_scope(*scope, name + ": /" + key, document.find("size").has_value(), spec);
   if (const auto layers = document.find("layers")) read_layers(*layers, spec);
+  keys.whole("tracks", 0, 100000, spec.tracks);
   if (const auto stereo = document.find("stereo_mm"))
     spec.baseline_mm = stereo->number(kNarrowestBaseline_mm, kWidestBaseline_mm);
   keys.number("test_share", 0, 1, spec.test_share);
@@ -233,6 +234,7 @@ std::string dataset_spec_to_json(const DatasetSpec& s) {
                {"lights", lights},
                {"gain", range_json(s.gain)},
                {"noise", range_json(s.noise)}};
+  if (s.tracks > 0) json["tracks"] = s.tracks;
   if (s.baseline_mm) json["stereo_mm"] = *s.baseline_mm;
   if (s.lens) json["lens"] = parse_json(scope_lens_to_json(*s.lens), "lens");
   return json_text(json);

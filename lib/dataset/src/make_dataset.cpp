@@ -70,7 +70,8 @@ constexpr const char* kPageHead =
 constexpr const char* kFiles =
     "<p>Each shard holds frame_0000.png and on (8-bit sRGB), the layers that were asked for "
     "(depth_, flow_, normals_, id_ and weight_ as EXR, mask_ as PNG of labels: 0 background, 1 "
-    "tissue, 101 and on the instruments), cameras.json, scenes.jsonl with instruments, forces and "
+    "tissue, 101 and on the instruments; tracks_ of each clip as NPZ of points, occluded and "
+    "xyz_mm), cameras.json, scenes.jsonl with instruments, forces and "
     "the proxy's vertices, and shard.json with its clips. The right eye of a stereo pair lies in "
     "right/. Millimetres and newtons, LPS; camera axes x right, y down, z forward.</p>\n";
 

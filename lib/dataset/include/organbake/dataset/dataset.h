@@ -32,6 +32,7 @@ struct DatasetSpec {
   int shard_frames = 100;  // at most, in one folder
   int width = 640, height = 480;
   LayerSet layers;
+  int tracks = 0;                     // points of the skin followed through each clip
   std::optional<double> baseline_mm;  // two eyes
   std::optional<ScopeLens> lens;      // of a scope, in the pictures' size
   double test_share = 0.2;            // of the organs

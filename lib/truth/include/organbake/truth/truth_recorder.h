@@ -43,6 +43,7 @@ struct TruthOptions {
   LayerSet layers;
   std::optional<double> baseline_mm;     // draw a right eye, too, so far along the view's x axis
   std::vector<std::string> instruments;  // their names
+  int tracks = 0;                        // points of the skin to follow through each clip; 0: none
   // Pictures as a scope shows them; those that are added are its pinhole's. Empty: as they are.
   std::shared_ptr<const LensPicture> lens = {};
   // Runs the writing of files, now or later; empty: now.
@@ -72,7 +73,10 @@ void check_baseline(double baseline_mm);
 
 // Writes the truth of a script's frames into a folder that the caller makes and commits: by frame
 // the layers (layer_jobs()) as depth_0000.exr and so on, for the sequence cameras.json and
-// scenes.jsonl. The right eye's frames and layers, under the same names and with a
+// scenes.jsonl; and by clip tracks_0000.npz (its first frame's number), the points of the skin that
+// were asked for, of those that its first frame shows, evenly over its pixels: points (n, frames,
+// 2) float32, px, occluded (n, frames) bool, as TAP-Vid has them but for the unit, and xyz_mm (n,
+// frames, 3) float32, camera mm. The right eye's frames and layers, under the same names and with a
 // cameras.json of their own, lie in the folder "right".
 class TruthRecorder {
  public:
