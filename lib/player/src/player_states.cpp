@@ -24,9 +24,9 @@ namespace organbake {
 namespace {
 
 // Whether places may be those of a mesh that another program has deformed: told by its size, by
-// where it lies, by edges of it, which tissue does not make several times as long on average, and by
-// the affine map that fits best, which mirrors nothing. Wrong units, another mesh or another order
-// of the vertices show there, and the message says which is likely.
+// where it lies, by edges of it, which tissue does not make several times as long on average, and
+// by the affine map that fits best, which mirrors nothing. Wrong units, another mesh or another
+// order of the vertices show there, and the message says which is likely.
 class PlausiblePlaces {
  public:
   // elements: the mesh's faces or tetrahedra; what: "vertices" or "nodes", for messages.
