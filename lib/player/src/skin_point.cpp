@@ -206,7 +206,10 @@ PokeSite poke_site(const Bundle& bundle, const View& view, double radius_mm) {
   for (std::size_t v = 0; v < vertices.size(); v += 1 + vertices.size() / kTried)
     if (const auto price = choice.price(static_cast<std::uint32_t>(v)))
       sites.emplace_back(*price, static_cast<std::uint32_t>(v));
-  if (sites.empty()) throw BadDataError("the view sees no skin that a tool could press");
+  if (sites.empty()) {  // too few vertices, or none that faces the view
+    const Eigen::Vector3d outward = poke_direction(bundle).normalized();
+    return {skin_point(bundle, outward), outward, thickness_mm(bundle, outward)};
+  }
   std::sort(sites.begin(), sites.end());
   const auto open = std::find_if(sites.begin(), sites.end(),
                                  [&](const auto& site) { return choice.is_open(site.second); });

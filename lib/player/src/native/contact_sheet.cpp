@@ -29,9 +29,12 @@ Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
   return seen ? seen(frame, view) : frame.color;
 }
 
+constexpr double kAround_rad = 1.3;  // cameras that reach so far see an organ from all sides
+
 // How far the virtual cameras reach from the first, rad: those of a laparoscopy see one side only.
 double reach_rad(const ViewManifold& manifold) {
-  double reach = 0;
+  constexpr double kLeast = 0.15;  // of a single camera
+  double reach = kLeast;
   for (const Eigen::Vector3d& d : manifold.directions)
     reach = std::max(reach, std::acos(std::clamp(manifold.directions.front().dot(d), -1.0, 1.0)));
   return reach;
@@ -39,10 +42,10 @@ double reach_rad(const ViewManifold& manifold) {
 
 // Three views from aside: all round, or as far to the sides and up as the cameras reach.
 std::array<OrbitPose, 3> side_poses(double reach) {
-  constexpr double kAround = 1.3;
-  if (reach < kAround)
+  if (reach < kAround_rad)
     return {OrbitPose{-reach, 0.2 * reach}, OrbitPose{reach, 0.2 * reach}, OrbitPose{0, reach}};
-  return {OrbitPose{-kAround, 0.1}, OrbitPose{kAround, 0.1}, OrbitPose{std::numbers::pi, 0.1}};
+  return {OrbitPose{-kAround_rad, 0.1}, OrbitPose{kAround_rad, 0.1},
+          OrbitPose{std::numbers::pi, 0.1}};
 }
 
 // Letters of strokes, for what stands below a picture. Each is a list of lines, each line a list
@@ -214,6 +217,9 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
         .write(caption_of(poke));
   };
   const double reach = reach_rad(bundle.cameras.manifold);
+  if (reach < kAround_rad)
+    context.info("sheet: its cameras see one side; views go " +
+                 to_text(reach * 180 / std::numbers::pi, 0) + " degrees aside, as far as they do");
   player.reset();
   add({}, {});
   const double aside = std::min(0.35, 0.5 * reach);
