@@ -40,11 +40,10 @@ constexpr double kDepthMostOffSize = 0.035;
 
 // What is wrong with the surface's size against the depth's.
 std::string told_of_size(const DepthFit& d) {
-  const double larger = d.free_scale - 1;
   if (std::abs(std::log(d.free_scale)) <= d.scale_sd)
     return "the depth tells the surface's size only to " + percent(d.scale_sd, 1);
-  return "the surface is " + percent(std::abs(larger), 1) + (larger > 0 ? " larger" : " smaller") +
-         " (± " + percent(d.scale_sd, 1) +
+  return "the surface is " + percent(std::abs(d.free_scale - 1), 1) +
+         (d.free_scale > 1 ? " larger" : " smaller") + " (± " + percent(d.scale_sd, 1) +
          ") than the depth has it: is it this organ's, and are both in mm?";
 }
 
