@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "organbake/core/error.h"
@@ -42,6 +43,16 @@ void set_option(const Option& option, const OptionValue& value) {
   option.set(all);
 }
 
+// Whether a word behind the flag of a retired setting is its value: of a switch, which stood alone
+// but may be given one, only what can be nothing else.
+bool is_value_of_retired(const std::string& word, bool was_switch) {
+  if (word.starts_with("--")) return false;
+  static const std::set<std::string> kSwitched = {"true", "false", "yes", "no", "on", "off"};
+  const bool number =
+      !word.empty() && word.find_first_not_of("+-.0123456789eE") == std::string::npos;
+  return !was_switch || number || kSwitched.contains(word);
+}
+
 // Reads the flag at `position` and its value; returns the position behind them.
 std::size_t read_flag(const Arguments& arguments, std::size_t position, const OptionList& options,
                       std::vector<std::string>& notes) {
@@ -51,8 +62,10 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   const std::string name = flag.substr(flag.starts_with("--no-") ? 5 : 2);
   if (const std::string retired = options.retired_note(name); !retired.empty()) {
     notes.push_back(retired);
-    const bool alone = equals != std::string::npos || options.was_switch(name);
-    return std::min(position + (alone ? 1 : 2), arguments.size());
+    const bool alone = equals != std::string::npos || flag.starts_with("--no-") ||
+                       position + 1 == arguments.size() ||
+                       !is_value_of_retired(arguments[position + 1], options.was_switch(name));
+    return position + (alone ? 1 : 2);
   }
   const Option* option = options.find(flag.substr(2));
   if (!option && flag.starts_with("--no-")) {

@@ -48,6 +48,7 @@ done <<'END'
 78 | --set decimat.faces=60~did you mean 'decimate'?                   | organbake bake r.yaml -o made --set decimat.faces=60
 78 | --set faces=60: 'faces' belongs to a section; say decimate.faces  | organbake bake r.yaml -o made --set faces=60
 78 | --set faces: it takes key=value                                   | organbake bake r.yaml -o made --set faces
+66 | gone.png~there is no such file                                  | organbake shade gone.png -o made --from-previous 1 --full-relief 1
 66 | gone.nii.gz: there is no such file                                | organbake bake r.yaml -o made --set ct=gone.nii.gz
 78 | there is no mask~mask=FILE                                        | organbake bake r.yaml -o made --set label=liver
 65 | p/ct.mha: holds values down to −~swapped                           | organbake isosurface --mask p/ct.mha --label 5 -o made
