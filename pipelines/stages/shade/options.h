@@ -95,6 +95,11 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
             .max = 160.4})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
+      .add("relief", &o.shading.relief,
+           {.help = "share of the relief that is kept, of a tube 1; auto: what each frame's own "
+                    "evidence allows",
+            .min = 0,
+            .max = 1})
       .add("iterations", &o.shading.iterations,
            {.help = "iterations of Tsai–Shah", .min = 1, .max = 1000000});
   bind_frames(list, o.selection.every, o.sharpest);
@@ -104,6 +109,7 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
       .add("masks", &o.frame.masks,
            {.help = "look for the round field of view, highlights and instruments"})
       .retire("piecewise_albedo", "tissues of different colour are always told apart", true)
+      .retire("full_relief", "relief=1 keeps all of it", true)
       .retire("from_previous", "a frame like the one before always starts from its depth", true);
   bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
 }
@@ -111,7 +117,7 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
 inline Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 12,
+      .version = 13,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,

@@ -122,6 +122,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   result.residual = estimate.misfit;
   result.noise = estimate.noise;
   result.quality = judge_depth(frame, estimate, previous ? &previous->quality : nullptr);
+  if (options.relief) result.quality.kept = {*options.relief, *options.relief, *options.relief};
   result.confidence =
       confidence_map(frame, estimate.log_range, normals_from_log_range(estimate.log_range, rays),
                      rays, estimate.intensity_unit, estimate.noise);
@@ -225,6 +226,8 @@ void ShadingOptions::check() const {
                      "known");
   if (!(albedo >= 0 && albedo < 1e12))
     throw UsageError("albedo is " + to_text(albedo) + "; it must not be negative");
+  if (relief && !(*relief >= 0 && *relief <= 1))
+    throw UsageError("relief is " + to_text(*relief) + "; it must be auto or in 0…1");
   if (iterations < 1)
     throw UsageError("iterations is " + std::to_string(iterations) + "; it must be at least 1");
 }

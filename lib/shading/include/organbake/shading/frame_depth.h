@@ -25,6 +25,13 @@ struct ReliefEvidence {
   // Correlation −1…1 of ln z with the hue (ln of green by red). Where pale tissue is read as near
   // and dark as far, several tissues were taken for a shape.
   double hue_correlation = 0;
+  // How much farther the rim of the view is than its middle, as the standard deviation of ln z that
+  // its part by r² (of normalised image coordinates) makes; below 0 where the middle is farther. A
+  // beam and a vignette darken the rim and feign the former; nothing but depth, or an albedo that
+  // happens to be dark in the middle alone, makes the latter: a tube's lumen, a cavity's ground.
+  double bowl = 0;
+  // Standard deviation of ln z over the picture, its tilt and bowl taken out.
+  double rest_sd = 0, tilt_sd = 0;
 };
 
 // Over cells of a fiftieth of the frame's longer side that show diffuse tissue; all but the
@@ -32,17 +39,18 @@ struct ReliefEvidence {
 [[nodiscard]] ReliefEvidence relief_evidence(const PreparedFrame& frame,
                                              const RangeEstimate& estimate);
 
-// How much is kept of the two parts of a relief (of ln z, over the picture), each 0…1.
+// How much is kept of the parts of a relief (of ln z, over the picture), each 0…1.
 struct ReliefShare {
   double tilt = 0;  // of the whole view, right and left, up and down
-  double rest = 0;  // of what is left without it
+  double bowl = 0;  // of the whole view, from its middle to its rim
+  double rest = 0;  // of what is left without both
 };
 
-// Of the logit of a share: constant, and by ln of the unexplained brightness, by the tilt's share
-// and by the correlation with hue.
-using ReliefShareTerms = std::array<double, 4>;
+// Of the logit of a share: constant, and by ln of the unexplained brightness, by the tilt's share,
+// by the correlation with hue and by the bowl.
+using ReliefShareTerms = std::array<double, 5>;
 struct ReliefShareModel {
-  ReliefShareTerms tilt, rest;
+  ReliefShareTerms tilt, bowl, rest;
 };
 extern const ReliefShareModel kReliefShareModel;
 
@@ -51,8 +59,12 @@ extern const ReliefShareModel kReliefShareModel;
 [[nodiscard]] ReliefShare relief_share(const ReliefEvidence& evidence,
                                        const ReliefShareModel& model = kReliefShareModel);
 
+// The mean error of the depth that the shares leave, once it has the right scale, as a share.
+[[nodiscard]] double expected_error(const ReliefEvidence& evidence);
+
 // Draws ln r to the plane across the axis that lies at the tissue's median depth: all of it for
-// shares of 0, nothing for 1. The tilt is the least-squares plane of ln z over the tissue.
+// shares of 0, nothing for 1. Tilt and bowl are the least-squares fit of x, y and x² + y² to ln z
+// over the tissue.
 void keep_relief(const RayGrid& rays, const Mask& tissue, const ReliefShare& share,
                  Plane& log_range);
 
@@ -65,12 +77,16 @@ struct DepthQuality {
   std::string reason;  // empty when ok
   double support = 0;  // 0…1: the share of the relief's variance, or of the view, that is kept
   double unexplained = 0;  // share of the brightness, at organ scale, that no shape explains
-  ReliefShare kept = {};   // of a shaded frame's relief
+  // Of the shaded depth, once it has the right scale: its mean error, a share, as the evidence has
+  // it.
+  double expected_error = 0;
+  ReliefShare kept = {};  // of a shaded frame's relief
 };
 
-// A small misfit proves no shape, but a large one disproves the model: brightness that no smooth
-// surface explains is texture, several tissues or another light, and then the rest, which one does
-// explain, is as likely the same. What is kept of the relief is relief_share() of the frame, evened
+// Ok means that the depth is expected to be right within a tenth. A small misfit proves no shape,
+// but what no smooth surface explains is texture, several tissues or another light, and then the
+// rest, which one does explain, is as likely the same; and a deep relief errs by more than a flat
+// one. What is kept of the relief is relief_share() of the frame, evened
 // with what was kept of `previous`, the frame before it where that looks alike (else null): shares
 // follow a clip without flicker, and a depth that was taken over keeps its own.
 [[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
@@ -88,6 +104,9 @@ struct ShadingOptions {
   // albedo (intensity = albedo · cos θ / r², r in mm). 0 = unknown: depth is relative, median 1.
   double range_mm = 0;
   double albedo = 0;
+  // The share of the laparoscope's relief that is kept, 0…1; nothing = as much as the frame's own
+  // evidence allows.
+  std::optional<double> relief;
 
   void check() const;  // throws UsageError
 };
