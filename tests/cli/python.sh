@@ -20,6 +20,11 @@ expect_out "the farthest moved"
 expect 0 /usr/bin/python3 "$example/play_trajectory.py" b trajectory.npz played
 expect_out "12 pictures"
 [ -s played/trajectory.mp4 ] && [ -s played/layers.npz ] || fail "no picture of the trajectory"
+
+# The chapter's loop learns, and is the one that is printed there.
+expect 0 /usr/bin/python3 "$example/train_press.py" b curve.svg
+expect_out "round 11"
+grep -q "<polyline" curve.svg || fail "no learning curve"
 PATH="$BIN:$PATH" expect 0 /usr/bin/python3 -m organplay b -o from_module.png --size 64x48 --quiet
 expect 0 "$BIN/organplay" b -o from_program.png --size 64x48 --quiet
 expect_same from_module.png from_program.png

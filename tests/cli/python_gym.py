@@ -3,7 +3,9 @@
 # its VectorEnv. ORGANPLAY_SEEDS=100 gives the experts as many seeds (8, unless it says otherwise).
 import importlib
 import os
+import pathlib
 import sys
+import textwrap
 import threading
 import types
 import unittest
@@ -13,6 +15,7 @@ from organplay import gym
 from organplay.tasks import Cut, Lift, Press
 
 BUNDLE = sys.argv[1]
+ROOT = pathlib.Path(__file__).parents[2]
 # The organ of these tests is 23 mm long: what is asked of it is as small.
 TASKS = {"press": Press(radius_mm=3, force_n=(0.05, 0.2)), "lift": Lift(lift_mm=(1, 3)),
          "cut": Cut(length_mm=(4, 8), depth_mm=2)}
@@ -167,6 +170,12 @@ class GymTest(unittest.TestCase):
                     tried += 4
             print(f"{task}: solved {solved} of {tried}", file=sys.stderr)
             self.assertGreaterEqual(solved, 0.95 * tried, task)
+
+    def test_the_chapter_prints_the_example(self):
+        example = (ROOT / "apps/python/examples/train_press.py").read_text()
+        loop = example[example.index("def act("):example.index("    points = ")].rstrip()
+        chapter = (ROOT / "apps/manual/training.md").read_text()
+        self.assertIn(textwrap.indent(loop, "    "), chapter)
 
     def test_is_gymnasiums_own_where_that_is(self):
         if "gymnasium" in sys.modules:
