@@ -97,8 +97,12 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
   // Features reach some frames beyond the outermost views.
   constexpr std::size_t kBeyond = 10;
   const std::size_t first = view_frames[posed.front()], last = view_frames[posed.back()];
-  const std::size_t begin = first - std::min(first, kBeyond);
-  parallel_for(begin, std::min(clip.frames, last + 1 + kBeyond), [&](std::size_t frame) {
+  // But not as far as a view that the scene does not explain.
+  const std::size_t before = posed.front() > 0 ? view_frames[posed.front() - 1] + 1 : 0;
+  const std::size_t after =
+      posed.back() + 1 < view_frames.size() ? view_frames[posed.back() + 1] : clip.frames;
+  const std::size_t begin = std::max(before, first - std::min(first, kBeyond));
+  parallel_for(begin, std::min(after, last + 1 + kBeyond), [&](std::size_t frame) {
     const auto distance = [&](std::size_t view) {
       return view_frames[view] > frame ? view_frames[view] - frame : frame - view_frames[view];
     };
@@ -169,14 +173,25 @@ double explained_share(const Scene& scene) {
   return all > 0 ? agreeing / all : 0;
 }
 
+const std::string kSmaller = "another span is longer",
+                  kNotRigid =
+                      "no one rigid scene with the longest span: there the scope jumps, or "
+                      "tissue moves";
+
 class MotionSearch {
  public:
   MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
                const PictureLoader& load, const RunContext& context)
       : options_(options), clip_(clip), lens_(lens), load_(load), context_(context) {}
 
+  // Frames, and why they are left out where another span is longer.
+  struct Candidate {
+    Frames frames;
+    std::string smaller = kSmaller;
+  };
+
   // Tries the views of each shot, then what their first scene left over; the best is kept.
-  ClipMotion best_of(std::deque<Frames> shots) {
+  ClipMotion best_of(std::deque<Candidate> shots) {
     ClipMotion best;
     const std::string fewest = std::to_string(options_.fewest_views);
     best.failure = clip_.frames < options_.fewest_views
@@ -184,7 +199,7 @@ class MotionSearch {
                              " frames, and at least " + fewest + " are needed"
                        : "no shot of the clip has " + fewest + " frames that differ";
     while (!shots.empty()) {
-      const Frames frames = std::move(shots.front());
+      const auto [frames, smaller] = std::move(shots.front());
       shots.pop_front();
       if (frames.size() < options_.fewest_views) {
         // One frame neither moves nor stands still.
@@ -196,7 +211,7 @@ class MotionSearch {
         continue;
       }
       if (best.scene.posed_views() >= frames.size()) {
-        leave_out(frames, "another span is longer");
+        leave_out(frames, smaller);
         continue;
       }
       ClipMotion found = solve(frames);
@@ -205,10 +220,10 @@ class MotionSearch {
         if (best.scene.posed_views() == 0) best = std::move(found);
         continue;
       }
-      for (Frames& rest : unposed_runs(found)) shots.push_back(std::move(rest));
+      for (Frames& rest : unposed_runs(found)) shots.push_back({std::move(rest), kNotRigid});
       const bool better = found.scene.posed_views() > best.scene.posed_views();
       if (better) std::swap(best, found);
-      if (found.scene.posed_views() > 0) leave_out(found.view_frames, "another span is longer");
+      if (found.scene.posed_views() > 0) leave_out(found.view_frames, kSmaller);
     }
     return best;
   }
@@ -282,6 +297,7 @@ class MotionSearch {
     }
     adjust({.lens = free, .iterations = 20}, motion.scene);
     drop_outliers(options_.reconstruction.triangulation, motion.scene);
+    keep_rigid_span(options_.reconstruction, options_.fewest_views, motion.scene);
     measure(motion);
     if (motion.scene.posed_views() < options_.fewest_views)
       motion.failure = "only " + std::to_string(motion.scene.posed_views()) +
@@ -314,13 +330,13 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
         "nothing can be followed: the frames are black, or instruments and highlights cover them";
     return nothing;
   }
-  std::deque<Frames> shots;
+  std::deque<MotionSearch::Candidate> shots;
   for (std::size_t i = 0; i < clip.shots.size(); ++i) {
     const std::size_t end = i + 1 < clip.shots.size() ? clip.shots[i + 1] : clip.frames;
-    shots.push_back(choose_views(options.views, clip, sharpness, clip.shots[i], end));
+    shots.push_back({choose_views(options.views, clip, sharpness, clip.shots[i], end)});
   }
   std::stable_sort(shots.begin(), shots.end(),
-                   [](const Frames& a, const Frames& b) { return a.size() > b.size(); });
+                   [](const auto& a, const auto& b) { return a.frames.size() > b.frames.size(); });
   MotionSearch search(options, clip, lens, load, context);
   ClipMotion motion = search.best_of(std::move(shots));
   motion.left_out = search.take_left_out();

@@ -144,6 +144,8 @@ struct FeatureTracker::Impl {
   ClipTracks clip;
   FlowPyramid before;
   std::vector<std::size_t> alive;  // of clip.tracks, those that are in the last frame
+  std::size_t filled = 0;          // how many were alive after the last refill
+  double aim = 0;                  // features after a refill, so that enough are left at the next
 
   void follow(const FlowPyramid& now, const Mask& usable) {
     std::vector<Eigen::Vector2f> here;
@@ -168,13 +170,37 @@ struct FeatureTracker::Impl {
     clip.shots.push_back(clip.frames);
   }
 
+  // Smooth, dark or blurred tissue holds few of the features that it is given: it is given more, so
+  // that half of those that are aimed at are left when they are replaced.
+  void aim_by_survivors() {
+    constexpr double kLeft = 0.5, kMostTimes = 10;
+    if (filled == 0) return;
+    const double survivors = static_cast<double>(alive.size()) / static_cast<double>(filled);
+    const double wanted =
+        options.features * std::clamp(kLeft / std::max(1e-3, survivors), 1.0, kMostTimes);
+    // Down by halves: one steady spell promises no other.
+    aim = std::max(wanted, 0.5 * (aim + wanted));
+  }
+
+  // Not only in turn, but at once where most are lost.
+  bool needs_refill(bool cut) const {
+    return cut || clip.frames % options.refill_every == 0 ||
+           (2 * alive.size() < filled && 2 * alive.size() < aim);
+  }
+
   // New corners where there are no features, as far apart as so many of them lie evenly.
   void refill(const Grid<std::uint8_t>& picture, const Mask& usable) {
-    const int missing = options.features - static_cast<int>(alive.size());
+    aim_by_survivors();
+    add_corners(picture, usable);
+    filled = alive.size();
+  }
+
+  void add_corners(const Grid<std::uint8_t>& picture, const Mask& usable) {
+    const int missing = static_cast<int>(aim) - static_cast<int>(alive.size());
     if (missing <= 0) return;
     cv::Mat free = cv_view(usable).clone();
     const double area = cv::countNonZero(free);
-    const int apart = std::max(3, static_cast<int>(0.7 * std::sqrt(area / options.features)));
+    const int apart = std::max(3, static_cast<int>(0.7 * std::sqrt(area / aim)));
     for (const std::size_t track : alive) {
       const Eigen::Vector2f& p = clip.tracks[track].pixels.back();
       cv::circle(free, cv::Point(static_cast<int>(p.x()), static_cast<int>(p.y())), apart, 0,
@@ -194,6 +220,7 @@ struct FeatureTracker::Impl {
 FeatureTracker::FeatureTracker(const TrackingOptions& options) : impl_(std::make_unique<Impl>()) {
   options.check();
   impl_->options = options;
+  impl_->aim = options.features;
 }
 FeatureTracker::~FeatureTracker() = default;
 FeatureTracker::FeatureTracker(FeatureTracker&&) noexcept = default;
@@ -212,8 +239,7 @@ void FeatureTracker::add(const Grid<std::uint8_t>& picture, const Mask& usable) 
   FlowPyramid now(picture);
   const std::size_t shots = clip.shots.size();
   impl_->follow(now, usable);
-  if (clip.frames % impl_->options.refill_every == 0 || clip.shots.size() != shots)
-    impl_->refill(picture, usable);
+  if (impl_->needs_refill(clip.shots.size() != shots)) impl_->refill(picture, usable);
   impl_->before = std::move(now);
   ++clip.frames;
 }
@@ -223,6 +249,8 @@ const ClipTracks& FeatureTracker::clip() const { return impl_->clip; }
 ClipTracks FeatureTracker::take() {
   impl_->alive.clear();
   impl_->before = {};
+  impl_->filled = 0;
+  impl_->aim = impl_->options.features;
   return std::exchange(impl_->clip, {});
 }
 

@@ -54,6 +54,11 @@ TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>
 // plane z = 1.
 Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point);
 
+// Takes the poses from the views at the clip's end, or its beginning, that fit clearly better by
+// themselves than with the rest: there the scope has jumped, or tissue has moved. The rest, at
+// least half of the views, is fitted anew. Whether there were such views. Deterministic.
+bool keep_rigid_span(const ReconstructionOptions& options, std::size_t fewest_views, Scene& scene);
+
 // Looks for places in views that do not see them yet but should, by where they are projected to:
 // where the scope comes back, and where a track was lost. Each is tracked there from the view that
 // saw it under the most similar direction and distance, and back again. Returns how many sightings
@@ -65,6 +70,8 @@ std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene);
 // their hue is alike. The inverse square alone gives a slope of -2; a scene that is inside out has
 // what is near dark.
 struct LampAgreement {
+  static constexpr double kObjects = 0.3;  // correlation from which the lamp speaks against a scene
+
   double correlation = 0, slope = 0;  // of the logarithms
   // Of each place in one view and another, where only the distance changes.
   double correlation_over_time = 0;
@@ -72,6 +79,10 @@ struct LampAgreement {
 };
 // `views`: of each view, or null.
 LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene);
+
+double focal_of_view(const Intrinsics& lens, double view_rad);
+// By how many standard deviations a lens's focal length and distortion are unlike a scope's.
+Eigen::Vector2d unlike_a_scope(const Intrinsics& lens);
 
 struct BasinChoice {
   double parallax_px = 0;

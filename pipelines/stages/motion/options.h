@@ -55,7 +55,7 @@ inline void bind(OptionList& list, MotionStageOptions& o) {
       .add("keep_light", &o.keep_light,
            {.help = "leave the scope's light in the surface's colours; else it is divided out, and "
                     "the player lights the tissue anew"})
-      .retire("features", "2,000 are followed in each frame")
+      .retire("features", "as many are followed as the tissue holds")
       .retire("voxel_mm", "it follows how finely parallax tells depth");
 }
 

@@ -240,6 +240,38 @@ TEST(ClipMotion, TakesTheLongerOfTwoShots) {
   EXPECT_EQ(motion.left_out[0].first, 0u);
 }
 
+TEST(ClipMotion, KeepsTheSpanBeforeTissueMoves) {
+  // From the 30th frame on half of the tissue lies 5 mm deeper and 3 mm aside, which the scope's
+  // own motion explains in part.
+  TrackedScene tracked = tracks_of(swinging_scope(44));
+  constexpr std::size_t kMoves = 30;
+  for (FeatureTrack& track : tracked.clip.tracks) {
+    const Eigen::Vector2d first = track.pixels.front().cast<double>();
+    if (first.x() < hd_lens().cx) continue;
+    for (std::size_t frame = std::max(kMoves, track.first_frame); frame < track.end_frame();
+         ++frame) {
+      const PosedCamera& camera = tracked.cameras[frame];
+      Eigen::Vector2f& pixel = track.pixels[frame - track.first_frame];
+      const double depth = LitClip::range_of(camera, pixel) /
+                           unproject(camera.intrinsics, pixel.cast<double>()).norm();
+      const Eigen::Vector3d point =
+          depth * unproject(camera.intrinsics, pixel.cast<double>()) + Eigen::Vector3d(3, 0, 5);
+      pixel = project(camera.intrinsics, point).cast<float>();
+    }
+  }
+  MotionOptions options = plain();
+  options.views.most_apart = 2;
+  const ClipMotion motion = motion_of(tracked, options);
+  ASSERT_EQ(motion.failure, "");
+  EXPECT_TRUE(motion.camera_from_world[5]);
+  EXPECT_TRUE(motion.camera_from_world[kMoves - 3]);
+  EXPECT_FALSE(motion.camera_from_world[kMoves + 3]);
+  EXPECT_FALSE(motion.camera_from_world.back());
+  ASSERT_FALSE(motion.left_out.empty());
+  EXPECT_NE(motion.left_out.back().reason.find("tissue moves"), std::string::npos);
+  EXPECT_LT(path_error(tracked.cameras, motion.camera_from_world), 2 * kPathShare);
+}
+
 TEST(ClipMotion, TakesPosesOfAnotherProgram) {
   const TrackedScene tracked = tracks_of(swinging_scope(20));
   std::vector<std::optional<RigidTransform>> poses;

@@ -59,6 +59,32 @@ TEST(FeatureTracker, KeepsToWhatIsUsable) {
     for (const Eigen::Vector2f& pixel : track.pixels) EXPECT_LT(pixel.x(), 161);
 }
 
+std::size_t followed_in(const ClipTracks& clip, std::size_t frame) {
+  return static_cast<std::size_t>(
+      std::count_if(clip.tracks.begin(), clip.tracks.end(),
+                    [&](const FeatureTrack& track) { return track.is_in(frame); }));
+}
+
+TEST(FeatureTracker, LooksForMoreFeaturesWhereFewSurvive) {
+  // Three quarters of the picture are noise, of which hardly a feature survives a frame.
+  constexpr int kFeatures = 100, kFrames = 16;
+  FeatureTracker noisy({.features = kFeatures}), clear({.features = kFeatures});
+  const Mask all(320, 240, 1);
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const Grid<std::uint8_t> picture = blotches(1.3 * frame, 0.7 * frame);
+    clear.add(picture, all);
+    Grid<std::uint8_t> hidden = picture;
+    RandomStream random(5, static_cast<std::uint64_t>(frame));
+    for (int y = 0; y < 240; ++y)
+      for (int x = 0; x < 240; ++x)
+        hidden.at(x, y) = static_cast<std::uint8_t>(255 * random.uniform());
+    noisy.add(hidden, all);
+  }
+  const ClipTracks few = noisy.take(), many = clear.take();
+  EXPECT_GT(followed_in(few, 15), kFeatures * 13u / 10) << "just after a refill";
+  EXPECT_LE(followed_in(many, 15), 1u * kFeatures) << "no more than are needed";
+}
+
 TEST(FeatureTracker, SeesACut) {
   FeatureTracker tracker({.features = 300});
   const Mask all(320, 240, 1);
