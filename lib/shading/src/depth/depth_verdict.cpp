@@ -129,8 +129,10 @@ ReliefShare relief_share(const ReliefEvidence& evidence, const ReliefShareModel&
   constexpr double kTextured = 0.17, kAlbedoAlone = 0.24, kHollow = 0.02, kDeep = 0.1;
   const double shape = 1 - smooth_step(kTextured, kAlbedoAlone, evidence.unexplained) *
                                (1 - smooth_step(kHollow, kDeep, -evidence.bowl));
-  // A beam's bowl is as smooth as a surface's, so that it leaves nothing unexplained either.
-  return {share(model.tilt, explained), shape * share(model.bowl, 0),
+  // A beam's bowl is nearly as smooth as a surface's, so that it leaves little unexplained either.
+  constexpr double kClean = 0.018, kUnclean = 0.03;
+  const double clean = 1 - smooth_step(kClean, kUnclean, evidence.unexplained);
+  return {share(model.tilt, explained), shape * share(model.bowl, clean),
           shape * share(model.rest, explained)};
 }
 
