@@ -21,11 +21,7 @@
 #include "organbake/player/player.h"
 #include "organbake/player/reference_frames.h"
 #include "organbake/truth/pixel_truth.h"
-<<<<<<< HEAD
 #include "skin_tracks.h"
-=======
-#include "point_tracks.h"
->>>>>>> 5b9ea59f (Keep tracks in a chapter of their own)
 
 namespace organbake {
 namespace {
@@ -247,11 +243,7 @@ LayerSet with_flow_for(int tracks, LayerSet layers) {
 struct TruthRecorder::Eye {
   fs::path folder;
   LayerSet layers;
-<<<<<<< HEAD
   SkinTracks tracks;
-=======
-  PointTracks tracks;
->>>>>>> 5b9ea59f (Keep tracks in a chapter of their own)
   TruthTracker tracker;
   std::shared_ptr<const LensPicture> lens;
   std::function<void(WriteJob)> run;
