@@ -521,31 +521,39 @@ class PlayerTest(unittest.TestCase):
             self.assertNotIn("Traceback", alone.stderr)
 
     def test_tracks_of_a_data_set_follow_the_skin(self):
-        with tempfile.TemporaryDirectory() as folder:
-            spec = {"schema": "organbake/dataset/1", "frames": 12, "clip_frames": 6,
-                    "size": [64, 48], "tracks": 30, "views": {"motion_deg": 30},
-                    "pokes": {"count": [1, 1], "depth_mm": [2, 4], "radius_mm": [2, 3]}}
-            pathlib.Path(folder, "spec.json").write_text(json.dumps(spec))
-            subprocess.run([PROGRAM, BUNDLE, "--dataset", folder + "/spec.json", "-o",
-                            folder + "/set", "--quiet"], check=True, stdout=subprocess.DEVNULL)
-            shard = next(pathlib.Path(folder, "set/train").iterdir())
-            self.assertEqual(sorted(f.name for f in shard.glob("tracks*")),
-                             ["tracks_0000.npz", "tracks_0006.npz"])
-            cameras = json.loads((shard / "cameras.json").read_text())["cameras"]
-            with np.load(shard / "tracks_0006.npz") as tracks:
-                points, occluded, xyz = (tracks[k] for k in ("points", "occluded", "xyz_mm"))
-            self.assertEqual((points.shape, points.dtype), ((30, 6, 2), np.float32))
-            self.assertEqual((occluded.shape, occluded.dtype), ((30, 6), np.bool_))
-            self.assertEqual(len(np.unique(points[:, 0], axis=0)), 30)
-            np.testing.assert_array_equal(points[:, 0] % 1, 0.5)  # pixels' centres
-            self.assertFalse(occluded[:, 0].any())
-            self.assertGreater(np.abs(points[:, -1] - points[:, 0]).max(), 1)
-            k = cameras[6]
-            seen = np.stack([k["fx"] * xyz[..., 0] / xyz[..., 2] + k["cx"],
-                             k["fy"] * xyz[..., 1] / xyz[..., 2] + k["cy"]], axis=2)
-            # Flow counts from the pixel's centre, and a sample is bound within its pixel.
-            self.assertLess(np.abs(seen - points)[~occluded].max(), 0.3)
-            self.assertLess(np.median(np.abs(seen - points)[~occluded]), 0.05)
+        lens = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24,
+                "distortion_k1_k2_p1_p2_k3": [-0.2, 0, 0, 0, 0]}
+        for scope in (None, lens):
+            with tempfile.TemporaryDirectory() as folder:
+                spec = {"schema": "organbake/dataset/1", "frames": 12, "clip_frames": 6,
+                        "size": [64, 48], "tracks": 30, "views": {"motion_deg": 30},
+                        "pokes": {"count": [1, 1], "depth_mm": [2, 4], "radius_mm": [2, 3]}}
+                spec.update({"scope": scope} if scope else {})
+                pathlib.Path(folder, "spec.json").write_text(json.dumps(spec))
+                subprocess.run([PROGRAM, BUNDLE, "--dataset", folder + "/spec.json", "-o",
+                                folder + "/set", "--quiet"], check=True, stdout=subprocess.DEVNULL)
+                shard = next(pathlib.Path(folder, "set/train").iterdir())
+                self.assertEqual(sorted(f.name for f in shard.glob("tracks*")),
+                                 ["tracks_0000.npz", "tracks_0006.npz"])
+                camera = json.loads((shard / "cameras.json").read_text())["cameras"][6]
+                with np.load(shard / "tracks_0006.npz") as tracks:
+                    self.check_tracks(camera, **tracks)
+
+    def check_tracks(self, camera, points, occluded, xyz_mm):
+        self.assertEqual((points.shape, points.dtype), ((30, 6, 2), np.float32))
+        self.assertEqual((occluded.shape, occluded.dtype), ((30, 6), np.bool_))
+        self.assertEqual(len(np.unique(points[:, 0], axis=0)), 30)
+        np.testing.assert_allclose(points[:, 0] % 1, 0.5, atol=1e-4)  # pixels' centres
+        self.assertFalse(occluded[:, 0].any())
+        self.assertGreater(np.abs(points[:, -1] - points[:, 0]).max(), 1)
+        ray = xyz_mm[..., :2] / xyz_mm[..., 2:]
+        k1 = camera.get("distortion_k1_k2_p1_p2_k3", [0])[0]
+        ray = ray * (1 + k1 * (ray**2).sum(-1, keepdims=True))
+        away = np.abs(ray * [camera["fx"], camera["fy"]] + [camera["cx"], camera["cy"]] - points)
+        # Flow counts from the pixel's centre, and a sample is bound within its pixel; a lens takes
+        # the part that fills most of four pixels, and is off by half of one at an outline.
+        self.assertLess(away[~occluded].max(), 0.6)
+        self.assertLess(np.median(away[~occluded]), 0.05)
 
     def test_forces_for_solvers_without_contact(self):
         tip = [self.skin + 2 * self.out]
