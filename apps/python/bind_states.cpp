@@ -152,8 +152,8 @@ namespace {
 
 // The pictures of a batch, as arrays of (n, h, w, …); what was not asked for is None.
 struct Pictures {
-  py::object rgb = py::none(), depth_mm = py::none(), mask = py::none(), flow_back = py::none(),
-             flow_back_seen = py::none();
+  py::object rgb = py::none(), depth_mm = py::none(), normals = py::none(), mask = py::none(),
+             flow_back = py::none(), flow_back_seen = py::none();
 };
 
 // Room for numbers: in the caller's array, if there is one, else in a new one.
@@ -182,6 +182,8 @@ BatchPlanes make_planes(Pictures& pictures, py::ssize_t count, const View& view,
   planes.rgb = make_plane<std::uint8_t>(pictures.rgb, "rgb", {count, height, width, 3});
   if (layers.depth)
     planes.depth_mm = make_plane<float>(pictures.depth_mm, "depth_mm", {count, height, width});
+  if (layers.normals)
+    planes.normals = make_plane<float>(pictures.normals, "normals", {count, height, width, 3});
   if (layers.mask)
     planes.mask = make_plane<std::uint8_t>(pictures.mask, "mask", {count, height, width});
   if (layers.flow) {
@@ -195,9 +197,9 @@ BatchPlanes make_planes(Pictures& pictures, py::ssize_t count, const View& view,
 
 LayerSet batch_layers(const py::object& given) {
   const LayerSet layers = layer_set_from(given);
-  if (layers.normals || layers.id || layers.weight)
+  if (layers.id || layers.weight)
     throw UsageError("layers is " + std::string(py::repr(given)) +
-                     "; of many pictures there are depth, flow and mask");
+                     "; of many pictures there are depth, flow, normals and mask");
   return layers;
 }
 
@@ -222,7 +224,7 @@ std::vector<View> views_from(const py::object& given) {
 }
 
 Pictures draw_many(SharedPlayer& player, const py::object& states, const py::object& views,
-                   const py::object& layers, bool nodes, const py::object& out) {
+                   const py::object& layers, bool nodes, const py::object& out, std::size_t organ) {
   const LayerSet set = batch_layers(layers);
   const std::vector<View> seen_from = views_from(views);
   const RawNumbers numbers = raw_numbers(states, "states", 3);
@@ -237,7 +239,7 @@ Pictures draw_many(SharedPlayer& player, const py::object& states, const py::obj
   const BatchPlanes planes =
       make_planes(pictures, static_cast<py::ssize_t>(batch.count), seen_from.front(), set);
   const py::gil_scoped_release release;
-  player.draw_many(batch, seen_from, planes);
+  player.draw_many(batch, seen_from, organ, planes);
   return pictures;
 }
 
@@ -272,6 +274,9 @@ void bind_pictures(py::module_& m) {
       .def_readonly("rgb", &Pictures::rgb, "(n, h, w, 3) uint8, sRGB.")
       .def_readonly("depth_mm", &Pictures::depth_mm,
                     "(n, h, w) float32: planar z, +inf at the background.")
+      .def_readonly("normals", &Pictures::normals,
+                    "(n, h, w, 3) float32, camera axes, unit, towards the eye; 0 at the "
+                    "background.")
       .def_readonly("mask", &Pictures::mask, "(n, h, w) uint8: 0 background, 1 organ.")
       .def_readonly("flow_back", &Pictures::flow_back,
                     "(n, h, w, 2) float32: from each picture to the one before it, px; 0 of the "
@@ -331,12 +336,13 @@ void bind_states(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<Shared
       py::arg("organ") = 0, py::arg("nodes") = false);
   player.def(
       "draw_many", &draw_many, py::arg("states"), py::arg("views"), py::arg("layers") = "",
-      py::kw_only(), py::arg("nodes") = false, py::arg("out") = py::none(),
-      "Draws many states of the first organ at once, a thread for each, and leaves the "
+      py::kw_only(), py::arg("nodes") = false, py::arg("out") = py::none(), py::arg("organ") = 0,
+      "Draws many states of one organ, alone, at once, a thread for each, and leaves the "
       "player as it is. states: (n, vertices, 3) float32 or float64, as set_vertices() "
       "takes them, or with nodes=True as set_nodes(). views: a View for all, or a list of "
-      "one for each, of one size. layers: of depth, flow, mask, comma-separated or a list; flow "
-      "is to the state before. out: Pictures of an earlier call, or a uint8 array (n, h, w, 3), "
+      "one for each, of one size. layers: of depth, flow, normals, mask, comma-separated or a "
+      "list; flow is to the state before. out: Pictures of an earlier call, or a uint8 array (n, "
+      "h, w, 3), "
       "to draw into. Returns Pictures: the same as setting and drawing them one by one.");
 }
 

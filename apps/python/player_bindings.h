@@ -8,6 +8,7 @@
 #include <pybind11/pybind11.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -78,7 +79,8 @@ class SharedPlayer {
   EmbeddedPlayer::Mesh mesh(std::size_t organ);
   std::vector<Eigen::Vector3d> contact_forces(const std::vector<Instrument>& instruments,
                                               std::size_t organ, bool on_nodes);
-  void draw_many(const StateBatch& states, const std::vector<View>& views,
+  // Of one organ alone.
+  void draw_many(const StateBatch& states, const std::vector<View>& views, std::size_t organ,
                  const BatchPlanes& planes);
   Eigen::Vector3d skin_point(const Eigen::Vector3d& direction);
 
@@ -99,7 +101,8 @@ class SharedPlayer {
   Frame frame_;
   std::optional<TruthTracker> tracker_;
   std::shared_ptr<const LensPicture> lens_;  // of the last picture with layers
-  std::optional<BatchDrawing> batch_;        // once many were drawn
+  // Once many were drawn, by organ.
+  std::map<std::size_t, std::unique_ptr<BatchDrawing>> batches_;
 };
 
 // What Python tells of tips, each for all of them or one by one.

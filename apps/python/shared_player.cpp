@@ -88,7 +88,7 @@ void SharedPlayer::restore_state(const State& state) {
 void SharedPlayer::close() {
   const std::lock_guard lock(mutex_);
   threads_.reset();
-  batch_.reset();
+  batches_.clear();
   player_.reset();
   tools_.reset();
   tracker_.reset();
@@ -204,12 +204,13 @@ std::vector<Eigen::Vector3d> SharedPlayer::contact_forces(
 }
 
 void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& views,
-                             const BatchPlanes& planes) {
+                             std::size_t organ, const BatchPlanes& planes) {
   const std::lock_guard lock(mutex_);
   const Player& player = open();
-  if (player.is_cut()) batch_.reset();
-  if (!batch_) batch_.emplace(player);
-  batch_->draw(states, views, light_.value_or(player.default_light()), planes);
+  if (player.is_cut(organ)) batches_.erase(organ);
+  std::unique_ptr<BatchDrawing>& batch = batches_[organ];
+  if (!batch) batch = std::make_unique<BatchDrawing>(player, organ);
+  batch->draw(states, views, light_.value_or(player.default_light()), planes);
 }
 
 Eigen::Vector3d SharedPlayer::skin_point(const Eigen::Vector3d& direction) {

@@ -359,13 +359,13 @@ class PlayerTest(unittest.TestCase):
         rest = self.player.mesh().vertices_mm
         states = np.stack([rest + 2 * np.sin(rest / 20 + i) for i in range(5)])
         views = [self.player.orbit(0.2 * i, 0.1, width=48, height=40) for i in range(5)]
-        many = self.player.draw_many(states, views, "depth,mask,flow")
+        many = self.player.draw_many(states, views, "depth,normals,mask,flow")
         np.testing.assert_array_equal(self.player.proxy_mm(), rest)
         other = organplay.Player(BUNDLE)
         for i, (state, view) in enumerate(zip(states, views)):
             other.set_vertices(state)
-            one = other.draw(view, "depth,mask,flow")
-            for layer in ("rgb", "depth_mm", "mask") + (("flow_back", "flow_back_seen") if i else ()):
+            one = other.draw(view, "depth,normals,mask,flow")
+            for layer in ("rgb", "depth_mm", "normals", "mask") + (("flow_back", "flow_back_seen") if i else ()):
                 np.testing.assert_array_equal(getattr(many, layer)[i], getattr(one, layer), layer)
         self.assertTrue((many.flow_back[0] == 0).all())
         plain = self.player.draw_many(states.astype(np.float32), views[0])
@@ -374,10 +374,13 @@ class PlayerTest(unittest.TestCase):
         nodes = np.repeat(self.player.mesh().nodes_mm[None], 2, 0)
         same = self.player.draw_many(nodes, views[1], nodes=True).rgb
         np.testing.assert_array_equal(same[0], same[1])
+        two = organplay.Player([BUNDLE, BUNDLE])
+        np.testing.assert_array_equal(two.draw_many(states, views, organ=1).rgb, many.rgb)
         for wrong in (lambda: self.player.draw_many(states[:, 1:].copy(), views),
                       lambda: self.player.draw_many(states, views[:2]),
                       lambda: self.player.draw_many(states, []),
-                      lambda: self.player.draw_many(states, views, "normals"),
+                      lambda: self.player.draw_many(states, views, "id"),
+                      lambda: self.player.draw_many(states, views, organ=1),
                       lambda: self.player.draw_many(states[0], views),
                       lambda: self.player.draw_many(states * np.nan, views)):
             with self.assertRaises(ValueError):

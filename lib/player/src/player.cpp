@@ -111,8 +111,8 @@ const Player::Organ& Player::organ_at(std::size_t organ) const {
                    std::to_string(organs_.size()));
 }
 
-Warper Player::warper_beside() const {
-  const Organ& organ = organs_.front();
+Warper Player::warper_beside(std::size_t number) const {
+  const Organ& organ = organ_at(number);
   if (organ.cut_warper)
     throw UsageError("several pictures at once are drawn of organs as they were baked, and '" +
                      organ.bundle.manifest.name + "' has been cut; reset it first");

@@ -70,6 +70,7 @@ void put_layers(const Batch& batch, std::size_t i, const TruthTracker& truth, Fl
   const BatchPlanes& to = batch.planes;
   put(truth.now().depth_mm.data(), pixels, i, to.depth_mm);
   put(truth.now().label.data(), pixels, i, to.mask);
+  if (to.normals) put(truth.now().normal.data()->data(), 3 * pixels, i, to.normals);
   if (!batch.layers.flow) return;
   if (truth.has_before()) {
     truth.find_backward(flow);
@@ -85,11 +86,13 @@ void put_layers(const Batch& batch, std::size_t i, const TruthTracker& truth, Fl
 
 struct BatchDrawing::Impl {
   const Player& player;
+  const std::size_t organ;
   StateReader reader;
   std::mutex hiring;
   std::vector<std::unique_ptr<Desk>> free;  // desks that no thread sits at
 
-  explicit Impl(const Player& given) : player(given), reader(given.bundle()) {}
+  Impl(const Player& given, std::size_t number)
+      : player(given), organ(number), reader(given.bundle(number)) {}
 
   std::unique_ptr<Desk> take_desk();
   void pose(const StateBatch& states, std::size_t i, OrganState& state) const;
@@ -105,7 +108,7 @@ std::unique_ptr<Desk> BatchDrawing::Impl::take_desk() {
       return desk;
     }
   }
-  return std::make_unique<Desk>(Desk{player.warper_beside(), {}, {}, {}});
+  return std::make_unique<Desk>(Desk{player.warper_beside(organ), {}, {}, {}});
 }
 
 void BatchDrawing::Impl::pose(const StateBatch& states, std::size_t i, OrganState& state) const {
@@ -134,7 +137,8 @@ void BatchDrawing::Impl::draw_run(const Batch& batch, std::size_t first, std::si
   }
 }
 
-BatchDrawing::BatchDrawing(const Player& player) : impl_(std::make_unique<Impl>(player)) {
+BatchDrawing::BatchDrawing(const Player& player, std::size_t organ)
+    : impl_(std::make_unique<Impl>(player, organ)) {
   impl_->free.push_back(impl_->take_desk());  // throws now for an organ that is cut
 }
 BatchDrawing::~BatchDrawing() = default;
@@ -145,6 +149,7 @@ void BatchDrawing::draw(const StateBatch& states, std::span<const View> views, D
   if (states.count == 0) return;
   Batch batch{states, views, {}, {}, planes};
   batch.layers.depth = planes.depth_mm != nullptr;
+  batch.layers.normals = planes.normals != nullptr;
   batch.layers.mask = planes.mask != nullptr;
   batch.layers.flow = planes.flow_back != nullptr;
   batch.options.light = light;

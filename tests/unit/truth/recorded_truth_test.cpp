@@ -184,10 +184,11 @@ struct Pictures {
   std::vector<std::uint8_t> rgb = std::vector<std::uint8_t>(3 * kPixels * kStates),
                             mask = std::vector<std::uint8_t>(kPixels * kStates), seen = mask;
   std::vector<float> depth_mm = std::vector<float>(kPixels * kStates),
+                     normals = std::vector<float>(3 * kPixels * kStates),
                      flow = std::vector<float>(2 * kPixels * kStates);
 
   BatchPlanes planes() {
-    return {rgb.data(), depth_mm.data(), mask.data(), flow.data(), seen.data()};
+    return {rgb.data(), depth_mm.data(), normals.data(), mask.data(), flow.data(), seen.data()};
   }
   bool operator==(const Pictures&) const = default;
 };
@@ -195,7 +196,7 @@ struct Pictures {
 Pictures one_after_the_other(const std::vector<View>& views) {
   Player player(organ());
   LayerSet layers;
-  layers.depth = layers.mask = layers.flow = true;
+  layers.depth = layers.normals = layers.mask = layers.flow = true;
   TruthTracker truth(layers);
   Pictures all;
   Frame frame;
@@ -211,6 +212,7 @@ Pictures one_after_the_other(const std::vector<View>& views) {
     const PixelTruth& now = truth.now();
     std::copy(now.depth_mm.begin(), now.depth_mm.end(), &all.depth_mm[kPixels * i]);
     std::copy(now.label.begin(), now.label.end(), &all.mask[kPixels * i]);
+    std::copy_n(now.normal.data()->data(), 3 * kPixels, &all.normals[3 * kPixels * i]);
     if (!truth.has_before()) continue;
     Flow flow;
     truth.find_backward(flow);

@@ -74,9 +74,9 @@ class Player {
   // The organs as they were baked, at rest and whole, whatever has been done to them since: to be
   // shown beside what draw() shows, by the processor.
   DrawReport draw_at_rest(const View& view, const DrawOptions& options, Frame& frame);
-  // Another warper of the first organ, with its samples, for a thread of its own (BatchDrawing).
+  // Another warper of an organ, with its samples, for a thread of its own (BatchDrawing).
   // Throws UsageError for one that blades have cut.
-  Warper warper_beside() const;
+  Warper warper_beside(std::size_t organ = 0) const;
   bool can_relight() const;  // DrawOptions::light, any organ
   // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
   DrawnLight default_light() const;

@@ -26,18 +26,19 @@ struct StateBatch {
 struct BatchPlanes {
   std::uint8_t* rgb = nullptr;        // 8-bit sRGB
   float* depth_mm = nullptr;          // planar z, +inf at the background
+  float* normals = nullptr;           // x y z: camera axes, unit, towards the eye; 0: background
   std::uint8_t* mask = nullptr;       // 0 background, 1 organ
   float* flow_back = nullptr;         // x y: to the picture before it; 0 of the first
   std::uint8_t* flow_seen = nullptr;  // whether that picture shows the point as well; with the flow
 };
 
-// Draws many states of a player's first organ at once, a thread for each, from one copy of its
-// samples: the very pictures and layers that setting and drawing one after the other gives.
+// Draws many states of one of a player's organs, alone, at once, a thread for each, from one copy
+// of its samples: the very pictures and layers that setting and drawing one after the other gives.
 class BatchDrawing {
  public:
-  // The player must outlive it, and not be moved. Throws UsageError for an organ that blades have
-  // cut.
-  explicit BatchDrawing(const Player& player);
+  // The player must outlive it, and not be moved. Throws UsageError for an organ that is not there
+  // or that blades have cut.
+  explicit BatchDrawing(const Player& player, std::size_t organ = 0);
   ~BatchDrawing();
 
   // views: one for all, or one for each state; all of one size. Throws UsageError for what is not
