@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # usage: python_gym.py BUNDLE: tests of organplay.gym, by the interface that Gymnasium documents for
-# its VectorEnv. ORGANPLAY_SEEDS=100 gives the experts as many seeds (8, unless it says otherwise).
+# its VectorEnv. ORGANPLAY_SEEDS=100 gives the experts as many seeds (8, unless it says otherwise);
+# ORGANPLAY_LARGE=1 says that BUNDLE is no phantom of 23 mm, but as large as an organ is.
 import importlib
 import os
 import pathlib
@@ -73,8 +74,8 @@ class GymTest(unittest.TestCase):
             self.assertEqual(env.render()[0].shape, (24, 32, 3))
 
     def test_masks_choose_who_begins(self):
-        with make(size=None) as env:
-            first = env.reset(seed=1)[0]["state"]
+        with make() as env:
+            first = env.reset(seed=1, options={"reset_mask": [False, False]})[0]["state"]  # all
             env.step(env.expert_actions())
             again, _ = env.reset(seed=[1, 7], options={"reset_mask": np.array([True, False])})
             np.testing.assert_array_equal(again["state"][0], first[0])

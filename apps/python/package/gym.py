@@ -58,7 +58,7 @@ class EnvironmentBusy(RuntimeError):
     """Another thread is in reset() or step(); nothing was done."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Looks:
     """What an episode's pictures are drawn from, by the world's own seed. Each range is (low, high):
     the view's angles about that from virtual camera 0, its distance in multiples of that camera's,
@@ -166,12 +166,13 @@ class OrganVectorEnv(VectorEnv):  # type: ignore[misc,valid-type]
 
     def reset(self, *, seed: Union[int, Sequence[int], None] = None,
               options: Optional[Dict[str, Any]] = None) -> Tuple[Dict[str, np.ndarray], Dict[str, Any]]:
-        """Begins an episode in every world, or in those of options["reset_mask"], (num_envs,) bool.
+        """Begins an episode in every world, or later in those of options["reset_mask"], (num_envs,) bool.
         seed: of the first world, those after it have the next ones; or one for each. None: chance
         goes on where it was. Returns observations and infos."""
         self._enter()
         try:
             chosen = np.array((options or {}).get("reset_mask", np.ones(self.num_envs)), bool)
+            chosen |= not self._begun
             seeds = [None] * self.num_envs if seed is None else (
                 [int(seed) + i for i in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed))
             for name, given in (("reset_mask", chosen), ("seed", seeds)):
