@@ -178,6 +178,24 @@ class LeRobotTest(unittest.TestCase):
                     writer.add(np.zeros((2, 4)), np.zeros((2, 3)), np.zeros(2), False)
             self.assertFalse(pathlib.Path(folder, "e/meta/info.json").exists())
 
+    def test_the_command_line_records_or_says_why_not(self):
+        def run(*arguments):
+            return subprocess.run([sys.executable, "-m", "organplay.lerobot", *arguments], text=True,
+                                  capture_output=True)
+
+        with tempfile.TemporaryDirectory() as folder:
+            said = run(BUNDLE, folder + "/d", "--episodes", "1", "--size", "32", "24")
+            self.assertEqual((said.returncode, said.stderr), (0, ""))
+            self.assertRegex(said.stdout, "^[01] of 1 episodes solved")
+            again = run(BUNDLE, folder + "/d", "--episodes", "1")
+            self.assertEqual(again.returncode, 1)
+            self.assertIn("holds something else", again.stderr)
+            missing = run("nowhere", folder + "/e")
+            self.assertRegex(missing.stderr, "^organplay.lerobot: error: nowhere")
+            self.assertFalse(pathlib.Path(folder, "e").exists())
+        self.assertEqual(run("--help").returncode, 0)
+        self.assertEqual(run(BUNDLE, "x", "--episodes", "0").returncode, 2)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

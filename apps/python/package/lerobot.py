@@ -4,21 +4,25 @@
     from organplay.lerobot import record
     record(env, "episodes", episodes=100)       # an OrganVectorEnv; by its task's expert
 
+The same of an organ from the command line: python3 -m organplay.lerobot BUNDLE FOLDER.
 Tables are Parquet files of one row group, plain and uncompressed (parquet.apache.org/docs/
 file-format; its footer is in Thrift's compact protocol): few and small beside the video.
 """
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import pathlib
 import struct
 import subprocess
+import sys
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from .gym import OrganVectorEnv
+from .tasks import TASKS
 
 _BINARY, _LIST, _STRUCT, _I32, _I64 = 8, 9, 12, 5, 6  # Thrift's compact types
 _TYPES = {"b": 0, "i4": 1, "i8": 2, "f4": 4, "f8": 5, "U": 6}  # NumPy's kind: Parquet's type
@@ -251,7 +255,7 @@ def record(env: OrganVectorEnv, folder: Union[str, os.PathLike], episodes: int =
     """
     text = task or (type(env.task).__doc__ or env.task.name).strip().split("\n")[0]
     solved = 0
-    with EpisodeWriter(folder, text, 60, env.size) as writer:
+    with EpisodeWriter(folder, text, env.metadata["render_fps"], env.size) as writer:
         for first in range(0, episodes, env.num_envs):
             seen, _ = env.reset(seed=seed + first)
             kept: List[List[Tuple[Any, ...]]] = [[] for _ in range(env.num_envs)]
@@ -274,3 +278,28 @@ def record(env: OrganVectorEnv, folder: Union[str, os.PathLike], episodes: int =
 
 
 __all__: Sequence[str] = ["EpisodeWriter", "record", "write_parquet"]
+
+
+def main() -> None:
+    """An expert's episodes of an organ: python3 -m organplay.lerobot --help."""
+    parser = argparse.ArgumentParser(prog="python3 -m organplay.lerobot", description=main.__doc__)
+    parser.add_argument("bundle")
+    parser.add_argument("folder")
+    parser.add_argument("--task", default="press", choices=list(TASKS))
+    parser.add_argument("--episodes", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--size", type=int, nargs=2, default=(128, 128), metavar=("WIDTH", "HEIGHT"))
+    given = parser.parse_args()
+    if given.episodes < 1:
+        parser.error("--episodes must be 1 or more")
+    try:
+        with OrganVectorEnv(given.bundle, given.task, min(4, given.episodes),
+                            size=tuple(given.size)) as env:
+            solved = record(env, given.folder, given.episodes, seed=given.seed)
+    except (ValueError, OSError) as error:
+        sys.exit(f"organplay.lerobot: error: {error}")
+    print(f"{solved} of {given.episodes} episodes solved")
+
+
+if __name__ == "__main__":
+    main()
