@@ -157,21 +157,23 @@ void drop_transition(bool last, Scene& scene) {
 }  // namespace
 
 bool keep_rigid_span(const ReconstructionOptions& options, std::size_t fewest_views, Scene& scene) {
-  bool any = false;
+  std::vector<bool> broken;  // ends: whether it is the last one
   for (const bool last : {true, false}) {
     const std::size_t count = broken_off(options, scene, fewest_views, last);
     if (count == 0) continue;
-    any = true;
+    broken.push_back(last);
     const ViewRange gone = end_of(scene.camera_from_world.size(), count, last).views;
     for (std::size_t view = gone.first; view < gone.end; ++view)
       scene.camera_from_world[view].reset();
     fit_anew(options, scene);
-    drop_transition(last, scene);
-    fit_anew(options, scene);
   }
-  if (any) adjust({.lens = options.lens, .iterations = 20}, scene);
-  if (any) drop_outliers(options.triangulation, scene);
-  return any;
+  if (broken.empty()) return false;
+  // What is usual is told by the rest alone.
+  for (const bool last : broken) drop_transition(last, scene);
+  fit_anew(options, scene);
+  adjust({.lens = options.lens, .iterations = 20}, scene);
+  drop_outliers(options.triangulation, scene);
+  return true;
 }
 
 }  // namespace organbake
