@@ -216,7 +216,13 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
   const double focal_sd = lens_is_free ? motion.lens_spread.focal_px / lens.fx : 0;
   const bool lamp_objects = lamp.correlation > LampAgreement::kObjects;
   const bool has_rival = runner_up > 0 && runner_up < kNearlyAsGood;
+  const bool no_scope = lens_is_free && unlike_a_scope(lens).norm() > kUnlikeAScope;
+  const bool too_flat = lamp.correlation < -kLampSpeaks && lamp.slope < kSteepestLamp;
   const std::pair<bool, std::string> failures[] = {
+      {no_scope && too_flat,
+       "parallax and lamp contradict each other: the scene is far flatter than its brightness "
+       "says, "
+       "and the lens that was found is none of a scope"},
       {lamp_objects && (lens_is_free || std::abs(lamp.correlation_over_time) > kMovesWithTheLens),
        "parallax and lamp contradict each other: what the scene has nearer to the lamp is darker "
        "(correlation of brightness and distance " +
@@ -238,13 +244,12 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
       {has_rival,
        "another scene, as this one turned inside out, fits nearly as well (its cost is " +
            to_text(runner_up, 2) + " times the chosen one's)"},
-      {lens_is_free && unlike_a_scope(lens).norm() > kUnlikeAScope,
-       "the lens that was found is none of a scope: it sees " +
-           to_text(2 * std::atan(0.5 * lens.width / lens.fx) * 57.29577951308232, 0) + " degrees"},
+      {no_scope, "the lens that was found is none of a scope: it sees " +
+                     to_text(2 * std::atan(0.5 * lens.width / lens.fx) * 57.29577951308232, 0) +
+                     " degrees"},
       {focal_sd > kLensUnsure,
        "the focal length is known to " + percent(focal_sd) + " only, and depth is as uncertain"},
-      {lamp.sightings > 0 && lamp.correlation < -kLampSpeaks && lamp.slope < kSteepestLamp,
-       "the scene is far flatter than its brightness says"},
+      {too_flat, "the scene is far flatter than its brightness says"},
       {quality.posed_share < kFewPosed,
        "only " + percent(quality.posed_share) + " of the frames have a pose"}};
   for (const auto& [holds, reason] : doubts) {
