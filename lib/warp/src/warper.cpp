@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <limits>
-#include <mutex>
 
 #include "drawing/base_drawing.h"
 #include "drawing/tile_drawing.h"
@@ -45,13 +43,6 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   frame.organ.clear();
 }
 
-// Shared by all that draw an organ side by side, from threads of their own.
-struct CoarserOrgans {
-  static constexpr int kHalvings = 3;
-  std::mutex making;
-  std::array<std::shared_ptr<CoarserOrgan>, kHalvings> by_halvings;
-};
-
 }  // namespace
 
 struct Warper::Impl {
@@ -76,11 +67,8 @@ struct Warper::Impl {
   SkinDepth depth;
   TileDrawing tiles;
   PostProcess post_process;
-
-  // For pictures of large pixels, until a blade cuts the organ: it over fewer faces, and that
-  // drawn, by how often its maps are halved. Made when a picture first asks for it.
+  // The organ over fewer faces, until a blade cuts it; and what draws it, by halvings of its maps.
   std::vector<PosedCamera> cameras;
-  double texel_mm = 0;  // where the organ is nearest to them, their mean
   std::shared_ptr<CoarserOrgans> coarser;
   std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings> coarse;
   const CoarserOrgan* drawn_for = nullptr;  // of whom this is one
@@ -93,7 +81,7 @@ struct Warper::Impl {
              const DrawOptions& options) const;
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
-  // What draws the organ in a view: this, or one of it over fewer faces.
+  // This, or what draws the organ over fewer faces.
   Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view);
   // Poses the organ for one that drew it instead.
   void pose_undrawn(const std::vector<Eigen::Vector3d>& positions);
@@ -126,28 +114,6 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   };
 }
 
-// The size of a camera's pixel on the nearest of some points; 0 or less where one is not before it.
-double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& camera) {
-  const auto& [rotation, translation] = camera.camera_from_world;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& point : points)
-    nearest = std::min(nearest, rotation.row(2).dot(point) + translation.z());
-  return nearest / std::max(camera.intrinsics.fx, camera.intrinsics.fy);
-}
-
-// Whether each face is a part of a cut one, or new, or lies otherwise than in the whole organ.
-std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
-                                       const std::vector<ShellMatrix>& whole,
-                                       const CutOrgan::FaceParts& parts) {
-  std::vector<std::uint8_t> parted(now.size(), 1);
-  for (std::size_t f = 0; f < whole.size(); ++f) parted[f] = now[f] != whole[f];
-  for (const auto& [face, pieces] : parts) {
-    parted[face] = 1;
-    for (const CutOrgan::FacePart& piece : pieces) parted[piece.face] = 1;
-  }
-  return parted;
-}
-
 }  // namespace
 
 Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
@@ -166,8 +132,6 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
                    bundle.lighting ? bundle.lighting->finish : SkinFinish()),
       cameras(bundle.cameras.cameras) {
   organ = bounds(shell.at_rest());
-  for (const PosedCamera& camera : cameras)
-    texel_mm += pixel_mm(shell.shell().proxy().vertices, camera) / double(cameras.size());
   if (bundle.lighting && bundle.base.face_count > 0) {
     const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
@@ -187,21 +151,14 @@ void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const Vi
         "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
 }
 
-// The fewest texels a side that are still no larger than a pixel where the organ is nearest: what
-// is finer no pixel shows, and a mean of it is nearer to what one should show than any.
 Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positions,
                                      const View& view) {
-  if (!coarser || !(texel_mm > 0)) return *this;
-  const double texels = pixel_mm(positions, view.camera) / texel_mm;
-  int halvings = 0;
-  while (halvings < CoarserOrgans::kHalvings && texels >= 2 << halvings) ++halvings;
+  const int halvings = coarser ? coarser->halvings(positions, view.camera) : 0;
   if (halvings == 0) return *this;
   std::unique_ptr<Impl>& drawn = coarse[halvings - 1];
   if (drawn) return *drawn;
-  const std::lock_guard lock(coarser->making);
-  std::shared_ptr<CoarserOrgan>& of = coarser->by_halvings[halvings - 1];
-  if (!of)
-    isolated([&] { of = std::make_shared<CoarserOrgan>(without_maps(), store, 1 << halvings); });
+  const auto of = coarser->of(
+      halvings, [this] { return without_maps(); }, store);
   drawn = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
   drawn->drawn_for = of.get();
   return *drawn;
@@ -340,7 +297,7 @@ Warper::Warper(const Bundle& bundle, ReadMaps read) {
   impl_ = std::make_unique<Impl>(bundle,
                                  std::make_shared<SampleStore>(bundle.cameras.cameras.size(),
                                                                binding(bundle, std::move(read))));
-  impl_->coarser = std::make_shared<CoarserOrgans>();
+  impl_->coarser = std::make_shared<CoarserOrgans>(bundle.cameras.cameras, bundle.proxy.vertices);
 }
 Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Warper::~Warper() = default;

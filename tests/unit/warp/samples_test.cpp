@@ -12,7 +12,6 @@
 
 #include "drawing/splat.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/smooth_skin.h"
 #include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
@@ -39,60 +38,6 @@ std::vector<ShellMatrix> rest_matrices(const Bundle& bundle, std::size_t camera)
     rest.back().col(0) += pose.translation;
   }
   return rest;
-}
-
-// Straight over the proxy's faces, but curved as a shell: its normals are those of its own faces.
-SmoothSkin even_skin(const TriangleMesh& proxy, std::uint32_t steps) {
-  const Lattice lattice(proxy, steps);
-  std::vector<std::vector<std::pair<std::uint32_t, double>>> nodes(lattice.node_count());
-  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f)
-    each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
-      auto& node = nodes[lattice.node(f, i, j)];
-      node.clear();
-      const std::array<std::uint32_t, 3> share = {steps - i - j, i, j};
-      for (int k = 0; k < 3; ++k)
-        if (share[k] > 0) node.emplace_back(proxy.faces[f][k], double(share[k]) / steps);
-    });
-  SmoothSkin skin;
-  skin.steps = steps;
-  skin.first = {0};
-  for (const auto& node : nodes) {
-    for (const auto& [vertex, weight] : node)
-      skin.carrier.push_back(vertex), skin.weight.push_back(weight);
-    skin.first.push_back(static_cast<std::uint32_t>(skin.carrier.size()));
-  }
-  return skin;
-}
-
-// A point over a coarser organ's faces is bound to the whole one's, and its place there leads back.
-TEST(CoarserOrgan, BindsWhatAPixelShowsToTheWholeSkin) {
-  constexpr std::uint32_t kSteps = 3;
-  constexpr double kRounding_mm = 0.02, kOnceRound = 0.05;  // one step of Newton's; of a face
-  Bundle whole;
-  whole.proxy = organ().proxy;
-  whole.skin = even_skin(whole.proxy, kSteps);
-  const CoarserOrgan coarser(whole, nullptr, 4);
-  const std::vector<ShellMatrix> skin = shell_matrices(whole.shell().at_rest()),
-                                 faces = shell_matrices(coarser.bundle().shell().at_rest());
-  ASSERT_EQ(faces.size(), whole.proxy.faces.size());
-  std::set<std::uint32_t> met;
-  for (std::uint32_t face = 0; face < faces.size(); ++face)
-    for (int i = 0; i < 36; ++i) {
-      const float b1 = 0.03f + 0.155f * static_cast<float>(i % 6),
-                  b2 = 0.03f + 0.155f * static_cast<float>(i / 6);
-      if (b1 + b2 > 0.97f) continue;
-      BoundPixel pixel{face, b1, b2, 0.3f};
-      const Eigen::Vector3d shown = shell_point(faces[face], b1, b2, pixel.height_mm);
-      coarser.bind_to_whole(pixel);
-      met.insert(pixel.face);
-      EXPECT_LT((shell_point(skin[pixel.face], pixel.b1, pixel.b2, pixel.height_mm) - shown).norm(),
-                kRounding_mm);
-      const BoundPixel back = on_drawn_skin(pixel, kSteps);
-      EXPECT_EQ(back.face, face);
-      EXPECT_NEAR(back.b1, b1, kOnceRound);
-      EXPECT_NEAR(back.b2, b2, kOnceRound);
-    }
-  EXPECT_EQ(met.size(), skin.size());
 }
 
 TEST(TexelOrder, UsesEveryConfidentTexelOnceInCompactRuns) {

@@ -274,4 +274,41 @@ void CoarserOrgan::bind_to_whole(BoundPixel& pixel) const {
   pixel.height_mm = static_cast<float>(bound.height_mm);
 }
 
+namespace {
+
+// The size of a camera's pixel on the nearest of some points; 0 or less where one is not before it.
+double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& camera) {
+  const auto& [rotation, translation] = camera.camera_from_world;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& point : points)
+    nearest = std::min(nearest, rotation.row(2).dot(point) + translation.z());
+  return nearest / std::max(camera.intrinsics.fx, camera.intrinsics.fy);
+}
+
+}  // namespace
+
+CoarserOrgans::CoarserOrgans(const std::vector<PosedCamera>& cameras,
+                             const std::vector<Vector3d>& proxy_at_rest) {
+  for (const PosedCamera& camera : cameras)
+    texel_mm_ += pixel_mm(proxy_at_rest, camera) / double(cameras.size());
+}
+
+int CoarserOrgans::halvings(const std::vector<Vector3d>& proxy, const PosedCamera& camera) const {
+  if (!(texel_mm_ > 0)) return 0;
+  const double texels = pixel_mm(proxy, camera) / texel_mm_;
+  int halvings = 0;
+  while (halvings < kHalvings && texels >= 2 << halvings) ++halvings;
+  return halvings;
+}
+
+std::shared_ptr<CoarserOrgan> CoarserOrgans::of(int halvings, const std::function<Bundle()>& whole,
+                                                const std::shared_ptr<SampleStore>& samples) {
+  const std::lock_guard lock(making_);
+  std::shared_ptr<CoarserOrgan>& made = made_[halvings - 1];
+  // A thread that waits inside must not pick up another picture, which could wait for this one.
+  if (!made)
+    isolated([&] { made = std::make_shared<CoarserOrgan>(whole(), samples, 1 << halvings); });
+  return made;
+}
+
 }  // namespace organbake

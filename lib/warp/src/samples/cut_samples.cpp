@@ -245,4 +245,16 @@ void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples
   }
 }
 
+std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
+                                       const std::vector<ShellMatrix>& whole,
+                                       const CutOrgan::FaceParts& parts) {
+  std::vector<std::uint8_t> parted(now.size(), 1);
+  for (std::size_t f = 0; f < whole.size(); ++f) parted[f] = now[f] != whole[f];
+  for (const auto& [face, pieces] : parts) {
+    parted[face] = 1;
+    for (const CutOrgan::FacePart& piece : pieces) parted[piece.face] = 1;
+  }
+  return parted;
+}
+
 }  // namespace organbake

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -227,6 +228,27 @@ class CoarserOrgan {
   SampleStore samples_;
 };
 
+// The coarser ones of an organ, shared by all that draw it side by side, from threads of their own;
+// made when a picture first asks.
+class CoarserOrgans {
+ public:
+  static constexpr int kHalvings = 3;  // of the maps' sides, at most
+
+  CoarserOrgans(const std::vector<PosedCamera>& cameras,
+                const std::vector<Eigen::Vector3d>& proxy_at_rest);
+  // How often a camera's picture can do with halved maps: their texels are still no larger than its
+  // pixels where the organ is nearest. What is finer no pixel shows.
+  int halvings(const std::vector<Eigen::Vector3d>& proxy, const PosedCamera& camera) const;
+  // halvings ≥ 1; whole, samples: as for CoarserOrgan.
+  std::shared_ptr<CoarserOrgan> of(int halvings, const std::function<Bundle()>& whole,
+                                   const std::shared_ptr<SampleStore>& samples);
+
+ private:
+  double texel_mm_ = 0;  // where the organ is nearest to its cameras, their mean
+  std::mutex making_;
+  std::array<std::shared_ptr<CoarserOrgan>, kHalvings> made_;
+};
+
 // Throws BadDataError unless cameras, viewing manifold, base layer and proxy go together; the maps
 // are counted only.
 void check_fit(const Bundle& bundle);
@@ -235,6 +257,11 @@ void check_maps_fit(const CameraMaps& maps, std::size_t camera, const Intrinsics
                     std::size_t faces);
 // Throws BadDataError unless there is a finite position for every vertex of the proxy.
 void check_positions(const std::vector<Eigen::Vector3d>& positions, const TriangleMesh& proxy);
+
+// Whether each face is a part of a cut one, or new, or lies otherwise than in the whole organ.
+std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
+                                       const std::vector<ShellMatrix>& whole,
+                                       const CutOrgan::FaceParts& parts);
 
 // Gives a camera's samples, once faces of the shell are cut, each to the part of its face that it
 // lies in. Chunks of whole faces keep their slots.
