@@ -3,7 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
+#include "organbake/core/error.h"
+#include "organbake/motion/key_depths.h"
 #include "organbake/motion/scene.h"
+#include "organbake/shading/masks.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {
@@ -118,6 +123,101 @@ TEST(BundleAdjustment, PosesOneViewAlone) {
   ASSERT_LT((pose * places.back()).z(), 0);
   EXPECT_GT(adjust_pose(scene.lens, places, pixels, 1, pose), places.size() * 9 / 10);
   EXPECT_LT((pose.translation - scene.camera_from_world[3]->translation).norm(), 1e-2);
+}
+
+constexpr double kMmPerUnit = 10;
+
+// Key frames of a bumpy scene whose unit is a centimetre.
+struct ScaledClip {
+  std::vector<BumpyView> views = bumpy_clip({}, 3, 320);
+  ClipMotion motion;
+  std::vector<KeyDepth> keys;
+
+  ScaledClip() {
+    motion.scene.lens = views[0].camera.intrinsics;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      RigidTransform pose = views[i].camera.camera_from_world;
+      pose.translation /= kMmPerUnit;
+      motion.camera_from_world.emplace_back(pose);
+      KeyDepth key;
+      key.frame = i;
+      key.prepared = prepared_of(views[i]);
+      key.camera_from_world = pose;
+      key.depth.depth = views[i].depth_mm;
+      for (float& z : key.depth.depth.values) z /= static_cast<float>(kMmPerUnit);
+      keys.push_back(std::move(key));
+    }
+  }
+
+  Eigen::Vector3d place_mm(std::size_t frame, const Eigen::Vector2d& pixel) const {
+    return unproject(views[frame].camera.intrinsics, pixel) *
+           double(views[frame].depth_mm.at(int(pixel.x()), int(pixel.y())));
+  }
+};
+
+TEST(KnownScale, TakesTheDistanceOfTwoPlaces) {
+  const ScaledClip clip;
+  const Eigen::Vector2d first(60.5, 80.5), second(250.5, 150.5);
+  const double apart = (clip.place_mm(0, first) - clip.place_mm(0, second)).norm();
+  const KnownScale scale = scale_by_distance({0, first, second, apart}, clip.motion, clip.keys);
+  // Depth is looked up within a pixel or so.
+  EXPECT_NEAR(scale.mm_per_unit, kMmPerUnit, 0.01 * kMmPerUnit);
+  EXPECT_EQ(scale.frames, 3u);
+  EXPECT_GT(scale.relative_sd, 0);
+  EXPECT_LT(scale.relative_sd, 0.03);
+}
+
+TEST(KnownScale, SaysWhatIsWrongWithADistance) {
+  EXPECT_EQ(parse_known_distance("7,1,2.5,3,4,10").frame, 7u);
+  for (const char* bad :
+       {"", "7", "7,1,2,3,4", "7,1,2,3,4,0", "7,1,2,3,4,-1", "7.5,1,2,3,4,10", "-1,1,2,3,4,10",
+        "7,1,2,3,4,10,11", "7,a,2,3,4,10", "7,1,2,1,2,10", "7 1 2 3 4 10"})
+    EXPECT_THROW(parse_known_distance(bad), UsageError) << bad;
+  const ScaledClip clip;
+  EXPECT_THROW(scale_by_distance({9, {1, 1}, {2, 2}, 5}, clip.motion, clip.keys), UsageError);
+  EXPECT_THROW(scale_by_distance({0, {1, 1}, {9999, 2}, 5}, clip.motion, clip.keys), UsageError);
+}
+
+// Where a ray meets a round shaft of 5 mm that ends at `tip` (camera axes, mm).
+bool meets_shaft(const Eigen::Vector3d& ray, const Eigen::Vector3d& tip,
+                 const Eigen::Vector3d& towards) {
+  constexpr double kRadius = 2.5;
+  const Eigen::Vector3d across = ray - ray.dot(towards) * towards;
+  const Eigen::Vector3d beside = -tip + tip.dot(towards) * towards;
+  const double a = across.squaredNorm(), b = across.dot(beside);
+  const double root2 = b * b - a * (beside.squaredNorm() - kRadius * kRadius);
+  if (root2 < 0) return false;
+  const double t = (-b - std::sqrt(root2)) / a;
+  return t > 0 && (t * ray - tip).dot(towards) >= 0;
+}
+
+void put_shaft(const ScaledClip& clip, std::size_t frame, KeyDepth& key) {
+  const Intrinsics& lens = key.prepared.camera;
+  const Eigen::Vector3d tip = clip.place_mm(frame, {0.5 * lens.width, 0.5 * lens.height});
+  const Eigen::Vector3d towards = Eigen::Vector3d(50, 12, -30).normalized();
+  Mask shaft(lens.width, lens.height);
+  for (int y = 0; y < lens.height; ++y)
+    for (int x = 0; x < lens.width; ++x) {
+      shaft.at(x, y) = meets_shaft(unproject(lens, {x + 0.5, y + 0.5}), tip, towards);
+      const std::uint8_t steel[] = {190, 190, 195}, tissue[] = {120, 50, 45};
+      std::copy_n(shaft.at(x, y) ? steel : tissue, 3, key.prepared.color.at(x, y));
+    }
+  key.prepared.instruments = dilated(shaft, 2);
+}
+
+TEST(KnownScale, TakesTheDiameterOfAShaft) {
+  ScaledClip clip;
+  for (std::size_t i = 0; i < clip.keys.size(); ++i) put_shaft(clip, i, clip.keys[i]);
+  const KnownScale scale = scale_by_shaft(5, clip.keys);
+  // 25 pixels wide, its outlines found to a third of one; the tip lies on uneven tissue.
+  EXPECT_NEAR(scale.mm_per_unit, kMmPerUnit, 0.05 * kMmPerUnit);
+  EXPECT_GT(scale.relative_sd, 0);
+  EXPECT_LT(scale.relative_sd, 0.15);
+}
+
+TEST(KnownScale, KnowsNoneWithoutAShaft) {
+  const ScaledClip clip;
+  EXPECT_THROW(scale_by_shaft(5, clip.keys), BadDataError);
 }
 
 }  // namespace

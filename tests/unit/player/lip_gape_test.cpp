@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "organ_to_cut.h"
 #include "organbake/core/random.h"
+#include "organs_to_play.h"
 
 namespace organbake {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include "organ_to_play.h"
 #include "organbake/warp/organ_source.h"
+#include "organs_to_play.h"
 
 namespace organbake {
 namespace {

@@ -3,11 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include "organ_to_play.h"
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/temporary_files.h"
+#include "organbake/image/png.h"
+#include "organbake/player/carried_surface.h"
 #include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/reference_frames.h"
+#include "organs_to_play.h"
 
 namespace organbake {
 namespace {
@@ -89,6 +98,103 @@ TEST(ContactSheet, TilesWhatItIsGiven) {
   EXPECT_EQ(sheet.at(1, 1)[0], 255);
   EXPECT_EQ(sheet.at(1, 5)[0], 255);
   EXPECT_EQ(sheet.at(6, 5)[0], 48);  // the fourth place stays empty
+}
+
+Rgb8Image grey_picture(std::uint8_t level) {
+  Rgb8Image picture(8, 6);
+  std::fill(picture.pixels.begin(), picture.pixels.end(), level);
+  return picture;
+}
+
+class ReferenceFramesTest : public testing::Test {
+ protected:
+  ReferenceFramesTest() {
+    for (int i = 0; i < 3; ++i) write_png(folder_.path() / frame_file_name(i), grey_picture(100));
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReferenceFramesTest, EqualFramesPassAnyThreshold) {
+  ReferenceFrames reference(folder_.path(), 3);
+  for (int i = 0; i < 3; ++i) reference.compare(i, grey_picture(100));
+  EXPECT_TRUE(std::isinf(reference.least_psnr_db()));
+  EXPECT_NO_THROW(reference.check(1000));
+}
+
+TEST_F(ReferenceFramesTest, TheWorstFrameDecides) {
+  ReferenceFrames reference(folder_.path(), 3);
+  reference.compare(0, grey_picture(101));
+  reference.compare(1, grey_picture(110));
+  reference.compare(2, grey_picture(100));
+  EXPECT_NEAR(reference.least_psnr_db(), 20 * std::log10(255.0 / 10), 1e-9);
+  EXPECT_EQ(reference.worst_frame(), 1);
+  EXPECT_NO_THROW(reference.check(28));
+  try {
+    reference.check(29);
+    FAIL() << "10 levels off are 28.13 dB";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::quality_gate);
+    EXPECT_NE(std::string(error.what()).find("frame_0001.png"), std::string::npos);
+  }
+}
+
+TEST_F(ReferenceFramesTest, RefusesWhatCannotBeCompared) {
+  EXPECT_THROW(ReferenceFrames(folder_.path() / "none", 3), NoInputError);
+  EXPECT_THROW(ReferenceFrames(folder_.path(), 4), BadDataError);
+  EXPECT_THROW(ReferenceFrames(folder_.path(), 2), BadDataError);
+  ReferenceFrames reference(folder_.path(), 3);
+  EXPECT_THROW(reference.compare(0, Rgb8Image(6, 8)), BadDataError);
+}
+
+class CarriedSurfaceTest : public testing::Test {
+ protected:
+  CarriedSurface truth_{organ_options().organ.mesh(4), organ_to_play().shell()};
+  View view_ = orbit_view(organ_to_play().cameras, {}, 96, 96);
+};
+
+TEST_F(CarriedSurfaceTest, RestsWhereItWas) {
+  const auto carried = truth_.carry(organ_to_play().proxy.vertices);
+  constexpr double kRoundingMm = 1e-6;
+  for (std::size_t v = 0; v < carried.size(); ++v) {
+    EXPECT_LT((carried[v] - truth_.at_rest().vertices[v]).norm(), kRoundingMm);
+  }
+}
+
+TEST_F(CarriedSurfaceTest, SeesTheHalfThatFacesTheEye) {
+  const auto& rest = truth_.at_rest().vertices;
+  const auto seen = truth_.visible(rest, view_);
+  const Eigen::Vector3d center = organ_options().organ.center,
+                        to_eye = (view_.camera.center_world_mm() - center).normalized();
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    const double side = (rest[v] - center).normalized().dot(to_eye);
+    if (side > 0.6) {
+      EXPECT_TRUE(seen[v]) << v;
+    }
+    if (side < -0.1) {
+      EXPECT_FALSE(seen[v]) << v;
+    }
+  }
+}
+
+TEST_F(CarriedSurfaceTest, DrawsRaysInsideAndOutside) {
+  const TruthFrame frame = truth_.draw(truth_.at_rest().vertices, view_, {10, 20, 30});
+  EXPECT_EQ(frame.covered[0], 0);
+  EXPECT_EQ(frame.color.at(0, 0)[1], 20);
+  const std::size_t middle = 48 * 96 + 48;
+  EXPECT_EQ(frame.covered[middle], TruthFrame::kRaysPerPixel);
+  EXPECT_LT(frame.shell_face[middle], organ_to_play().proxy.faces.size());
+  const auto partly = std::count_if(frame.covered.begin(), frame.covered.end(), [](int rays) {
+    return rays > 0 && rays < TruthFrame::kRaysPerPixel;
+  });
+  EXPECT_GT(partly, 50);  // a silhouette of some 200 pixels is smooth
+}
+
+TEST_F(CarriedSurfaceTest, RefusesWhatItCannotShow) {
+  EXPECT_THROW(CarriedSurface(TriangleMesh(), organ_to_play().shell()), BadDataError);
+  TriangleMesh grey = truth_.at_rest();
+  grey.colors.clear();
+  const CarriedSurface colourless(grey, organ_to_play().shell());
+  EXPECT_THROW(colourless.draw(grey.vertices, view_, {0, 0, 0}), BadDataError);
 }
 
 }  // namespace

@@ -4,11 +4,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "organ_to_cut.h"
 #include "organbake/core/error.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/player.h"
 #include "organbake/warp/paper_warp.h"
+#include "organs_to_play.h"
 
 namespace organbake {
 namespace {

@@ -8,11 +8,11 @@
 #include <numeric>
 
 #include "fuzz/heap_meter.h"
-#include "organ_to_cut.h"
 #include "organbake/core/error.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
+#include "organs_to_play.h"
 
 namespace organbake {
 namespace {

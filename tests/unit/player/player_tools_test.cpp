@@ -5,12 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "organ_to_cut.h"
 #include "organbake/core/error.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/skin_point.h"
+#include "organs_to_play.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

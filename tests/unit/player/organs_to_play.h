@@ -4,10 +4,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "organ_to_play.h"
 #include "organbake/player/player.h"
+#include "organbake/player/script.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
+
+// A short script for organ_to_play(): the eye goes round while a probe presses where the organ
+// faces camera 0.
+Script short_script(double depth_mm);
 
 // The organ to play, of tetrahedra of 15 mm, held on one side of where it will be cut.
 const Bundle& organ_to_cut();

@@ -1,12 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/player/panel_layout.h"
+#include "organbake/player/bundle_list.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <fstream>
 #include <vector>
+
+#include "organbake/core/error.h"
+#include "organbake/player/embedded_player.h"
+#include "organbake/player/panel_layout.h"
 
 namespace organbake {
 namespace {
+
+namespace fs = std::filesystem;
+
+TEST(BundleList, HasBundlesFirstAndNoHiddenFoldersOrFiles) {
+  const fs::path folder = fs::path(testing::TempDir()) / "bundle_list";
+  fs::remove_all(folder);
+  for (const char* name : {"b", "a", "z_bundle", "y_bundle", ".hidden"})
+    fs::create_directories(folder / name);
+  for (const char* name : {"z_bundle/manifest.json", "y_bundle/manifest.json", "file"})
+    std::ofstream(folder / name) << "{}";
+  std::string listed;
+  for (const ListedFolder& f : list_folders(folder)) listed += f.name + (f.is_bundle ? "! " : " ");
+  EXPECT_EQ(listed, "y_bundle! z_bundle! a b ");
+  EXPECT_TRUE(list_folders(folder / "nowhere").empty());
+  fs::remove_all(folder);
+}
 
 bool overlap(const PixelRect& a, const PixelRect& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
@@ -45,6 +67,16 @@ TEST(PanelLayout, GrowsWithTheWindowOrAsTheScreenAsks) {
   EXPECT_EQ(panel_scale({1280, 720}, 1), 1);
   EXPECT_EQ(panel_scale({1280, 720}, 1.5), 1.5);
   EXPECT_EQ(panel_scale({3840, 2160}, 1), 2);
+}
+
+// What it does with a bundle is tested from outside: tests/cli/consumer.sh.
+TEST(EmbeddedPlayer, AMissingBundleIsNamed) {
+  EXPECT_THROW(EmbeddedPlayer("no/such/bundle"), NoInputError);
+}
+
+TEST(EmbeddedPlayer, ABadTimeStepIsSaidBeforeTheBundleIsRead) {
+  EXPECT_THROW(EmbeddedPlayer("no/such/bundle", 0), UsageError);
+  EXPECT_THROW(EmbeddedPlayer("no/such/bundle", std::nan("")), UsageError);
 }
 
 }  // namespace
