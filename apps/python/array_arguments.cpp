@@ -131,23 +131,6 @@ RawNumbers raw_numbers(const py::object& argument, const std::string& name, int 
   return numbers;
 }
 
-LayerSet layer_set_from(const py::object& argument) {
-  std::string names;
-  if (py::isinstance<py::str>(argument)) {
-    names = py::cast<std::string>(argument);
-  } else if (py::isinstance<py::list>(argument) || py::isinstance<py::tuple>(argument)) {
-    for (const py::handle& name : argument) {
-      if (!py::isinstance<py::str>(name))
-        throw UsageError("layers holds " + std::string(py::repr(name)) + ", no name of a layer");
-      names += (names.empty() ? "" : ",") + py::cast<std::string>(name);
-    }
-  } else {
-    throw py::type_error("layers is " + std::string(py::repr(argument)) +
-                         "; it must be names, as \"depth,mask\" or [\"depth\", \"mask\"]");
-  }
-  return names.empty() ? LayerSet() : layers_from(names);
-}
-
 py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
   auto* const kept = new std::vector<Eigen::Vector3d>(vectors);

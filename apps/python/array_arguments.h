@@ -12,8 +12,6 @@
 #include <variant>
 #include <vector>
 
-#include "organbake/truth/pixel_truth.h"
-
 namespace organbake {
 
 // What Python hands over, as numbers that C++ may hold without the interpreter. Each throws a
@@ -41,9 +39,6 @@ struct RawNumbers {
 // A float32 or float64 array of that many axes, the last of 3: NumPy's, or whatever has a buffer or
 // DLPack's __dlpack__ in this processor's memory.
 RawNumbers raw_numbers(const pybind11::object& argument, const std::string& name, int axes);
-
-// "depth,mask", or a list of names; empty: none. Throws TypeError for what is no text.
-LayerSet layer_set_from(const pybind11::object& argument);
 
 // (n, 3), over memory of its own.
 pybind11::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors);

@@ -39,6 +39,23 @@ View view_from(int width, int height, double fx, double fy, const py::object& cx
 
 }  // namespace
 
+LayerSet layer_set_from(const py::object& argument) {
+  std::string names;
+  if (py::isinstance<py::str>(argument)) {
+    names = py::cast<std::string>(argument);
+  } else if (py::isinstance<py::list>(argument) || py::isinstance<py::tuple>(argument)) {
+    for (const py::handle& name : argument) {
+      if (!py::isinstance<py::str>(name))
+        throw UsageError("layers holds " + std::string(py::repr(name)) + ", no name of a layer");
+      names += (names.empty() ? "" : ",") + py::cast<std::string>(name);
+    }
+  } else {
+    throw py::type_error("layers is " + std::string(py::repr(argument)) +
+                         "; it must be names, as \"depth,mask\" or [\"depth\", \"mask\"]");
+  }
+  return names.empty() ? LayerSet() : layers_from(names);
+}
+
 void bind_view(py::module_& m) {
   py::class_<View>(m, "View",
                    "A pinhole camera and its pose: x right, y down, z forward, the first pixel's "

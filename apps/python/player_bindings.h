@@ -165,6 +165,9 @@ class PictureArrays {
   pybind11::object rgb_;  // the caller's own array, or None
 };
 
+// "depth,mask", or a list of names; empty: none. Throws TypeError for what is no text.
+LayerSet layer_set_from(const pybind11::object& argument);
+
 void bind_view(pybind11::module_& m);  // organplay.View
 
 // The class Mesh: what another solver needs of an organ.
