@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kWidth = 320, kHeight = 240, kFrames = 20;
+constexpr int kWallWidth = 320, kWallHeight = 240, kWallFrames = 20;
 
 enum class Wall { organ, tube, cavity };
 
@@ -50,8 +50,8 @@ double noise(const Vector3d& p) {
 
 // What a frame shows, and the planar depth of it; +inf behind the stop.
 struct WallFrame {
-  Rgb8Image image{kWidth, kHeight};
-  Plane depth_mm{kWidth, kHeight, INFINITY};
+  Rgb8Image image{kWallWidth, kWallHeight};
+  Plane depth_mm{kWallWidth, kWallHeight, INFINITY};
 };
 
 // A wall, a lens of 40 to 110 degrees whose corners are drawn in by up to 8 %, and a path that is a
@@ -61,7 +61,7 @@ class WallClip {
   explicit WallClip(std::uint64_t seed) : seed_(seed), wall_(static_cast<Wall>(seed % 3)) {
     RandomStream random(seed, 77);
     const double view_rad = random.uniform(40, 110) * std::numbers::pi / 180;
-    lens_ = assumed_camera(kWidth, kHeight, view_rad);
+    lens_ = assumed_camera(kWallWidth, kWallHeight, view_rad);
     lens_.k1 = -random.uniform(0, 0.08) * lens_.fx * lens_.fx /
                (lens_.cx * lens_.cx + lens_.cy * lens_.cy);
     phase_ = random.uniform(0, 2 * std::numbers::pi);
@@ -84,7 +84,7 @@ class WallClip {
   }
 
   RigidTransform camera_from_world(int frame) const {
-    const double t = double(frame) / (kFrames - 1) - 0.5;
+    const double t = double(frame) / (kWallFrames - 1) - 0.5;
     const double sway = std::sin(5 * t + phase_), bob = std::cos(7 * t + phase_);
     Vector3d eye, aim;
     if (wall_ == Wall::tube) {
@@ -107,18 +107,18 @@ class WallClip {
     const Vector3d eye = pose.inverse().translation;
     WallFrame frame;
     std::vector<Vector3d> light(frame.depth_mm.size(), Vector3d::Zero());
-    for (int y = 0; y < kHeight; ++y) {
-      std::vector<Ray> rays(kWidth);
-      std::vector<RayHit> hits(kWidth);
-      for (int x = 0; x < kWidth; ++x) {
+    for (int y = 0; y < kWallHeight; ++y) {
+      std::vector<Ray> rays(kWallWidth);
+      std::vector<RayHit> hits(kWallWidth);
+      for (int x = 0; x < kWallWidth; ++x) {
         rays[x].origin = eye;
         rays[x].direction = pose.rotation.transpose() * unproject(lens_, {x + 0.5, y + 0.5});
       }
       rays_->first_hits(rays, hits);
       constexpr double kStop = 0.47;  // of the width
-      for (int x = 0; x < kWidth; ++x) {
+      for (int x = 0; x < kWallWidth; ++x) {
         if (hits[x].face == kNoHit) continue;
-        if (std::hypot(x + 0.5 - lens_.cx, y + 0.5 - lens_.cy) > kStop * kWidth) continue;
+        if (std::hypot(x + 0.5 - lens_.cx, y + 0.5 - lens_.cy) > kStop * kWallWidth) continue;
         const std::size_t k = frame.depth_mm.index(x, y);
         frame.depth_mm.values[k] = static_cast<float>(hits[x].t);
         light[k] = thrown_back(hits[x], eye, eye + hits[x].t * rays[x].direction);
@@ -287,9 +287,9 @@ Told told_of(const WallClip& clip) {
   FeatureTracker tracker;
   UsablePixels usable;
   std::vector<WallFrame> frames;
-  std::vector<ClipPicture> pictures(kFrames);
+  std::vector<ClipPicture> pictures(kWallFrames);
   std::vector<double> sharp;
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kWallFrames; ++i) {
     frames.push_back(clip.frame(i));
     const Rgb8Image& image = frames.back().image;
     pictures[i].usable = usable.next(image);
@@ -300,7 +300,8 @@ Told told_of(const WallClip& clip) {
   MotionOptions options;
   options.reconstruction.lens = {.focal = true, .distortion = true};
   constexpr double kStart_rad = 1.2217;  // 70 degrees, as the stage's own
-  Told told{find_motion(options, tracker.take(), sharp, assumed_camera(kWidth, kHeight, kStart_rad),
+  Told told{find_motion(options, tracker.take(), sharp,
+                        assumed_camera(kWallWidth, kWallHeight, kStart_rad),
                         [&](const std::vector<std::size_t>& wanted) {
                           std::vector<const ClipPicture*> found;
                           for (const std::size_t i : wanted) found.push_back(&pictures[i]);
