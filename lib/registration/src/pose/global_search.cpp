@@ -61,8 +61,8 @@ std::vector<RefineState> best_distinct(const std::vector<ObjectPose>& poses,
 // of itself gains nothing.
 std::vector<double> refine_all(const RegisteredSurface& surface,
                                const std::vector<PhotoLevel>& pyramid, int level,
-                               const RefineOptions& options, std::vector<RefineState>& states,
-                               const RunContext& context) {
+                               const RefineOptions& options, ScoredBy by,
+                               std::vector<RefineState>& states, const RunContext& context) {
   std::vector<double> scores(states.size(), -1);
   parallel_for(std::size_t{0}, states.size(), [&](std::size_t i) {
     refine(surface, pyramid, level, level, options, states[i], context);
@@ -71,7 +71,7 @@ std::vector<double> refine_all(const RegisteredSurface& surface,
     Prediction p;
     predict(surface, pyramid[level], states[i].solver.object_pose(), 1, basis,
             states[i].solver.light, {}, p);
-    scores[i] = explained(pyramid[level], p);
+    scores[i] = explained(pyramid[level], p, by);
   });
   return scores;
 }
@@ -125,17 +125,20 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   int level = static_cast<int>(pyramid.size()) - 1;
   const PoseCandidates candidates(surface, pyramid[level], options, context);
   const std::vector<ObjectPose> poses = candidates.all_round();
-  std::vector<RefineState> states = best_distinct(poses, candidates.scores(poses), 32);
+  std::vector<RefineState> states =
+      best_distinct(poses, candidates.scores(poses, ScoredBy::whole_basis), 32);
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
-    const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
+    const std::vector<double> scores =
+        refine_all(surface, pyramid, level, quick, ScoredBy::whole_basis, states, context);
     result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
     states = best_distinct(poses_of(states), fits(states, scores), level > 0 ? kept : 1);
     if (level == 0) break;
     --level;
   }
   if (states.empty()) return result;
-  const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
+  const std::vector<double> scores =
+      refine_all(surface, pyramid, level, quick, ScoredBy::whole_basis, states, context);
   result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
   result.best = states[best_fit(states, scores)];
   result.level = level;
@@ -161,17 +164,18 @@ SearchResult search_near(const RegisteredSurface& surface, const std::vector<Pho
   result.level = static_cast<int>(pyramid.size()) - 1;
   const ObjectPose given = object_pose(start, surface.center());
   std::vector<RefineState> states = {state_of(given)};
-  std::vector<double> scores = refine_all(surface, pyramid, result.level, options, states, context);
+  std::vector<double> scores =
+      refine_all(surface, pyramid, result.level, options, ScoredBy::lamp, states, context);
   result.best = states[0];
   if (scores[0] > kAtHome) return result;
   const PoseCandidates candidates(surface, pyramid[result.level], options, context);
   const std::vector<ObjectPose> poses = candidates.near(given);
   std::vector<RefineState> others =
-      best_distinct(poses, candidates.scores(poses), kTried, kApartNear);
+      best_distinct(poses, candidates.scores(poses, ScoredBy::lamp), kTried, kApartNear);
   // On a cluttered ground a pose's score says little before it is refined.
   for (const ObjectPose& turned : turned_about_axes(given)) others.push_back(state_of(turned));
   const std::vector<double> more =
-      refine_all(surface, pyramid, result.level, options, others, context);
+      refine_all(surface, pyramid, result.level, options, ScoredBy::lamp, others, context);
   states.insert(states.end(), others.begin(), others.end());
   scores.insert(scores.end(), more.begin(), more.end());
   result.best = states[best_fit(states, scores)];

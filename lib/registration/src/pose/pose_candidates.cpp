@@ -80,7 +80,7 @@ std::optional<Foreground> find_foreground(const PhotoLevel& level) {
 
 }  // namespace
 
-double explained(const PhotoLevel& level, const Prediction& p) {
+double explained(const PhotoLevel& level, const Prediction& p, ScoredBy by) {
   constexpr double kFar = 0.7;  // standard deviations of the photograph
   constexpr int kRounds = 3;
   constexpr double kRidge = 1e-7;
@@ -92,14 +92,15 @@ double explained(const PhotoLevel& level, const Prediction& p) {
   constexpr int kMost = ShadingBasis::kMost + 2;
   using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
-  const int n = p.basis + 1;
+  const int lights = by == ScoredBy::lamp ? 1 : p.basis - 1, n = lights + 2;
   Row row(n + 1);
   const auto for_pixels = [&](const auto& use) {
     for (int y = 0; y < level.intrinsics.height; ++y)
       for (int x = 0; x < level.intrinsics.width; ++x) {
         if (!level.valid[level.index(x, y)]) continue;
         const float* phi = p.contains(x, y) ? p.phi_at(p.index(x, y)) : nullptr;
-        for (int j = 0; j < p.basis; ++j) row[j] = phi ? phi[j] : j == p.basis - 1;
+        for (int j = 0; j < lights; ++j) row[j] = phi ? phi[j] : 0;
+        row[lights] = phi ? phi[p.basis - 1] : 1;
         row[n - 1] = 1;
         row[n] = level.luminance[level.index(x, y)];
         use(known(x, y));
@@ -128,7 +129,7 @@ double explained(const PhotoLevel& level, const Prediction& p) {
     normal.diagonal() = normal.diagonal() * (1 + kRidge) + Row::Constant(n, 1e-12);
     weights = solve_symmetric(normal, m.topRightCorner(n, 1));
   }
-  if (p.basis == 2 && !(weights[0] > 0)) return -1;
+  if (lights == 1 && !(weights[0] > 0)) return -1;
   double left = 0;
   for_pixels([&](bool is_known) {
     const double off = row[n] - (is_known ? weights.dot(row.head(n)) : mean);
@@ -177,11 +178,12 @@ std::vector<ObjectPose> PoseCandidates::near(const ObjectPose& start) const {
   return poses;
 }
 
-std::vector<double> PoseCandidates::scores(const std::vector<ObjectPose>& poses) const {
+std::vector<double> PoseCandidates::scores(const std::vector<ObjectPose>& poses,
+                                           ScoredBy by) const {
   std::vector<double> scores(poses.size());
   parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
     context_.throw_if_cancelled();
-    scores[i] = explained(level_, picture(level_, poses[i]));
+    scores[i] = explained(level_, picture(level_, poses[i]), by);
   });
   return scores;
 }

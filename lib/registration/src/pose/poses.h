@@ -138,11 +138,16 @@ struct Foreground {
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
 };
 
+// By which light a pose is told from others. All round, photographs under a studio's lights need
+// the whole basis; near a start so many lights would explain a cluttered ground as well as the
+// organ.
+enum class ScoredBy { lamp, whole_basis };
+
 // The share of the photograph's variance that light and background explain over all that counts: R²
-// at the best weights of the whole basis, offset and background level. What is far off costs no
-// more than so much, so that an instrument draws no pose its way. Negative when a lamp alone would
-// have to darken.
-double explained(const PhotoLevel& level, const Prediction& prediction);
+// at the best weights of the light, offset and background level. What is far off costs no more than
+// so much, so that an instrument draws no pose its way. Negative when a lamp alone would have to
+// darken.
+double explained(const PhotoLevel& level, const Prediction& prediction, ScoredBy by);
 
 // Poses to try on one level of a photograph. Where the organ stands out from a plain background,
 // its area and centre say distance and place. Threads across poses; ordered, so repeatable.
@@ -159,7 +164,7 @@ class PoseCandidates {
   // where it stands out when it does.
   std::vector<ObjectPose> near(const ObjectPose& start) const;
   // What each explains, in their order.
-  std::vector<double> scores(const std::vector<ObjectPose>& poses) const;
+  std::vector<double> scores(const std::vector<ObjectPose>& poses, ScoredBy by) const;
 
  private:
   // A rotation, and the area and centre that its picture has at the usual distance.
