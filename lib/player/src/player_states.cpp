@@ -45,6 +45,7 @@ class PlausiblePlaces {
   static constexpr std::size_t kEdges = 500;
   void begin(std::string what, const std::vector<Eigen::Vector3d>& rest_mm);
   Eigen::Matrix3d spread_with(const std::vector<Eigen::Vector3d>& places_mm) const;
+  bool are_mirrored(const std::vector<Eigen::Vector3d>& places_mm) const;
   double edges_mm(const std::vector<Eigen::Vector3d>& places_mm) const;  // their mean
 
   std::string what_;
@@ -63,8 +64,9 @@ constexpr double kFarthestDiagonals =
 constexpr double kMostStretch = 4, kLeastStretch = 0.2;
 
 // Of a sheet as thin as this, by its length, nothing says which way its normal points. A mirrored
-// organ's map has the determinant −1; folding and pressing bring an organ's own to 0 at worst.
-constexpr double kFlat = 0.02, kMirrored = -0.2;
+// organ's map has the determinant −1 and explains where all of it lies; that of an organ which has
+// collapsed, as springs without volume do, may turn over, too, but explains little.
+constexpr double kFlat = 0.02, kMirrored = -0.2, kExplained = 0.95;
 
 constexpr double kMetresStretch = 1e-3, kCentimetresStretch = 0.1;
 
@@ -110,6 +112,16 @@ Eigen::Matrix3d PlausiblePlaces::spread_with(const std::vector<Eigen::Vector3d>&
   return sum;
 }
 
+bool PlausiblePlaces::are_mirrored(const std::vector<Eigen::Vector3d>& places_mm) const {
+  const Eigen::Matrix3d spread = spread_with(places_mm), map = spread * spread_inverse_;
+  if (!(map.determinant() < kMirrored)) return false;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : places_mm) mean += p / double(places_mm.size());
+  double all = 0;
+  for (const Eigen::Vector3d& p : places_mm) all += (p - mean).squaredNorm();
+  return (map * spread.transpose()).trace() > kExplained * all;
+}
+
 double PlausiblePlaces::edges_mm(const std::vector<Eigen::Vector3d>& places_mm) const {
   double sum = 0;
   for (const auto& [a, b] : edges_) sum += (places_mm[b] - places_mm[a]).norm();
@@ -133,7 +145,7 @@ void PlausiblePlaces::check(const std::vector<Eigen::Vector3d>& now_mm) const {
     throw UsageError("the edges between the " + what_ + " are " + to_text(stretch, 3) +
                      " times as long as at rest; they are in another order, or another organ's");
   }
-  if ((spread_with(now_mm) * spread_inverse_).determinant() < kMirrored)
+  if (are_mirrored(now_mm))
     throw UsageError("the " + what_ +
                      " are the organ's mirror image; an axis has the wrong sign (the world is LPS: "
                      "x to the left, y to the back, z up)");

@@ -59,13 +59,14 @@ double exposed_range_mm(const DrawnScene& scene) {
   return median(std::move(depths));
 }
 
-// The wall's colours, 0…255 in sRGB, at every 32nd pixel, and between them in proportion: its
-// folds are wider.
+// The wall's colours, 0…255 in sRGB, at every few pixels, and between them in proportion: its folds
+// are wider, by the picture's size.
 class WallLattice {
  public:
   WallLattice(const DrawnScene& scene, const Vector3f& behind)
-      : columns_(scene.view.camera.intrinsics.width / kStep_px + 2),
-        nodes_(std::size_t(columns_) * (scene.view.camera.intrinsics.height / kStep_px + 2)) {
+      : step_px_(step_for(scene.view.camera.intrinsics)),
+        columns_(scene.view.camera.intrinsics.width / step_px_ + 2),
+        nodes_(std::size_t(columns_) * (scene.view.camera.intrinsics.height / step_px_ + 2)) {
     constexpr double kBehind_mm = 30, kFull = 0.75, kUnseen_mm = 100;
     eye_ = scene.view.camera.center_world_mm();
     sphere_ = {scene.organs.center() - eye_, 0.75 * scene.organs.diagonal() + kBehind_mm};
@@ -74,7 +75,7 @@ class WallLattice {
     parallel_for(0, static_cast<int>(nodes_.size()) / columns_, [&](int row) {
       for (int column = 0; column < columns_; ++column)
         nodes_[std::size_t(row) * columns_ + column] =
-            seen_along(ray_through(scene.view.camera, column * kStep_px, row * kStep_px), behind);
+            seen_along(ray_through(scene.view.camera, column * step_px_, row * step_px_), behind);
     });
   }
 
@@ -85,15 +86,15 @@ class WallLattice {
     constexpr int kBits = 16, kParts = 1 << kBits;
     const int width = picture.width;
     const Cover* const cover = &frame.cover[std::size_t(y) * width];
-    const float v = float(y % kStep_px) / kStep_px;
-    const Vector3f* node = &nodes_[std::size_t(y / kStep_px) * columns_];
+    const float v = float(y % step_px_) / float(step_px_);
+    const Vector3f* node = &nodes_[std::size_t(y / step_px_) * columns_];
     std::uint8_t* rgb = picture.at(0, y);
     for (int x = 0; x < width; ++node) {
       const Eigen::Vector3f left = node[0] + v * (node[columns_] - node[0]);
       const Eigen::Vector3f right = node[1] + v * (node[columns_ + 1] - node[1]);
       Eigen::Vector3i color = (kParts * (left.array() + 0.5f)).cast<int>();
-      const Eigen::Vector3i step = (kParts / kStep_px * (right - left)).cast<int>();
-      for (const int end = std::min(x + kStep_px, width); x < end; ++x, rgb += 3, color += step) {
+      const Eigen::Vector3i step = (kParts / step_px_ * (right - left)).cast<int>();
+      for (const int end = std::min(x + step_px_, width); x < end; ++x, rgb += 3, color += step) {
         if (cover[x] != Cover::background || !std::equal(behind.begin(), behind.end(), rgb))
           continue;
         for (int c = 0; c < 3; ++c) rgb[c] = static_cast<std::uint8_t>(color[c] >> kBits);
@@ -102,7 +103,10 @@ class WallLattice {
   }
 
  private:
-  static constexpr int kStep_px = 32;
+  static int step_for(const Intrinsics& lens) {
+    constexpr int kSteps = 32, kLeast_px = 4;  // across the picture's shorter side
+    return std::max(kLeast_px, std::min(lens.width, lens.height) / kSteps);
+  }
 
   // In world axes, through a pixel's middle.
   static Vector3d ray_through(const PosedCamera& camera, int x, int y) {
@@ -126,6 +130,7 @@ class WallLattice {
   Vector3d eye_;
   WallSphere sphere_;
   double full_mm2_ = 0;
+  int step_px_;
   int columns_;
   std::vector<Vector3f> nodes_;
 };
