@@ -137,7 +137,7 @@ double alike_in_depth(const Scene& a, const Scene& b) {
   mean /= std::max<double>(1, static_cast<double>(depths.size()));
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& depth : depths) spread += (depth - mean) * (depth - mean).transpose();
-  return spread(0, 1) / std::sqrt(std::max(1e-300, spread(0, 0) * spread(1, 1)));
+  return correlation_in(spread);
 }
 
 bool is_same(const Basin& a, const Basin& b) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
@@ -106,12 +107,12 @@ Eigen::Matrix2d spread_of(const std::vector<Lit>& all) {
          sums.col(0).tail<2>() * sums.row(0).tail<2>() / std::max(1e-300, sums(0, 0));
 }
 
+}  // namespace
+
 double correlation_in(const Eigen::Matrix2d& spread) {
   const double both = spread(0, 0) * spread(1, 1);
   return both > 0 ? spread(0, 1) / std::sqrt(both) : 0;
 }
-
-}  // namespace
 
 LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene) {
   constexpr std::size_t kFewest = 50;
@@ -221,8 +222,7 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
   const std::pair<bool, std::string> failures[] = {
       {no_scope && too_flat,
        "parallax and lamp contradict each other: the scene is far flatter than its brightness "
-       "says, "
-       "and the lens that was found is none of a scope"},
+       "says, and the lens that was found is none of a scope"},
       {lamp_objects && (lens_is_free || std::abs(lamp.correlation_over_time) > kMovesWithTheLens),
        "parallax and lamp contradict each other: what the scene has nearer to the lamp is darker "
        "(correlation of brightness and distance " +
@@ -244,9 +244,10 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
       {has_rival,
        "another scene, as this one turned inside out, fits nearly as well (its cost is " +
            to_text(runner_up, 2) + " times the chosen one's)"},
-      {no_scope, "the lens that was found is none of a scope: it sees " +
-                     to_text(2 * std::atan(0.5 * lens.width / lens.fx) * 57.29577951308232, 0) +
-                     " degrees"},
+      {no_scope,
+       "the lens that was found is none of a scope: it sees " +
+           to_text(2 * std::atan(0.5 * lens.width / lens.fx) * 180 / std::numbers::pi, 0) +
+           " degrees"},
       {focal_sd > kLensUnsure,
        "the focal length is known to " + percent(focal_sd) + " only, and depth is as uncertain"},
       {too_flat, "the scene is far flatter than its brightness says"},

@@ -80,6 +80,9 @@ struct LampAgreement {
 // `views`: of each view, or null.
 LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene);
 
+// Of two figures, by their variances and covariance; 0 where one of them is the same everywhere.
+double correlation_in(const Eigen::Matrix2d& spread);
+
 double focal_of_view(const Intrinsics& lens, double view_rad);
 // By how many standard deviations a lens's focal length and distortion are unlike a scope's.
 Eigen::Vector2d unlike_a_scope(const Intrinsics& lens);
