@@ -73,14 +73,7 @@ double confidence_of(double cosine) {
 
 CameraMaps make_maps(const SyntheticOptions& o, const PosedCamera& camera,
                      const ShellBinder& binder) {
-  CameraMaps maps;
-  maps.width = maps.height = o.map_size;
-  const std::size_t texels = std::size_t(o.map_size) * o.map_size;
-  maps.depth_mm.assign(texels, std::numeric_limits<float>::infinity());
-  maps.color.assign(texels, Eigen::Vector3f::Zero());
-  maps.height_mm.assign(texels, 0);
-  maps.face.assign(texels, kNoFace);
-  maps.confidence.assign(texels, 0);
+  CameraMaps maps = background_maps(o.map_size, o.map_size);
   const RigidTransform world_from_camera = camera.camera_from_world.inverse();
   const Vector3d eye = world_from_camera.translation;
   const auto ray_of = [&](double x, double y) -> Vector3d {

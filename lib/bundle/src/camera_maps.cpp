@@ -4,9 +4,22 @@
 #include "organbake/bundle/bundle.h"
 
 #include <array>
+#include <limits>
 #include <string>
 
 namespace organbake {
+
+CameraMaps background_maps(int width, int height) {
+  CameraMaps maps;
+  maps.width = width, maps.height = height;
+  const std::size_t count = std::size_t(width) * height;
+  maps.depth_mm.assign(count, std::numeric_limits<float>::infinity());
+  maps.color.assign(count, Eigen::Vector3f::Zero());
+  maps.height_mm.assign(count, 0);
+  maps.face.assign(count, kNoFace);
+  maps.confidence.assign(count, 0);
+  return maps;
+}
 
 std::string camera_folder(std::size_t camera) {
   std::string number = std::to_string(camera);

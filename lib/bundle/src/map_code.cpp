@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -325,22 +324,15 @@ CameraMaps decoded_maps(std::span<const std::byte> bytes, const Intrinsics& lens
       in.fail("has a range that is not finite");
   }
   const auto listed = in.next<std::uint32_t>();
-  CameraMaps maps;
-  maps.width = lens.width;
-  maps.height = lens.height;
   MapNumbers numbers(static_cast<std::size_t>(texels));
-  const std::size_t used = read_faces(in, maps.width, listed, faces, numbers.face);
-  read_wide(numbers.face, maps.width, used, in, numbers.depth);
-  read_wide(numbers.face, maps.width, used, in, numbers.height);
-  for (auto& plane : numbers.bytes) read_narrow(numbers.face, maps.width, used, in, plane);
+  const std::size_t used = read_faces(in, lens.width, listed, faces, numbers.face);
+  read_wide(numbers.face, lens.width, used, in, numbers.depth);
+  read_wide(numbers.face, lens.width, used, in, numbers.height);
+  for (auto& plane : numbers.bytes) read_narrow(numbers.face, lens.width, used, in, plane);
   in.end();
   const std::array<float, 256> linear = linear_table();
-  const std::size_t count = numbers.face.size();
-  maps.depth_mm.assign(count, std::numeric_limits<float>::infinity());
-  maps.height_mm.assign(count, 0);
-  maps.confidence.assign(count, 0);
-  maps.color.assign(count, Eigen::Vector3f::Zero());
-  for (std::size_t i = 0; i < count; ++i) {
+  CameraMaps maps = background_maps(lens.width, lens.height);
+  for (std::size_t i = 0; i < numbers.face.size(); ++i) {
     if (numbers.face[i] == kNoFace) continue;
     maps.depth_mm[i] = ranges.depth.value(numbers.depth[i]);
     maps.height_mm[i] = ranges.height.value(numbers.height[i]);

@@ -58,9 +58,6 @@ struct TileCounts {
   double largest_height_mm = 0;
 };
 
-// An empty map of the camera's size: all background.
-CameraMaps background_maps(const Intrinsics& intrinsics);
-
 // Fills the texels of one tile: depth at their centres, colour, face and height; confidence holds
 // the incidence alone until fade_at_edges, where it is 0 they have a depth alone.
 TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,

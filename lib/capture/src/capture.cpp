@@ -262,7 +262,7 @@ void add_counts(const std::vector<TileCounts>& counts, CaptureResult& summary) {
 void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<PosedCamera>& cameras,
                   CaptureResult& summary, const RunContext& context) {
   for (const PosedCamera& camera : cameras)
-    summary.maps.push_back(background_maps(camera.intrinsics));
+    summary.maps.push_back(background_maps(camera.intrinsics.width, camera.intrinsics.height));
   const std::vector<TileAddress> tiles = all_tiles(cameras);
   std::vector<TileCounts> counts(tiles.size());
   std::atomic<std::size_t> done = 0;

@@ -222,19 +222,6 @@ void color_texels(const CaptureScene& scene, const CameraRays& camera,
 
 }  // namespace
 
-CameraMaps background_maps(const Intrinsics& intrinsics) {
-  CameraMaps maps;
-  maps.width = intrinsics.width;
-  maps.height = intrinsics.height;
-  const std::size_t count = std::size_t(maps.width) * maps.height;
-  maps.depth_mm.assign(count, std::numeric_limits<float>::infinity());
-  maps.color.assign(count, Eigen::Vector3f::Zero());
-  maps.height_mm.assign(count, 0);
-  maps.face.assign(count, kNoFace);
-  maps.confidence.assign(count, 0);
-  return maps;
-}
-
 TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,
                         CameraMaps& maps) {
   const CameraRays camera_rays(camera);

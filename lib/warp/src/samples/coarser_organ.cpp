@@ -81,13 +81,7 @@ SmoothSkin corners_of(const SmoothSkin& skin, std::size_t vertices) {
 CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
                    const std::vector<ShellMatrix>& rest_in_camera) {
   const Intrinsics& lens = camera.intrinsics;
-  const std::size_t texels = std::size_t(lens.width) * lens.height;
-  CameraMaps maps;
-  maps.width = lens.width, maps.height = lens.height;
-  maps.depth_mm.resize(texels);
-  maps.color.resize(texels);
-  maps.face.assign(texels, kNoFace);
-  maps.confidence.resize(texels);
+  CameraMaps maps = background_maps(lens.width, lens.height);
   const auto put = [&](std::size_t slot) {
     const std::uint32_t face = samples.face(slot);
     const std::array<float, 3> b = samples.bound(slot);
@@ -136,14 +130,7 @@ CameraMaps shrunk(const CameraMaps& maps, const PosedCamera& small, int shrink, 
   constexpr float kSteepest = 6;  // texels of depth to one across: beyond, it is another surface
   const float steepest =
       kSteepest / static_cast<float>(shrink * std::sqrt(small.intrinsics.fx * small.intrinsics.fy));
-  CameraMaps out;
-  out.width = small.intrinsics.width, out.height = small.intrinsics.height;
-  const std::size_t texels = std::size_t(out.width) * out.height;
-  out.depth_mm.assign(texels, std::numeric_limits<float>::infinity());
-  out.color.assign(texels, Eigen::Vector3f::Zero());
-  out.height_mm.assign(texels, 0);
-  out.face.assign(texels, kNoFace);
-  out.confidence.assign(texels, 0);
+  CameraMaps out = background_maps(small.intrinsics.width, small.intrinsics.height);
   const auto put = [&](int x, int y) {
     const TexelBlock block(maps, shrink * x, shrink * y, shrink, steepest);
     const std::size_t count = block.texels.size(), at = std::size_t(y) * out.width + x;

@@ -59,6 +59,9 @@ struct CameraMaps {
   std::vector<float> confidence;       // 0…1: incidence and distance to a depth edge
 };
 
+// Of a size, all background.
+CameraMaps background_maps(int width, int height);
+
 // The folder of a camera's files inside a bundle: "cam_000".
 std::string camera_folder(std::size_t camera);
 // The maps as the images in that folder: depth.exr, color.exr and micro.exr.
