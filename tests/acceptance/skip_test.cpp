@@ -161,7 +161,7 @@ TEST(SkipOfSweeps, LeavesTheDepth) {
   }
   const std::string what = "a frame of a clip that stands still: ";
   expect({what + "mean difference to the cold start", "%", 100 * sum / count, 0.05});
-  expect({what + "sweeps", "", double(warm.sweeps), double(cold.sweeps)});
+  expect({what + "sweeps", "", double(warm.range.sweeps), double(cold.range.sweeps)});
   expect({what + "refinements", "", double(warm.refinements), double(cold.refinements)});
 }
 

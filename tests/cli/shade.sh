@@ -43,10 +43,9 @@ expect_err "70 degrees"
 expect_err "relative"
 expect_equal "$(figure depth_unit one/report.json)" "relative, median 1"
 
-# The other models; which frames; options that contradict or make no sense.
-expect 0 organbake shade p/frames --model tsai-shah --every 2 --iterations 5 -o ts
+# The other model; which frames; options that contradict or make no sense.
+expect 0 organbake shade p/frames --model tsai-shah --light-deg 28.6,40.1 --every 2 --iterations 5 -o ts
 expect_equal "$(figure frames_shaded ts/report.json)" 2
-expect 0 organbake shade p/frames/000000.png --model distant --light-deg 28.6,40.1 --halvings 2 -o d
 expect 0 organbake shade p/frames --sharpest 4 --halvings 1 -o sharp
 expect_equal "$(figure frames_blurred sharp/report.json)" 3
 expect 2 organbake shade p/frames --sharpest 2 --every 2 -o x

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "bench.h"
@@ -11,7 +10,6 @@
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/player/contact_sheet.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/laparoscope.h"
@@ -50,7 +48,6 @@ void show_worst_scene(Bench& bench, const WorstScene& worst) {
 }
 
 constexpr const char* kRangeError = "relative depth error, mean, one scale fitted";
-constexpr double kDegree = std::numbers::pi / 180;
 
 Plane flat_log_range(const Intrinsics& camera) {
   const RayGrid rays = ray_grid(camera);
@@ -91,19 +88,17 @@ double near_case(Bench& bench, double amplitude, int size, double noise, WorstSc
   const std::string task =
       "laparoscope light, A = " + to_text(amplitude) +
       (noise > 0 ? ", 8 bit + " + to_text(100 * noise) + " % noise" : ", clean");
-  const std::vector<Timing> timings = bench.time(std::vector<std::function<void()>>{
-      [&] { shaded(scene); }, [&] { shaded(scene, {.refine = false}); }});
+  const Timing timing = bench.time([&] { shaded(scene); });
   const Quantities knobs = {{"side", "px", double(size)}};
-  const auto add = [&](const char* subject, bool peer, const Timing& timing, const Plane& v) {
+  const auto add = [&](const char* subject, bool peer, const Timing& taken, const Plane& v) {
     const double error = range_error_percent(v, scene.log_range);
-    bench.add(Point{task, subject, peer, knobs, timing, {{kRangeError, "%", error}}});
+    bench.add(Point{task, subject, peer, knobs, taken, {{kRangeError, "%", error}}});
     return error;
   };
-  add("fast sweeping alone", false, timings[1], shaded(scene, {.refine = false}));
   add("flat plane", true, {}, flat_log_range(scene.camera));
   add("brightness as range", true, {}, brightness_log_range(scene.intensity));
   const Plane ours = shaded(scene);
-  const double error = add("organbake", false, timings[0], ours);
+  const double error = add("organbake", false, timing, ours);
   if (error > worst.error) worst = {error, task, scene, ours};
   return error;
 }
@@ -145,56 +140,6 @@ void near_light_times(Bench& bench) {
                 timings[1].cpu_ms.median, 80);
 }
 
-DistantLight oblique(int i) {
-  return {(20 + 90 * i) * kDegree, (30 + 10 * (i % 2) + 10 * (i / 2)) * kDegree};
-}
-
-void distant_light(Bench& bench) {
-  const int size = bench.quick() ? 64 : 128;
-  const double px = size / 128.0;  // errors count in pixels of 128²
-  const int lights = bench.quick() ? 2 : 4;
-  int cases = 0, within = 0, within_one = 0, worse_than_flat = 0;
-  for (const std::string& name : distant_scene_names())
-    for (int i = 0; i < lights; ++i, ++cases) {
-      bench.now("distant light, " + name);
-      DistantOptions options;
-      options.light = oblique(i);
-      const DistantScene scene = distant_scene(name, size, options.light);
-      DistantEstimate estimate;
-      const Timing timing = bench.time(
-          [&] { estimate = shade_distant(scene.intensity, Mask(size, size, 1), options); });
-      const TsaiShahEstimate paper =
-          shade_tsai_shah(scene.intensity, {.light = options.light, .iterations = 20});
-      Plane paper_depth(size, size), bright(size, size);
-      for (std::size_t k = 0; k < bright.size(); ++k) {
-        paper_depth.values[k] = static_cast<float>(paper.depth.values[k]);
-        bright.values[k] = -0.25F * size * scene.intensity.values[k];
-      }
-      const auto add = [&](const char* subject, bool peer, const Timing& t, const Plane& z) {
-        const double error = depth_error_px(z, scene.depth) / px;
-        bench.add(Point{"distant light, " + name,
-                        subject,
-                        peer,
-                        {{"light", "", double(i)}},
-                        t,
-                        {{"depth error, mean, mean removed", "px of 128", error}}});
-        return error;
-      };
-      const double flat = add("flat plane", true, {}, Plane(size, size));
-      add("brightness as height", true, {}, bright);
-      add("Tsai-Shah (the paper)", true, {}, paper_depth);
-      const double error = add("organbake", false, timing, estimate.depth);
-      within += error <= 1.5;
-      within_one += error <= 1.0;
-      worse_than_flat += error > flat;
-    }
-  const std::string of = ", of " + std::to_string(cases);
-  bench.at_least("distant light: cases within 1.5 px" + of, "", double(within), 0.6 * cases);
-  bench.at_least("distant light: cases within 1.0 px (best effort)" + of, "", double(within_one),
-                 0.75 * cases);
-  bench.at_most("distant light: cases worse than the flat plane", "", double(worse_than_flat), 0);
-}
-
 // Decoding, masks and shading; what the stage writes is measured by running the stage.
 void real_clip(Bench& bench) {
   const std::filesystem::path path = bench.data("video/laparoscopy_720p_25fps.mp4");
@@ -233,7 +178,6 @@ void stereo_rates(Bench& bench) {
 void run_shading(Bench& bench) {
   near_light(bench);
   near_light_times(bench);
-  distant_light(bench);
   real_clip(bench);
   stereo_rates(bench);
 }

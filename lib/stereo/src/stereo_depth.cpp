@@ -345,7 +345,6 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
   }
   result.relative_sd = median(std::move(relative));
   if (left.squares_px > 1) result.step_share = median(std::move(steps));
-  depth.noise = result.relative_sd;
   measure_coverage(inside, left, result);
   if (result.covered_share < kMostlyCovered)
     weigh_the_little(both.left.back(), both.right.back(), disparity_range(eyes, options, scale),

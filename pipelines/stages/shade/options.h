@@ -57,13 +57,11 @@ inline void ShadeStageOptions::resolve() {
 
 inline void bind(OptionList& list, ShadeStageOptions& o) {
   list.add("model", &o.shading.model,
-           {.help = "perspective camera with its light beside the lens; or a distant light: the "
-                    "paper's method, or whole-image least squares"},
-           {{"laparoscope", ShadingModel::laparoscope},
-            {"tsai-shah", ShadingModel::tsai_shah},
-            {"distant", ShadingModel::distant}})
+           {.help = "perspective camera with its light beside the lens; or the paper's method, "
+                    "for a light from afar"},
+           {{"laparoscope", ShadingModel::laparoscope}, {"tsai-shah", ShadingModel::tsai_shah}})
       .add("light_deg", &o.light,
-           {.help = "direction of a distant model's light: auto, or tilt,slant (0 = right, turning "
+           {.help = "direction of Tsai–Shah's light: auto, or tilt,slant (0 = right, turning "
                     "down)",
             .unit = "deg"})
       .add(

@@ -284,8 +284,6 @@ StageReport run(const StageCall& call) {
   warn_of_what_is_odd(result.records, call.context);
   warn_of_instruments(result.records, clip.instruments.has_value(), call.context);
   judge(result.records, options, call.context, report);
-  if (result.records.front().ambiguous)
-    call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");
   if (result.key) {
     write_surface(result, clip, options, call, report);
   } else {

@@ -14,29 +14,13 @@
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/frame_albedo.h"
+#include "organbake/shading/masks.h"
 #include "organbake/shading/pictures.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-double share(const Mask& mask) {
-  return static_cast<double>(mask.size() - std::count(mask.values.begin(), mask.values.end(), 0)) /
-         static_cast<double>(std::max<std::size_t>(1, mask.size()));
-}
-
-// How many times brighter the brightest tissue's albedo is than the darkest's, 2 % at either end
-// left out.
-double albedo_span(const PreparedFrame& frame) {
-  std::vector<float> logs;
-  for (std::size_t k = 0; k < frame.log_albedo.size(); ++k)
-    if (frame.diffuse.values[k]) logs.push_back(frame.log_albedo.values[k]);
-  if (logs.empty()) return 1;
-  std::sort(logs.begin(), logs.end());
-  const std::size_t left_out = logs.size() / 50;
-  return std::exp(double(logs[logs.size() - 1 - left_out]) - logs[left_out]);
-}
 
 // Rounded to whole steps of 1/n, for the same reason as depth.
 float in_steps(float value, float n) { return std::round(value * n) / n; }
@@ -89,17 +73,11 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
   record.colourless = frame.colourless;
   record.stereo = frame.stereo;
   record.metric = depth.metric;
-  record.ambiguous = depth.ambiguous;
-  record.sweeps = depth.sweeps;
-  record.refinements = depth.refinements;
-  record.albedo_span = albedo_span(frame);
   record.residual = depth.residual;
-  record.noise = depth.noise;
-  record.branch = depth.branch;
   record.quality = depth.quality;
-  record.outside_share = 1 - share(frame.field);
-  record.highlight_share = share(frame.highlights);
-  record.instrument_share = share(frame.instruments);
+  record.outside_share = 1 - share_of(frame.field);
+  record.highlight_share = share_of(frame.highlights);
+  record.instrument_share = share_of(frame.instruments);
   std::vector<float> finite;
   double confidence = 0;
   for (std::size_t k = 0; k < depth.depth.size(); ++k)
@@ -142,36 +120,19 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
     report.add(name, values);
   };
   list("frame", [](const FrameRecord& r) { return r.index; });
-  list("frame_warm", [](const FrameRecord& r) { return r.warm; });
-  list("frame_sweeps", [](const FrameRecord& r) { return r.sweeps; });
-  list("frame_refinements", [](const FrameRecord& r) { return r.refinements; });
   list("frame_residual", [](const FrameRecord& r) { return r.residual; });
-  list("frame_noise", [](const FrameRecord& r) { return r.noise; });
   list("frame_median_depth", [](const FrameRecord& r) { return r.median_depth; });
   list("frame_mean_confidence", [](const FrameRecord& r) { return r.mean_confidence; });
   list("frame_outside_share", [](const FrameRecord& r) { return r.outside_share; });
   list("frame_highlight_share", [](const FrameRecord& r) { return r.highlight_share; });
   list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
-  list("frame_albedo_span", [](const FrameRecord& r) { return r.albedo_span; });
-  list("frame_combed", [](const FrameRecord& r) { return r.combed; });
   list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
   list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unexplained; });
   std::vector<std::string> verdicts;
   for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
   report.add("frame_verdict", verdicts);
-  // A warm frame needs no sweeps: what the last cold one before it took is saved.
-  long cold = 0, saved = 0, warm = 0;
-  for (const FrameRecord& record : records) {
-    if (!record.warm) cold = record.sweeps;
-    if (record.warm) saved += cold - std::min<long>(cold, record.sweeps);
-    warm += record.warm;
-  }
-  report.add("frames_warm", warm);
-  report.add("sweeps_saved", saved);
-  std::vector<std::string> branches;
-  for (const FrameRecord& record : records)
-    if (!record.branch.empty()) branches.push_back(record.branch);
-  if (!branches.empty()) report.add("frame_branch", branches);
+  report.add("frames_warm", std::count_if(records.begin(), records.end(),
+                                          [](const FrameRecord& r) { return r.warm; }));
 }
 
 void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,

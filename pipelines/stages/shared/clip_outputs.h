@@ -18,13 +18,11 @@ namespace organbake {
 struct FrameRecord {
   std::size_t index = 0;
   double sharpness = 0;
-  bool warm = false, combed = false, metric = false, ambiguous = false;
+  bool warm = false, combed = false, metric = false;
   bool colourless = false;
   StereoLayout stereo = StereoLayout::none;
-  int sweeps = 0, refinements = 0;
-  double residual = 0, noise = 0, albedo_span = 1, median_depth = 0, mean_confidence = 0;
+  double residual = 0, median_depth = 0, mean_confidence = 0;
   double outside_share = 0, highlight_share = 0, instrument_share = 0;
-  std::string branch;
   DepthQuality quality;
 };
 FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,

@@ -58,21 +58,6 @@ TEST(LightEstimate, AlbedoIsFoundAndGainDoesNotMatter) {
   EXPECT_LT(error_degrees(estimate.light, light), 3);
 }
 
-TEST(LightEstimate, SaysWhenNothingCanBeTold) {
-  const LightEstimate flat = estimate_light(Plane(16, 16, 0.5F), Mask(16, 16, 1));
-  EXPECT_TRUE(flat.frontal);
-  EXPECT_GT(flat.tilt_error_rad, 3);
-  EXPECT_TRUE(estimate_light(Plane(16, 16), Mask(16, 16, 0)).frontal);
-}
-
-TEST(LightEstimate, UncertaintyGrowsTowardsFrontalLight) {
-  const auto uncertainty = [](double slant) {
-    const DistantScene scene = distant_scene("sphere", 96, {0.3, slant * kOneDegree});
-    return estimate_light(scene.intensity, Mask(96, 96, 1)).tilt_error_rad;
-  };
-  EXPECT_GT(uncertainty(8), uncertainty(45));
-}
-
 // What a light beside the lens makes of a scene.
 Plane lit_from_beside(const NearScene& scene, const LaparoscopeOptions& options) {
   const Plane ratio = light_ratio(scene.log_range, ray_grid(scene.camera), options);

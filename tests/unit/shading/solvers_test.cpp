@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/shading/distant.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -17,80 +15,6 @@
 
 namespace organbake {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
-
-// Two oblique lights; the bench has four on all surfaces at 128².
-TEST(Distant, GaussAndPeaksWithinAPixelAndAHalfAndBetterThanTsaiShah) {
-  for (const auto& [name, i] : {std::pair("gauss", 0), std::pair("peaks", 3)}) {
-    const DistantLight light{(20 + 90 * i) * kDegree, (30 + 10 * (i % 2) + 10 * (i / 2)) * kDegree};
-    const DistantScene scene = distant_scene(name, 128, light);
-    DistantOptions options;
-    options.light = light;
-    const DistantEstimate estimate = shade_distant(scene.intensity, Mask(128, 128, 1), options);
-    const double error = depth_error_px(estimate.depth, scene.depth);
-    EXPECT_LT(error, 1.5) << name << " " << i;
-    EXPECT_LT(error, 0.5 * depth_error_px(Plane(128, 128), scene.depth));
-    EXPECT_FALSE(estimate.ambiguous);
-    EXPECT_THAT(estimate.branch, testing::AnyOf("flat", "near", "far"));
-  }
-}
-
-// An occluding rim, which no smooth sheet follows: without it both were 5 to 8 pixels off.
-TEST(Distant, SolidsOnAPlainGroundHaveTheirRim) {
-  for (const char* name : {"vase", "sphere"})
-    for (double noise : {0.0, 0.02}) {
-      const DistantLight light{20 * kDegree, 30 * kDegree};
-      DistantScene scene = distant_scene(name, 128, light);
-      if (noise > 0) add_noise(scene.intensity, noise, /*eight_bit=*/true, 1);
-      DistantOptions options;
-      options.light = light;
-      const DistantEstimate estimate = shade_distant(scene.intensity, Mask(128, 128, 1), options);
-      EXPECT_EQ(estimate.branch, "solid") << name << " " << noise;
-      EXPECT_LT(depth_error_px(estimate.depth, scene.depth), 1.5) << name << " " << noise;
-    }
-}
-
-TEST(Distant, SheetsWithoutARimAreNoSolids) {
-  for (const char* name : {"gauss", "sombrero", "peaks"}) {
-    const DistantLight light{110 * kDegree, 50 * kDegree};
-    DistantScene scene = distant_scene(name, 64, light);
-    add_noise(scene.intensity, 0.02, /*eight_bit=*/true, 2);
-    DistantOptions options;
-    options.light = light;
-    EXPECT_NE(shade_distant(scene.intensity, Mask(64, 64, 1), options).branch, "solid") << name;
-  }
-}
-
-TEST(Distant, NoSurfaceIsWorseThanTheFlatPlane) {
-  for (const std::string& name : distant_scene_names()) {
-    const DistantLight light{110 * kDegree, 40 * kDegree};
-    const DistantScene scene = distant_scene(name, 64, light);
-    DistantOptions options;
-    options.light = light;
-    const DistantEstimate estimate = shade_distant(scene.intensity, Mask(64, 64, 1), options);
-    EXPECT_LT(depth_error_px(estimate.depth, scene.depth),
-              depth_error_px(Plane(64, 64), scene.depth))
-        << name;
-  }
-}
-
-TEST(Distant, SaysThatFrontalLightIsAmbiguous) {
-  const DistantScene scene = distant_scene("gauss", 32, {0, 0});
-  const DistantEstimate estimate = shade_distant(scene.intensity, Mask(32, 32, 1), {});
-  EXPECT_TRUE(estimate.ambiguous);
-  EXPECT_TRUE(all_finite(estimate.depth));
-}
-
-TEST(Distant, BoundsAreChecked) {
-  EXPECT_NO_THROW(DistantOptions().check());
-  DistantOptions options;
-  options.light.slant_rad = 2;
-  EXPECT_THROW(options.check(), UsageError);
-  options = {};
-  options.albedo = 0;
-  EXPECT_THROW(options.check(), UsageError);
-}
 
 // The paper's formulae in p_s, q_s as printed, with the stable gain; written from the page alone.
 std::vector<double> transcription(const Plane& image, double tilt, double slant, int iterations) {
@@ -163,24 +87,6 @@ TEST(TsaiShah, BoundsAreChecked) {
   EXPECT_THROW((TsaiShahOptions{.light = {NAN, 0}}.check()), UsageError);
 }
 
-TEST(FastSweeping, RangesKeptInEitherPrecisionAgree) {
-  const NearScene scene = near_scene(0.5, 48);
-  Plane logs = scene.intensity;
-  for (float& value : logs.values) value = std::log(value);
-  Plane single = farthest_log_range(logs);
-  Grid<double> exact(logs.width, logs.height);
-  for (std::size_t k = 0; k < exact.size(); ++k) exact.values[k] = single.values[k];
-  const Mask inside(logs.width, logs.height, 1);
-  constexpr int kMostSweeps = 200;
-  constexpr double kTolerance = 1e-6;
-  sweep_log_range(logs, inside, ray_grid(scene.camera), single, kMostSweeps, kTolerance);
-  sweep_log_range(logs, inside, ray_grid(scene.camera), exact, kMostSweeps, kTolerance);
-  // Rounding moves a pixel by 1e-7; where the upwind neighbour changes with it, by more.
-  constexpr double kAgree = 1e-3;
-  for (std::size_t k = 0; k < exact.size(); ++k)
-    ASSERT_NEAR(single.values[k], exact.values[k], kAgree) << k;
-}
-
 // What leaks through a mask's rim is as small a part of a coarse level as of the frame.
 TEST(LogRangeFit, MisfitIsTheFramesShareOfWhatAMaskHasMissed) {
   constexpr int kSide = 16, kLevels = 3, kStray = 4;
@@ -221,8 +127,6 @@ void expect_sane(const Plane& intensity, const std::string& what) {
       shade_laparoscope(intensity, inside, camera_of(intensity.width, intensity.height), {});
   EXPECT_TRUE(all_finite(near.log_range)) << what;
   for (float v : near.log_range.values) ASSERT_LT(std::abs(v), 50) << what;
-  const DistantEstimate far = shade_distant(intensity, inside, {});
-  EXPECT_TRUE(all_finite(far.depth)) << what;
 }
 
 TEST(ShadingStress, ConstantBlackSaturatedAndTinyImages) {
@@ -254,25 +158,6 @@ TEST(ShadingStress, GainDoesNotMatter) {
     for (float& value : other.values) value *= gain;
     const RangeEstimate estimate = shade_laparoscope(other, Mask(64, 64, 1), scene.camera, {});
     EXPECT_LT(largest_difference(estimate.log_range, usual.log_range), 1e-3) << gain;
-  }
-}
-
-// Tilts all round, each with the next of the slants, the singular ones among them.
-TEST(ShadingStress, DistantLightsFromEverywhere) {
-  constexpr std::array kSlants = {0.0, 0.4, 1.0, 0.5 * std::numbers::pi};
-  for (std::size_t tilt = 0; tilt < 8; ++tilt) {
-    const double slant = kSlants[tilt % kSlants.size()];
-    const DistantLight light{static_cast<double>(tilt) * 0.25 * std::numbers::pi, slant};
-    const DistantScene scene = distant_scene("gauss", 32, light);
-    DistantOptions options;
-    options.light = light;
-    const DistantEstimate estimate = shade_distant(scene.intensity, Mask(32, 32, 1), options);
-    ASSERT_TRUE(all_finite(estimate.depth));
-    // Under frontal light hill and hollow look alike: no error can be promised there.
-    if (slant == 0) continue;
-    EXPECT_LT(depth_error_px(estimate.depth, scene.depth),
-              1.1 * depth_error_px(Plane(32, 32), scene.depth))
-        << tilt << " " << slant;
   }
 }
 

@@ -19,6 +19,7 @@
 #include "organbake/image/srgb.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_depth.h"
+#include "organbake/shading/masks.h"
 
 namespace organbake {
 // Fitted by a compass search to 286 rendered tubes, sacs, plates, organs, beds and walls of patches
@@ -201,12 +202,6 @@ namespace {
 constexpr double kMostExpectedError = 0.07;
 constexpr double kLeastSeen = 0.02;  // of the frame, to tell a shape from
 
-double share(const Mask& mask) {
-  const auto zeros = std::count(mask.values.begin(), mask.values.end(), 0);
-  return 1 -
-         static_cast<double>(zeros) / static_cast<double>(std::max<std::size_t>(1, mask.size()));
-}
-
 // Even with what was kept of the frame before.
 void keep_what_is_safe(const ReliefEvidence& evidence, const DepthQuality* previous,
                        DepthQuality& quality) {
@@ -240,7 +235,7 @@ const char* name_of(DepthVerdict verdict) {
 DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
                          const DepthQuality* previous) {
   DepthQuality quality;
-  const double seen = share(frame.diffuse);
+  const double seen = share_of(frame.diffuse);
   if (!estimate.usable || seen < kLeastSeen) {
     quality.reason = "only " + percent(seen, 1) +
                      " of the frame is lit tissue that is neither highlight nor instrument";

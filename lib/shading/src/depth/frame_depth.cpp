@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Depth of one prepared frame by the model that is asked for: a lamp at the lens (laparoscope.cpp),
-// a light from afar (distant.cpp), or the paper's own method. In: brightness of one albedo and
+// Depth of one prepared frame by the model that is asked for: a lamp at the lens (laparoscope.cpp)
+// or the paper's own method, a light from afar. In: brightness of one albedo and
 // masks. Out: depth, normals, and how far each pixel can be trusted.
 //   The paper's shape from shading (Tsai & Shah 1994) is one linearisation per pixel, without
 // coupling between pixels. It is kept as it is published, but for the step's denominator
@@ -117,10 +117,8 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
                         previous ? &previous->range : nullptr, options.range_mm);
   const RayGrid rays = ray_grid(frame.camera);
   result.warm = estimate.warm;
-  result.sweeps = estimate.sweeps;
   result.refinements = estimate.refinements;
   result.residual = estimate.misfit;
-  result.noise = estimate.noise;
   result.quality = judge_depth(frame, estimate, previous ? &previous->quality : nullptr);
   if (options.relief) result.quality.kept = {*options.relief, *options.relief, *options.relief};
   result.confidence =
@@ -188,29 +186,15 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
   const LightEstimate estimated = estimate_light(frame.intensity, frame.diffuse);
   result.light = options.light ? *options.light : previous ? previous->light : estimated.light;
   const Plane intensity = unit_intensity(frame, std::max(estimated.albedo, 1e-9));
-  if (options.model == ShadingModel::tsai_shah) {
-    TsaiShahOptions tsai_shah{result.light, options.iterations};
-    TsaiShahEstimate estimate =
-        shade_tsai_shah(intensity, tsai_shah, previous ? &previous->tsai_shah_depth : nullptr);
-    result.refinements = options.iterations;
-    result.residual = estimate.residual;
-    Plane relief(intensity.width, intensity.height);
-    for (std::size_t k = 0; k < relief.size(); ++k)
-      relief.values[k] = static_cast<float>(estimate.depth.values[k]);
-    result.tsai_shah_depth = std::move(estimate.depth);
-    place_relief(frame, options, relief, result);
-  } else {
-    DistantOptions distant;
-    distant.light = result.light;
-    DistantEstimate estimate = shade_distant(intensity, frame.diffuse, distant,
-                                             previous ? &previous->distant_depth : nullptr);
-    result.refinements = estimate.refinements;
-    result.residual = estimate.misfit;
-    result.branch = estimate.branch;
-    result.ambiguous = estimate.ambiguous;
-    place_relief(frame, options, estimate.depth, result);
-    result.distant_depth = std::move(estimate.depth);
-  }
+  TsaiShahEstimate estimate = shade_tsai_shah(intensity, {result.light, options.iterations},
+                                              previous ? &previous->tsai_shah_depth : nullptr);
+  result.refinements = options.iterations;
+  result.residual = estimate.residual;
+  Plane relief(intensity.width, intensity.height);
+  for (std::size_t k = 0; k < relief.size(); ++k)
+    relief.values[k] = static_cast<float>(estimate.depth.values[k]);
+  result.tsai_shah_depth = std::move(estimate.depth);
+  place_relief(frame, options, relief, result);
   result.warm = previous != nullptr;
   result.quality = {DepthVerdict::doubtful, "a light from afar is no model of an endoscope's lamp",
                     1, 0};

@@ -169,7 +169,6 @@ void fit_level(const ShadedImage& image, const RangeFitOptions& options, Plane& 
 
 Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
                  RangeEstimate& estimate) {
-  if (!options.refine) return swept(levels.front(), nullptr, estimate, 1e-5);
   Plane v = coarse_solution(levels, estimate);
   RangeFitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
   fit_level(levels.back(), fit, v, estimate);
@@ -316,7 +315,7 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
   const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
   const std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
   const bool warm = previous && previous->log_range.width == camera.width &&
-                    previous->log_range.height == camera.height && options.refine;
+                    previous->log_range.height == camera.height;
   estimate.seen = coarse_image(levels);
   if (warm && shows_the_same(previous->seen, estimate.seen)) return taken_over(*previous, estimate);
   estimate.log_range = warm ? solve_warm(levels, options, previous->log_range, {}, estimate)

@@ -68,16 +68,11 @@ SeamCounts count_seams(const std::vector<Rgb8Image>& samples, const Mask& field)
 }
 
 // Rows as columns.
-Mask turned(const Mask& mask) {
-  Mask result(mask.height, mask.width);
+template <class Picture>
+Picture turned(const Picture& picture) {
+  Picture result(picture.height, picture.width);
   cv::Mat target = cv_view(result);
-  cv::transpose(cv_view(mask), target);
-  return result;
-}
-Rgb8Image turned(const Rgb8Image& image) {
-  Rgb8Image result(image.height, image.width);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) std::copy_n(image.at(x, y), 3, result.at(y, x));
+  cv::transpose(cv_view(picture), target);
   return result;
 }
 

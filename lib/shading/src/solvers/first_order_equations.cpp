@@ -10,6 +10,9 @@
 namespace organbake {
 namespace {
 
+// ln of the brightness falls by 2 with ln r: the inverse square.
+constexpr float kZeroOrder = 2;
+
 double dot(const Plane& a, const Plane& b) {
   // Eight partial sums in a fixed order: fast, and the same for everyone.
   float part[8];
@@ -29,8 +32,7 @@ double dot(const Plane& a, const Plane& b) {
 
 }  // namespace
 
-FirstOrderEquations::FirstOrderEquations(int width, int height, double step_x, double step_y,
-                                         float zero_order)
+FirstOrderEquations::FirstOrderEquations(int width, int height, double step_x, double step_y)
     : slope_x(width, height),
       slope_y(width, height),
       weight(width, height),
@@ -40,7 +42,6 @@ FirstOrderEquations::FirstOrderEquations(int width, int height, double step_x, d
       height_(height),
       step_x_(step_x),
       step_y_(step_y),
-      zero_order_(zero_order),
       diagonal_(width, height),
       residual_(width, height),
       scaled_(width, height),
@@ -52,11 +53,6 @@ void FirstOrderEquations::set_bending(double mu) {
   bend_xx_ = static_cast<float>(mu / std::pow(step_x_, 4));
   bend_yy_ = static_cast<float>(mu / std::pow(step_y_, 4));
   bend_xy_ = static_cast<float>(2 * mu / std::pow(step_x_ * step_y_, 2));
-}
-
-void FirstOrderEquations::set_membrane(double nu) {
-  pull_x_ = static_cast<float>(nu / (step_x_ * step_x_));
-  pull_y_ = static_cast<float>(nu / (step_y_ * step_y_));
 }
 
 void FirstOrderEquations::hold(const Plane& at, const Plane& weight) {
@@ -74,7 +70,7 @@ void FirstOrderEquations::data_forward(const Plane& delta) {
     const float *sx = &slope_x.values[at], *sy = &slope_y.values[at], *w = &weight.values[at];
     float* out = &target.values[at];
     const auto one = [&](int i, int left, int right) {
-      out[i] = w[i] * (zero_order_ * here[i] + sx[i] * (here[right] - here[left]) +
+      out[i] = w[i] * (kZeroOrder * here[i] + sx[i] * (here[right] - here[left]) +
                        sy[i] * (down[i] - up[i]));
     };
     one(0, 0, after(0, width_));
@@ -85,7 +81,7 @@ void FirstOrderEquations::data_forward(const Plane& delta) {
 
 void FirstOrderEquations::data_adjoint(Plane& out) const {
   const int n = width_;
-  const float z = zero_order_;
+  const float z = kZeroOrder;
   for (int row = 0; row < height_; ++row) {
     const std::size_t at = out.index(0, row);
     const float *t = &target.values[at], *sx = &slope_x.values[at];
@@ -119,7 +115,6 @@ void FirstOrderEquations::add_bending(const Plane& v, float factor, Plane& out) 
   add_bending_rows(v, factor * bend_xx_, out);
   add_bending_columns(v, factor * bend_yy_, out);
   add_bending_twist(v, factor * bend_xy_, out);
-  if (pull_x_ > 0) add_membrane(v, factor, out);
   if (!anchored_) return;
   for (std::size_t k = 0; k < v.size(); ++k)
     out.values[k] += factor * anchor.values[k] * v.values[k];
@@ -170,26 +165,8 @@ void FirstOrderEquations::add_bending_twist(const Plane& v, float factor, Plane&
   }
 }
 
-void FirstOrderEquations::add_membrane(const Plane& v, float factor, Plane& out) {
-  const int n = width_;
-  float* b = row_.data();
-  for (int row = 0; row < height_; ++row) {
-    const float* h = &v.values[v.index(0, row)];
-    float* o = &out.values[out.index(0, row)];
-    for (int i = 0; i + 1 < n; ++i) b[i] = factor * pull_x_ * (h[i] - h[i + 1]);
-    for (int i = 0; i + 1 < n; ++i) o[i] += b[i];
-    for (int i = 0; i + 1 < n; ++i) o[i + 1] -= b[i];
-    if (row + 1 == height_) continue;
-    for (int i = 0; i < n; ++i) {
-      const float c = factor * pull_y_ * (h[i] - h[i + n]);
-      o[i] += c;
-      o[i + n] -= c;
-    }
-  }
-}
-
 void FirstOrderEquations::fill_diagonal() {
-  const float zero2 = zero_order_ * zero_order_;
+  const float zero2 = kZeroOrder * kZeroOrder;
   for (int row = 0; row < height_; ++row)
     for (int i = 0; i < width_; ++i) {
       const int in_x = (i + 1 < width_ && i > 0 ? 4 : 0) + (i > 1) + (i + 2 < width_);
@@ -198,10 +175,8 @@ void FirstOrderEquations::fill_diagonal() {
       const std::size_t k = diagonal_.index(i, row);
       const float sx = slope_x.values[k], sy = slope_y.values[k];
       const float data = weight.values[k] * (zero2 + 2 * (sx * sx + sy * sy));
-      const float pull =
-          pull_x_ * ((i > 0) + (i + 1 < width_)) + pull_y_ * ((row > 0) + (row + 1 < height_));
       const float sum =
-          data + anchor.values[k] + pull + bend_xx_ * in_x + bend_yy_ * in_y + bend_xy_ * in_xy;
+          data + anchor.values[k] + bend_xx_ * in_x + bend_yy_ * in_y + bend_xy_ * in_xy;
       diagonal_.values[k] = std::max(sum, 1e-20F);
     }
 }

@@ -39,11 +39,9 @@ struct Quadratic {
   }
 };
 
-// T: what the ranges are kept in.
-template <class T>
 class Sweeper {
  public:
-  Sweeper(const Plane& log_image, const Mask& inside, const RayGrid& rays, Grid<T>& v)
+  Sweeper(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v)
       : log_image_(log_image), inside_(inside), rays_(rays), v_(v) {}
 
   // One of the four orders; the largest change.
@@ -55,7 +53,7 @@ class Sweeper {
       for (int i = 0; i < v_.width; ++i) {
         const int x = right ? i : v_.width - 1 - i;
         if (!inside_.at(x, y)) continue;
-        const T solved = static_cast<T>(solve(x, y));
+        const auto solved = static_cast<float>(solve(x, y));
         change = std::max(change, std::abs(double(solved) - v_.at(x, y)));
         v_.at(x, y) = solved;
       }
@@ -95,22 +93,8 @@ class Sweeper {
   const Plane& log_image_;
   const Mask& inside_;
   const RayGrid& rays_;
-  Grid<T>& v_;
+  Plane& v_;
 };
-
-template <class T>
-int sweep_to_the_end(Sweeper<T> sweeper, int most_sweeps, double tolerance) {
-  int sweeps = 0;
-  double round = kNone;  // largest |Δv| since the first of the four orders
-  while (sweeps < most_sweeps) {
-    const int order = sweeps++ % 4;
-    const double change = sweeper.sweep(order);
-    round = order == 0 ? change : std::max(round, change);
-    // All four orders must leave it alone, not just the one that ran last.
-    if (order == 3 && round < tolerance) break;
-  }
-  return sweeps;
-}
 
 }  // namespace
 
@@ -122,12 +106,17 @@ Plane farthest_log_range(const Plane& log_image) {
 
 int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
                     int most_sweeps, double tolerance) {
-  return sweep_to_the_end(Sweeper(log_image, inside, rays, v), most_sweeps, tolerance);
-}
-
-int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays,
-                    Grid<double>& v, int most_sweeps, double tolerance) {
-  return sweep_to_the_end(Sweeper(log_image, inside, rays, v), most_sweeps, tolerance);
+  Sweeper sweeper(log_image, inside, rays, v);
+  int sweeps = 0;
+  double round = kNone;  // largest |Δv| since the first of the four orders
+  while (sweeps < most_sweeps) {
+    const int order = sweeps++ % 4;
+    const double change = sweeper.sweep(order);
+    round = order == 0 ? change : std::max(round, change);
+    // All four orders must leave it alone, not just the one that ran last.
+    if (order == 3 && round < tolerance) break;
+  }
+  return sweeps;
 }
 
 // Least squares of ln r against the image with a bending energy, by Gauss–Newton with a line
@@ -200,7 +189,7 @@ class RangeFit {
       : image_(image),
         options_(options),
         v_(v),
-        equations_(v.width, v.height, image.rays.step_x, image.rays.step_y, 2),
+        equations_(v.width, v.height, image.rays.step_x, image.rays.step_y),
         delta_(v.width, v.height) {
     // Noise of σ² per pixel is a power of σ²h² per area; bending, too, is summed per pixel.
     equations_.set_bending(image.rays.step_x * image.rays.step_y /

@@ -33,19 +33,15 @@ decltype(&organbake_open_video) module_door() {
 
 }  // namespace
 
-struct VideoReader::Impl {
-  std::unique_ptr<VideoDecoder> decoder;
-};
-
-VideoReader::VideoReader(const std::filesystem::path& path) : impl_(new Impl) {
+VideoReader::VideoReader(const std::filesystem::path& path) {
   static const auto open = module_door();
-  impl_->decoder.reset(open(path));
+  decoder_.reset(open(path));
 }
 VideoReader::~VideoReader() = default;
 VideoReader::VideoReader(VideoReader&&) noexcept = default;
 
-bool VideoReader::next(StoredPicture& frame) { return impl_->decoder->next(frame); }
-std::size_t VideoReader::frames_read() const { return impl_->decoder->frames_read(); }
+bool VideoReader::next(StoredPicture& frame) { return decoder_->next(frame); }
+std::size_t VideoReader::frames_read() const { return decoder_->frames_read(); }
 
 void SelectionOptions::check() const {
   if (every < 1) throw UsageError("every is " + std::to_string(every) + "; it must be at least 1");

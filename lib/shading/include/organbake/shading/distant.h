@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 
 #include "organbake/shading/grid.h"
 
@@ -18,40 +17,8 @@ struct DistantLight {
   // (cos τ sin σ, sin τ sin σ, cos σ): the reflectance is (p, q, 1)·s / √(1+p²+q²).
   Eigen::Vector3d toward() const;
 };
-DistantLight distant_light(const Eigen::Vector3d& toward);
-
 // Reflectance of a slope, not clamped.
 double lambert(double p, double q, const Eigen::Vector3d& toward);
-
-struct DistantOptions {
-  DistantLight light;
-  double albedo = 1;  // the intensity of a surface that faces the light
-  // How rough the surface may be where the image is silent, per pixel of the coarsest level; larger
-  // follows the image, smaller stays flat.
-  double roughness = 3;
-
-  void check() const;  // throws UsageError
-};
-
-struct DistantEstimate {
-  Plane depth;        // Z, pixels, away from the camera, mean 0
-  double misfit = 0;  // root mean square of I − R; proves nothing about the depth
-  // "flat", "near" or "far": the start (a plane, a dome towards the camera, a bowl) whose solution
-  // explains the image with the least bending; "solid": a round thing in front of a plain ground.
-  std::string branch;
-  bool ambiguous = false;  // light within 10° of the viewing axis: relief may be inside out
-  int refinements = 0;     // conjugate-gradient steps of the branch taken
-};
-
-// Whole-image least squares for a distant light:  Σ (I/ρ − max(0, R(p, q)))² + bending, by
-// Gauss–Newton from coarse to fine (the bending weight falls on each level, so that the large shape
-// settles before the detail). A light's picture leaves a surface free along the border it comes
-// from: the border is held near one depth, as in pictures of something on a plain ground, unless it
-// resists; of all that is left the least steep surface is taken. A solid with an occluding rim
-// where one explains the image (rimmed_solid.h), else three starts; the branch taken is told. Under
-// frontal light shape and its inverse give the same image, which `ambiguous` says. Deterministic.
-DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
-                              const DistantOptions& options, const Plane* previous = nullptr);
 
 struct TsaiShahOptions {
   DistantLight light;
@@ -78,10 +45,7 @@ TsaiShahEstimate shade_tsai_shah(const Plane& intensity, const TsaiShahOptions& 
 
 struct LightEstimate {
   DistantLight light;
-  double albedo = 1;          // the intensity of a surface that faces the light
-  double tilt_error_rad = 0;  // one standard deviation: how far parts of the image disagree
-  double slant_error_rad = 0;
-  bool frontal = false;  // no tilt can be told; the light may as well be frontal
+  double albedo = 1;  // the intensity of a surface that faces the light
 };
 
 // Tilt, slant and albedo of a distant light from one picture of something on a plain ground that

@@ -92,14 +92,13 @@ struct DepthQuality {
 [[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
                                        const DepthQuality* previous = nullptr);
 
-enum class ShadingModel { laparoscope, tsai_shah, distant };
+enum class ShadingModel { laparoscope, tsai_shah };
 
 struct ShadingOptions {
   ShadingModel model = ShadingModel::laparoscope;
   LaparoscopeOptions laparoscope{.texture = 0.03};
-  std::optional<DistantLight>
-      light;            // of a distant model; nothing = estimated from each cold frame
-  int iterations = 20;  // of Tsai–Shah
+  std::optional<DistantLight> light;  // of Tsai–Shah; nothing = estimated from each cold frame
+  int iterations = 20;                // of Tsai–Shah
   // What makes the laparoscope's depth metric, first come: the median range of the tissue, or the
   // albedo (intensity = albedo · cos θ / r², r in mm). 0 = unknown: depth is relative, median 1.
   double range_mm = 0;
@@ -118,18 +117,14 @@ struct FrameDepth {
   Plane confidence;
   bool metric = false;
   bool warm = false;
-  int sweeps = 0, refinements = 0;
+  int refinements = 0;  // conjugate-gradient steps; 0 where the depth was taken over
   double residual = 0;  // of the image, which proves nothing about the depth
-  double noise = 0;
   DepthQuality quality;
-  std::string branch;  // of a distant model
-  bool ambiguous = false;
-  DistantLight light;  // used, of a distant model
+  DistantLight light;  // used, of Tsai–Shah
 
   // What a following frame starts from.
   RangeEstimate range;
   Grid<double> tsai_shah_depth;
-  Plane distant_depth;
 };
 
 // Reads a frame as shading. `previous` = the depth of a frame that looks alike, or null.

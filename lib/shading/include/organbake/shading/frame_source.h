@@ -12,6 +12,8 @@
 
 namespace organbake {
 
+class VideoDecoder;
+
 // Frames of a video, front to back. A file's frame count is never asked: frames come until they
 // end.
 class VideoReader {
@@ -29,8 +31,7 @@ class VideoReader {
   std::size_t frames_read() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<VideoDecoder> decoder_;
 };
 
 struct SelectionOptions {

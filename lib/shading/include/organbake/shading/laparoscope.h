@@ -20,10 +20,6 @@ namespace organbake {
 // Ends when four sweeps change v by less than the tolerance; returns how many there were.
 int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
                     int most_sweeps, double tolerance);
-// The same with ranges kept in double precision: what single precision costs is measured by it.
-int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays,
-                    Grid<double>& v, int most_sweeps, double tolerance);
-
 // −½ ln I: the farthest that each pixel can be; a start that is right where the surface is frontal.
 Plane farthest_log_range(const Plane& log_image);
 
@@ -44,8 +40,6 @@ struct LaparoscopeOptions {
   // Share of the brightness that texture and interreflection may change without being taken for
   // shape. 0.004 suits clean renderings, 0.03 living tissue.
   double texture = 0.004;
-  // Refine the upwind solution by regularised least squares. Off = fast sweeping alone.
-  bool refine = true;
 
   void check() const;  // throws UsageError
 };
