@@ -159,7 +159,7 @@ TEST(DepthVerdict, ARealFrameWithoutTruthIsNotTrusted) {
 }  // namespace
 
 // The evidence measures what it says on reliefs and hues made for it, and the share follows it.
-// How good the share is, organbench's suite relief tells.
+// How good the share is, the acceptance test Relief tells.
 namespace {
 
 constexpr int kWidth = 100, kHeight = 80;
