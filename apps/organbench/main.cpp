@@ -58,13 +58,8 @@ std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
   return chosen;
 }
 
-std::size_t missed(const SuiteResult& result) {
-  return std::count_if(result.figures.begin(), result.figures.end(),
-                       [](const Figure& f) { return !f.met(); });
-}
-
 int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
-  if (command.out.empty()) throw UsageError("-o DIR is missing: where the page goes");
+  if (command.out.empty()) throw UsageError("-o DIR is missing: where organbench.json goes");
   const fs::path out = command.out;
   make_folder(out);  // before the work, not after it
   RunReport report{command.options.effort, describe_machine(), {}};
@@ -78,16 +73,11 @@ int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
       context.warn("ended early: " + result.failure);
       failed = true;
     }
-    context.info(std::to_string(result.points.size()) + " points, " +
-                 std::to_string(result.figures.size() - missed(result)) + " of " +
-                 std::to_string(result.figures.size()) + " figures reached, " +
-                 to_text(passed.count(), 1) + " s");
     report.suites.push_back({suite.name, suite.summary, passed.count(), std::move(result)});
+    write_to_stdout(suite_text(report.suites.back()));
     if (stop_asked) break;  // what was found until now is kept
   }
   write_file_atomically(out / "organbench.json", nlohmann::json(report).dump(1) + "\n");
-  write_file_atomically(out / "organbench.html", report_page(report));
-  std::printf("%s\n", (out / "organbench.html").c_str());
   if (stop_asked) return static_cast<int>(ExitCode::interrupted);
   return static_cast<int>(failed ? ExitCode::batch_partial : ExitCode::ok);
 }
@@ -115,9 +105,7 @@ int run_diff(const Command& command) {
 OptionList option_list(Command& c) {
   OptionList list;
   list.add("out", &c.out,
-           {.help = "folder for organbench.html and organbench.json",
-            .value = "DIR",
-            .short_flag = "-o"})
+           {.help = "folder for organbench.json", .value = "DIR", .short_flag = "-o"})
       .add("quick", &c.quick, {.help = "small inputs, one round: two minutes for all suites"})
       .add("thorough", &c.thorough,
            {.help = "every case a figure was promised for, and more rounds: an hour instead of the "
@@ -128,12 +116,7 @@ OptionList option_list(Command& c) {
             .min = 1,
             .max = 1000})
       .add("data", &c.options.data,
-           {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
-      .add("only", &c.options.only,
-           {.help =
-                "only this part of a suite; colmap: motion with COLMAP beside it; the others are "
-                "of registration",
-            .choices = {"colmap", "open patches", "time", "tracking"}});
+           {.help = "folder of real data (CT, meshes, video)", .value = "DIR"});
   list.append(c.manuals.options());
   list.append(c.shared.options());
   return list;
@@ -148,9 +131,8 @@ CommandManual manual_of(const OptionList& options) {
       .synopsis = "[SUITE…] -o DIR [OPTIONS]",
       .description =
           "Measures what organbake(1) and organplay(1) do: how much error remains in how much "
-          "time, beside other programs on the same input. It writes a page to read, "
-          "organbench.html, and "
-          "its figures, organbench.json, into the folder of -o. 'organbench diff EARLIER LATER' "
+          "time, beside other programs on the same input. It tells its figures, and writes them as "
+          "organbench.json into the folder of -o. 'organbench diff EARLIER LATER' "
           "compares two such folders.",
       .options = manual_options(options),
       .sections = {{.title = "suites", .text = "Without a name, all of them run."},

@@ -15,7 +15,6 @@
 #include "organbake/player/orbit.h"
 #include "organbake/warp/paper_warp.h"
 #include "promises.h"
-#include "report/report.h"
 
 namespace organbake {
 namespace {
@@ -189,12 +188,15 @@ TEST(PaperTable, JumpsNowhereBetweenItsViews) {
 
 constexpr double kWhite_levels = 48;  // of 255: most errors are edges of the texture
 
-// The largest of a pixel's three differences, in levels of 8 bits. Both have one size.
-Rgb8Image heat_map_of(const Rgb8Image& a, const Rgb8Image& b, double scale_levels) {
-  std::vector<double> levels(a.pixels.size() / 3);
-  for (std::size_t i = 0; i < a.pixels.size(); ++i)
-    levels[i / 3] = std::max<double>(levels[i / 3], std::abs(a.pixels[i] - b.pixels[i]));
-  return heat_map(levels, a.width, scale_levels);
+// The largest of a pixel's three differences, from black to white. Both have one size.
+Rgb8Image error_picture(const Rgb8Image& a, const Rgb8Image& b) {
+  Rgb8Image errors(a.width, a.height);
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    std::uint8_t* pixel = &errors.pixels[i - i % 3];
+    const double grey = 255 * std::abs(a.pixels[i] - b.pixels[i]) / kWhite_levels;
+    std::fill_n(pixel, 3, std::max(pixel[0], static_cast<std::uint8_t>(std::min(255.0, grey))));
+  }
+  return errors;
 }
 
 struct PokedView {
@@ -236,10 +238,9 @@ TEST(WorstPoke, IsNearerTheTruthThanThePapersWarp) {
     PokedView seen = look(player, truth, angle, 400);
     if (!worst || seen.psnr_db < worst->psnr_db) worst = std::move(seen);
   }
-  show(tile_pictures(
-           {worst->truth, worst->ours, heat_map_of(worst->ours, worst->truth, kWhite_levels),
-            heat_map_of(worst->papers, worst->truth, kWhite_levels)},
-           4, 2),
+  show(tile_pictures({worst->truth, worst->ours, error_picture(worst->ours, worst->truth),
+                      error_picture(worst->papers, worst->truth)},
+                     4, 2),
        "truth, ours, its error, the paper's error");
   expect({"poked by " + to_text(100 * table.poke_share) + " %, the worst view, " +
               to_text(worst->angle_rad, 3) + " rad: PSNR beyond the paper's own warp",

@@ -182,9 +182,8 @@ class Comparison {
 
 #ifdef ORGANBAKE_HAS_EGL
   void with_a_mesh() {
-    const Decibels psnr = of_mesh(1);
+    const Decibels psnr = of_mesh();
     tell("llvmpipe, a mesh of 81,920 faces", psnr);
-    tell("llvmpipe, the same with 4 samples a pixel", of_mesh(4));
     promise("PSNR beyond llvmpipe's mesh of 81,920 faces, least", least_gain(ours_, psnr), 6);
   }
 #endif
@@ -201,10 +200,10 @@ class Comparison {
   }
 
 #ifdef ORGANBAKE_HAS_EGL
-  Decibels of_mesh(int samples) {
+  Decibels of_mesh() {
     const SkinnedMesh& skinned = bundles_.skinned_mesh(6);
     const CarriedSurface carried(skinned.mesh, sitter_.shell());
-    SoftwareGl gl(skinned, table_.size_px, table_.size_px, samples);
+    SoftwareGl gl(skinned, table_.size_px, table_.size_px);
     return judge(poses_, [&](const Pose& pose) {
       gl.draw(carried.carry(pose.proxy), pose.view);
       return gl.picture();

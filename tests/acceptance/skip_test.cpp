@@ -148,7 +148,7 @@ TEST_F(Skip, OfVoxelsGivesTheSameOnes) {
 TEST(SkipOfSweeps, LeavesTheDepth) {
   const LaparoscopyFrame frame = LaparoscopyPhantom({.frames = 2}).frame(0);
   const auto prepared = [&](std::uint64_t noise_seed) {
-    return prepare_frame(with_noise(frame.image, noise_seed), frame.camera.intrinsics, {});
+    return prepare_frame(with_noise(frame.image, 1, noise_seed), frame.camera.intrinsics, {});
   };
   const PreparedFrame first = prepared(1), second = prepared(2);
   const FrameDepth previous = shade_frame(first, {});

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -41,18 +40,11 @@ double range_error_percent(const Plane& log_range, const Plane& truth) {
   return 100 * sum / static_cast<double>(truth.size());
 }
 
-double depth_error_px(const Plane& depth, const Plane& truth) {
-  const double shift = mean_of(truth) - mean_of(depth);
-  double sum = 0;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += std::abs(depth.values[k] + shift - truth.values[k]);
-  return sum / static_cast<double>(truth.size());
-}
-
-Rgb8Image with_noise(Rgb8Image image, std::uint64_t seed) {
+Rgb8Image with_noise(Rgb8Image image, double levels, std::uint64_t seed) {
   RandomStream random(seed);
-  for (std::uint8_t& level : image.pixels)
-    level = std::uint8_t(std::clamp(std::lround(level + random.normal()), 0L, 255L));
+  for (std::uint8_t& value : image.pixels)
+    value = static_cast<std::uint8_t>(
+        std::lround(std::clamp(value + levels * random.normal(), 0.0, 255.0)));
   return image;
 }
 
@@ -168,38 +160,6 @@ std::vector<SeenPoint> nearest_points(const PosedCamera& camera,
   return result;
 }
 
-namespace {
-
-using Eigen::Vector3d;
-
-std::map<int, const PosedCamera*> by_frame(const CameraSet& set) {
-  std::map<int, const PosedCamera*> result;
-  for (const PosedCamera& camera : set.cameras)
-    if (const auto frame = frame_of_name(camera.name)) result[*frame] = &camera;
-  return result;
-}
-
-double extent(const std::vector<Vector3d>& points) {
-  double largest = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) largest = std::max(largest, (points[i] - points[j]).norm());
-  return largest;
-}
-
-}  // namespace
-
-SimilarityTransform aligning_similarity(const std::vector<Vector3d>& points,
-                                        const std::vector<Vector3d>& partners) {
-  Eigen::Matrix3Xd from(3, points.size()), to(3, points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) from.col(i) = points[i], to.col(i) = partners[i];
-  const Eigen::Matrix4d m = Eigen::umeyama(from, to, true);
-  SimilarityTransform result;
-  result.scale = std::cbrt(m.topLeftCorner<3, 3>().determinant());
-  result.rotation = m.topLeftCorner<3, 3>() / result.scale;
-  result.translation = m.topRightCorner<3, 1>();
-  return result;
-}
-
 std::optional<int> frame_of_name(const std::string& name) {
   constexpr std::size_t kMostDigits = 9;
   const std::string stem = name.substr(0, name.find_last_of('.'));
@@ -210,54 +170,31 @@ std::optional<int> frame_of_name(const std::string& name) {
 }
 
 std::optional<PathError> path_error(const CameraSet& found, const CameraSet& truth) {
-  const auto true_ones = by_frame(truth);
-  std::vector<const PosedCamera*> ours, theirs;
-  std::vector<Vector3d> centers, true_centers;
-  for (const auto& [frame, camera] : by_frame(found)) {
-    const auto partner = true_ones.find(frame);
-    if (partner == true_ones.end()) continue;
-    ours.push_back(camera);
-    theirs.push_back(partner->second);
-    centers.push_back(camera->center_world_mm());
-    true_centers.push_back(partner->second->center_world_mm());
+  std::map<int, Eigen::Vector3d> true_centers;
+  for (const PosedCamera& camera : truth.cameras)
+    if (const auto frame = frame_of_name(camera.name))
+      true_centers[*frame] = camera.center_world_mm();
+  std::vector<Eigen::Vector3d> from, to;
+  for (const PosedCamera& camera : found.cameras) {
+    const auto frame = frame_of_name(camera.name);
+    const auto partner = frame ? true_centers.find(*frame) : true_centers.end();
+    if (partner == true_centers.end()) continue;
+    from.push_back(camera.center_world_mm());
+    to.push_back(partner->second);
   }
-  if (centers.size() < 3) return {};
-  PathError error{.frames = centers.size(),
-                  .extent_mm = extent(true_centers),
-                  .truth_from_found = aligning_similarity(centers, true_centers)};
-  double squares = 0;
-  for (std::size_t i = 0; i < centers.size(); ++i) {
-    const double apart = (error.truth_from_found * centers[i] - true_centers[i]).norm();
-    squares += apart * apart;
-    error.largest_percent = std::max(error.largest_percent, 100 * apart / error.extent_mm);
-    const Eigen::Matrix3d turn = ours[i]->camera_from_world.rotation *
-                                 error.truth_from_found.rotation.transpose() *
-                                 theirs[i]->camera_from_world.rotation.transpose();
-    error.turn_deg += std::abs(Eigen::AngleAxisd(turn).angle()) * 180 / std::numbers::pi /
-                      static_cast<double>(centers.size());
-  }
-  error.rms_percent =
-      100 * std::sqrt(squares / static_cast<double>(centers.size())) / error.extent_mm;
-  return error;
-}
-
-std::optional<PosedCamera> camera_at_frame(const CameraSet& set, int frame) {
-  const auto cameras = by_frame(set);
-  const auto after = cameras.lower_bound(frame);
-  if (after == cameras.end()) return {};
-  if (after->first == frame) return *after->second;
-  if (after == cameras.begin()) return {};
-  const auto before = std::prev(after);
-  const double share = double(frame - before->first) / (after->first - before->first);
-  const PosedCamera &a = *before->second, &b = *after->second;
-  PosedCamera between = a;
-  const Eigen::Quaterniond turn =
-      Eigen::Quaterniond(a.camera_from_world.rotation)
-          .slerp(share, Eigen::Quaterniond(b.camera_from_world.rotation));
-  const Vector3d center = (1 - share) * a.center_world_mm() + share * b.center_world_mm();
-  between.camera_from_world.rotation = turn.toRotationMatrix();
-  between.camera_from_world.translation = -(between.camera_from_world.rotation * center);
-  return between;
+  constexpr std::size_t kFewest = 3;
+  if (from.size() < kFewest) return {};
+  double extent_mm = 0, squares = 0;
+  for (const Eigen::Vector3d& a : to)
+    for (const Eigen::Vector3d& b : to) extent_mm = std::max(extent_mm, (a - b).norm());
+  const auto count = static_cast<Eigen::Index>(from.size());
+  const Eigen::Matrix4d true_from_found =
+      Eigen::umeyama(Eigen::Matrix3Xd::Map(from[0].data(), 3, count),
+                     Eigen::Matrix3Xd::Map(to[0].data(), 3, count), true);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    squares += ((true_from_found * from[i].homogeneous()).head<3>() - to[i]).squaredNorm();
+  return PathError{from.size(), 100 * std::sqrt(squares / double(from.size())) / extent_mm,
+                   std::cbrt(true_from_found.topLeftCorner<3, 3>().determinant())};
 }
 
 }  // namespace organbake

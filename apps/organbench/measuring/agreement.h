@@ -9,7 +9,6 @@
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/raycast/ray_scene.h"
@@ -24,11 +23,9 @@ double radial_rms_mm(const TriangleMesh& mesh, double radius_mm);
 
 // Mean relative error of a range, one scale fitted; both are logarithms of ranges.
 double range_error_percent(const Plane& log_range, const Plane& truth);
-// Mean difference of a depth, one offset fitted; both in pixels.
-double depth_error_px(const Plane& depth, const Plane& truth);
 
-// A picture with the noise of a level or so in every value.
-Rgb8Image with_noise(Rgb8Image image, std::uint64_t seed);
+// A picture with noise of so many levels (of 255, one standard deviation) in every value.
+Rgb8Image with_noise(Rgb8Image image, double levels, std::uint64_t seed);
 
 // Through the middle of a texel, counted row by row; z = 1 in camera space.
 Ray texel_ray(const PosedCamera& camera, std::size_t texel);
@@ -71,40 +68,18 @@ struct SeenPoint {
 std::vector<SeenPoint> nearest_points(const PosedCamera& camera,
                                       const std::vector<Eigen::Vector3d>& cloud, int cell_px);
 
-// x ↦ scale · rotation · x + translation.
-struct SimilarityTransform {
-  double scale = 1;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
-    return scale * (rotation * point) + translation;
-  }
-};
-
-// The one that brings the points nearest to their partners in the least-squares sense (Umeyama
-// 1991). At least three points, not all on a line.
-SimilarityTransform aligning_similarity(const std::vector<Eigen::Vector3d>& points,
-                                        const std::vector<Eigen::Vector3d>& partners);
-
 // The number that a frame's name ends with, its ending aside: 12 of frame_000012.png.
 std::optional<int> frame_of_name(const std::string& name);
 
-// A reconstruction's cameras against the true ones, both called by their frames.
+// A reconstruction's cameras against the true ones, both called by their frames, after the
+// similarity that brings their centres nearest in the least-squares sense (Umeyama 1991).
 struct PathError {
-  std::size_t frames = 0;      // that both have
-  double extent_mm = 0;        // largest distance between two true centres of these
-  double rms_percent = 0;      // distance of the centres after alignment, root mean square
-  double largest_percent = 0;  // both by the extent
-  double turn_deg = 0;         // between the views' directions and rolls, mean
-  SimilarityTransform truth_from_found;
+  std::size_t frames = 0;  // that both have
+  double rms_percent = 0;  // of the centres, by the largest distance between two true ones
+  double scale = 1;        // true by found
 };
 
 // Nothing when fewer than three frames are in both.
 std::optional<PathError> path_error(const CameraSet& found, const CameraSet& truth);
-
-// Where the camera was at a frame between two that the set has, by straight lines and even turns.
-// Nothing outside them.
-std::optional<PosedCamera> camera_at_frame(const CameraSet& set, int frame);
 
 }  // namespace organbake

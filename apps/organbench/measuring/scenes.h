@@ -4,20 +4,16 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/surface_color.h"
-#include "organbake/capture/traced_surface.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/raycast/ray_scene.h"
 #include "organbake/registration/registered_surface.h"
 #include "organbake/stereo/stereo_depth.h"
 #include "organbake/viewpoints/placement.h"
@@ -62,28 +58,6 @@ struct EyePair {
 Bundle memory_bundle(const TriangleMesh& surface, const TriangleMesh& proxy,
                      const PlacementOptions& placement, const CaptureOptions& capturing = {},
                      double skin_edge_mm = 6);
-
-struct MaterialPicture {
-  Rgb8Image color;                    // on black
-  std::vector<std::uint8_t> covered;  // by any of a pixel's rays
-};
-
-// Pictures of a surface in capture's default material, which is a formula, so that no map and no
-// mesh limits its colours: 16 rays a pixel, those that miss count as the background.
-class MaterialTruth {
- public:
-  // The surface must last.
-  explicit MaterialTruth(const TriangleMesh& surface);
-
-  MaterialPicture draw(const PosedCamera& camera) const;
-
- private:
-  void draw_row(const PosedCamera& camera, int y, MaterialPicture& picture) const;
-
-  RayScene rays_;
-  SmoothNormals normals_;
-  std::unique_ptr<SurfaceColor> color_;
-};
 
 // An organ as engines hold it: some ten thousand faces under one texture.
 struct SkinnedMesh {

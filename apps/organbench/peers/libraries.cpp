@@ -28,7 +28,6 @@
 #include <deque>
 #include <vector>
 
-#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "peers/peers.h"
@@ -95,10 +94,6 @@ std::size_t vtk_flying_edges_faces(const Volume& ct, double level) {
   return contour_by<vtkFlyingEdges3D>(ct, level)->GetNumberOfPolys();
 }
 
-std::size_t vtk_marching_cubes_faces(const Volume& ct, double level) {
-  return contour_by<vtkMarchingCubes>(ct, level)->GetNumberOfPolys();
-}
-
 TriangleMesh vtk_marching_cubes(const Volume& ct, double level) {
   return from_polydata(*contour_by<vtkMarchingCubes>(ct, level));
 }
@@ -139,10 +134,11 @@ TriangleMesh meshoptimizer_simplify(const TriangleMesh& surface, std::size_t fac
   return mesh;
 }
 
-// One mesh as Embree has it, and rays through the pixels of a camera.
+std::string embree_version() { return RTC_VERSION_STRING; }
+
+// One mesh as Embree has it, whose vertices may be rewritten.
 struct EmbreeScene {
-  // moves: its vertices will be rewritten, its tree refitted.
-  EmbreeScene(const TriangleMesh& mesh, bool moves);
+  explicit EmbreeScene(const TriangleMesh& mesh);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -155,66 +151,7 @@ struct EmbreeScene {
   float* vertices = nullptr;
 };
 
-// A camera in float, as packets want it. It must be free of distortion.
-struct EmbreeLens {
-  explicit EmbreeLens(const PosedCamera& camera)
-      : intrinsics(camera.intrinsics),
-        eye(camera.center_world_mm().cast<float>()),
-        world_from_camera(camera.camera_from_world.rotation.transpose().cast<float>()) {}
-
-  // The i-th ray of a packet: through the middle of a pixel, planar depth 1 a unit of length.
-  template <class Packet>
-  void set_ray(Packet& packet, int i, int x, int y) const {
-    const Eigen::Vector3f direction =
-        world_from_camera *
-        Eigen::Vector3f(static_cast<float>((x + 0.5 - intrinsics.cx) / intrinsics.fx),
-                        static_cast<float>((y + 0.5 - intrinsics.cy) / intrinsics.fy), 1);
-    packet.ray.org_x[i] = eye.x(), packet.ray.org_y[i] = eye.y(), packet.ray.org_z[i] = eye.z();
-    packet.ray.dir_x[i] = direction.x(), packet.ray.dir_y[i] = direction.y();
-    packet.ray.dir_z[i] = direction.z();
-    packet.ray.tnear[i] = 0, packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
-    packet.ray.time[i] = 0, packet.ray.mask[i] = 0xFFFFFFFFu, packet.ray.flags[i] = 0;
-    packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-  }
-
-  const Intrinsics& intrinsics;
-  Eigen::Vector3f eye;
-  Eigen::Matrix3f world_from_camera;
-};
-
-void intersect(const int* valid, RTCScene scene, RTCRayHit8& rays, auto* mode) {
-#if RTC_VERSION_MAJOR >= 4
-  rtcIntersect8(valid, scene, &rays, mode);
-#else
-  rtcIntersect8(valid, scene, mode, &rays);
-#endif
-}
-
-void intersect(const int* valid, RTCScene scene, RTCRayHit16& rays, auto* mode) {
-#if RTC_VERSION_MAJOR >= 4
-  rtcIntersect16(valid, scene, &rays, mode);
-#else
-  rtcIntersect16(valid, scene, mode, &rays);
-#endif
-}
-
-// Rays that run together; Embree 3 and 4 differ in how they are told so.
-void intersect_coherent(const int* valid, RTCScene scene, auto& rays) {
-#if RTC_VERSION_MAJOR >= 4
-  RTCIntersectArguments mode;
-  rtcInitIntersectArguments(&mode);
-  mode.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-#else
-  RTCIntersectContext mode;
-  rtcInitIntersectContext(&mode);
-  mode.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-#endif
-  intersect(valid, scene, rays, &mode);
-}
-
-std::string embree_version() { return RTC_VERSION_STRING; }
-
-EmbreeScene::EmbreeScene(const TriangleMesh& mesh, bool moves) {
+EmbreeScene::EmbreeScene(const TriangleMesh& mesh) {
   vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                          RTC_FORMAT_FLOAT3, 3 * sizeof(float),
                                                          mesh.vertices.size()));
@@ -223,10 +160,6 @@ EmbreeScene::EmbreeScene(const TriangleMesh& mesh, bool moves) {
                               3 * sizeof(std::uint32_t), mesh.faces.size()));
   write_vertices(mesh.vertices);
   for (const Face& face : mesh.faces) faces = std::copy(face.begin(), face.end(), faces);
-  if (moves) {
-    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_DYNAMIC);
-  }
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcCommitScene(scene);
@@ -245,100 +178,102 @@ void EmbreeScene::write_vertices(const std::vector<Eigen::Vector3d>& positions) 
 
 namespace {
 
-constexpr int kPacketSide = 4;  // 4 × 4 texels: the most coherent packet of 16
+constexpr int kPacketSide = 4;  // 4 × 4 pixels: the most coherent packet of 16
 constexpr int kPacketRays = kPacketSide * kPacketSide;
 
-void trace_packet(RTCScene scene, const EmbreeLens& lens, int left, int top,
-                  std::vector<float>& depth_mm) {
-  const auto& [width, height] = std::pair(lens.intrinsics.width, lens.intrinsics.height);
-  alignas(64) int valid[kPacketRays];
-  RTCRayHit16 packet;
-  for (int i = 0; i < kPacketRays; ++i) {
-    const int x = left + i % kPacketSide, y = top + i / kPacketSide;
-    valid[i] = x < width && y < height ? -1 : 0;
-    lens.set_ray(packet, i, x, y);
-  }
-  intersect_coherent(valid, scene, packet);
-  for (int i = 0; i < kPacketRays; ++i) {
-    if (valid[i] == 0) continue;
-    const std::size_t texel = std::size_t(top + i / kPacketSide) * width + left + i % kPacketSide;
-    depth_mm[texel] = packet.ray.tfar[i];  // stays infinite where nothing is hit
-  }
+// Rays that run together; Embree 3 and 4 differ in how they are told so.
+void intersect_coherent(const int* valid, RTCScene scene, RTCRayHit16& rays) {
+#if RTC_VERSION_MAJOR >= 4
+  RTCIntersectArguments mode;
+  rtcInitIntersectArguments(&mode);
+  mode.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect16(valid, scene, &rays, &mode);
+#else
+  RTCIntersectContext mode;
+  rtcInitIntersectContext(&mode);
+  mode.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid, scene, &mode, &rays);
+#endif
+}
+
+// One ray through the middle of each pixel of a camera that is free of distortion, planar depth 1 a
+// unit of its length, rows of packets spread over TBB. `take` gets the pixel, the packet and the
+// ray's number in it.
+void trace(const EmbreeScene& scene, const PosedCamera& camera, const auto& take) {
+  const Intrinsics& lens = camera.intrinsics;
+  const Eigen::Vector3f eye = camera.center_world_mm().cast<float>();
+  const Eigen::Matrix3f world_from_camera =
+      camera.camera_from_world.rotation.transpose().cast<float>();
+  const auto trace_packet = [&](int left, int top) {
+    alignas(64) int valid[kPacketRays];
+    RTCRayHit16 packet;
+    for (int i = 0; i < kPacketRays; ++i) {
+      const int x = left + i % kPacketSide, y = top + i / kPacketSide;
+      valid[i] = x < lens.width && y < lens.height ? -1 : 0;
+      const Eigen::Vector3f direction =
+          world_from_camera * Eigen::Vector3f(static_cast<float>((x + 0.5 - lens.cx) / lens.fx),
+                                              static_cast<float>((y + 0.5 - lens.cy) / lens.fy), 1);
+      packet.ray.org_x[i] = eye.x(), packet.ray.org_y[i] = eye.y(), packet.ray.org_z[i] = eye.z();
+      packet.ray.dir_x[i] = direction.x(), packet.ray.dir_y[i] = direction.y();
+      packet.ray.dir_z[i] = direction.z();
+      packet.ray.tnear[i] = 0, packet.ray.tfar[i] = std::numeric_limits<float>::infinity();
+      packet.ray.time[i] = 0, packet.ray.mask[i] = 0xFFFFFFFFu, packet.ray.flags[i] = 0;
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    intersect_coherent(valid, scene.scene, packet);
+    for (int i = 0; i < kPacketRays; ++i) {
+      const std::size_t row = std::size_t(top) + i / kPacketSide;
+      if (valid[i]) take(row * lens.width + left + i % kPacketSide, packet, i);
+    }
+  };
+  parallel_for(0, (lens.height + kPacketSide - 1) / kPacketSide, [&](int row) {
+    for (int left = 0; left < lens.width; left += kPacketSide)
+      trace_packet(left, row * kPacketSide);
+  });
 }
 
 }  // namespace
 
-EmbreeDepth::EmbreeDepth(const TriangleMesh& mesh)
-    : scene_(std::make_unique<EmbreeScene>(mesh, false)) {}
-EmbreeDepth::~EmbreeDepth() = default;
+EmbreeTracer::EmbreeTracer(const TriangleMesh& mesh) : scene_(std::make_unique<EmbreeScene>(mesh)) {
+  for (const Face& face : mesh.faces) {
+    auto& corners = colors_.emplace_back();
+    for (int k = 0; k < 3; ++k)
+      for (int c = 0; c < 3; ++c) corners[k][c] = srgb8_from_linear(mesh.colors.at(face[k])[c]);
+  }
+}
 
-void EmbreeDepth::trace(const std::vector<PosedCamera>& cameras,
-                        std::vector<std::vector<float>>& depths_mm) const {
+EmbreeTracer::~EmbreeTracer() = default;
+
+void EmbreeTracer::trace_depths(const std::vector<PosedCamera>& cameras,
+                                std::vector<std::vector<float>>& depths_mm) const {
   depths_mm.resize(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const EmbreeLens lens(cameras[c]);
-    const Intrinsics& size = lens.intrinsics;
-    depths_mm[c].resize(std::size_t(size.width) * size.height);
-    parallel_for(0, (size.height + kPacketSide - 1) / kPacketSide, [&](int row) {
-      for (int left = 0; left < size.width; left += kPacketSide)
-        trace_packet(scene_->scene, lens, left, row * kPacketSide, depths_mm[c]);
+    std::vector<float>& depth = depths_mm[c];
+    const Intrinsics& size = cameras[c].intrinsics;
+    depth.resize(std::size_t(size.width) * size.height);
+    trace(*scene_, cameras[c], [&](std::size_t pixel, const RTCRayHit16& packet, int i) {
+      depth[pixel] = packet.ray.tfar[i];  // stays infinite where nothing is hit
     });
   }
 }
 
-namespace {
-
-constexpr int kPacket = 8;
-
-}  // namespace
-
-EmbreeFrames::EmbreeFrames(const TriangleMesh& mesh)
-    : scene_(std::make_unique<EmbreeScene>(mesh, true)) {
-  if (mesh.colors.size() != mesh.vertices.size())
-    throw BadDataError("the mesh to trace has no colours");
-  for (const Face& face : mesh.faces) {
-    auto& corners = colors_.emplace_back();
-    for (int k = 0; k < 3; ++k)
-      for (int c = 0; c < 3; ++c) corners[k][c] = srgb8_from_linear(mesh.colors[face[k]][c]);
-  }
-}
-
-EmbreeFrames::~EmbreeFrames() = default;
-
-void EmbreeFrames::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+void EmbreeTracer::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         Rgb8Image& picture) {
   scene_->write_vertices(positions);
+  // Its tree is refitted.
+  rtcSetGeometryBuildQuality(scene_->geometry, RTC_BUILD_QUALITY_REFIT);
   rtcUpdateGeometryBuffer(scene_->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   rtcCommitGeometry(scene_->geometry);
   rtcCommitScene(scene_->scene);
-  const EmbreeLens lens(view.camera);
-  const auto& [width, height] = std::pair(lens.intrinsics.width, lens.intrinsics.height);
-  if (picture.width != width || picture.height != height) picture = Rgb8Image(width, height);
-  parallel_for(0, picture.height, [&](int y) { trace_row(lens, y, picture); });
-}
-
-void EmbreeFrames::trace_row(const EmbreeLens& lens, int y, Rgb8Image& picture) const {
-  for (int x0 = 0; x0 < picture.width; x0 += kPacket) {
-    alignas(32) int valid[kPacket];
-    RTCRayHit8 packet;
-    for (int i = 0; i < kPacket; ++i) {
-      valid[i] = x0 + i < picture.width ? -1 : 0;
-      lens.set_ray(packet, i, x0 + i, y);
-    }
-    intersect_coherent(valid, scene_->scene, packet);
-    for (int i = 0; i < kPacket && x0 + i < picture.width; ++i) {
-      std::uint8_t* pixel = picture.at(x0 + i, y);
-      const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-      for (int c = 0; c < 3; ++c) {
-        pixel[c] = 0;
-        if (!hit) continue;
-        const auto& corner = colors_[packet.hit.primID[i]];
-        const float u = packet.hit.u[i], v = packet.hit.v[i];
-        pixel[c] = static_cast<std::uint8_t>((1 - u - v) * corner[0][c] + u * corner[1][c] +
-                                             v * corner[2][c] + 0.5F);
-      }
-    }
-  }
+  picture = Rgb8Image(view.camera.intrinsics.width, view.camera.intrinsics.height);
+  trace(*scene_, view.camera, [&](std::size_t pixel, const RTCRayHit16& packet, int i) {
+    if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) return;
+    const auto& corner = colors_[packet.hit.primID[i]];
+    const float u = packet.hit.u[i], v = packet.hit.v[i];
+    for (int c = 0; c < 3; ++c)
+      picture.pixels[3 * pixel + c] = static_cast<std::uint8_t>(
+          (1 - u - v) * corner[0][c] + u * corner[1][c] + v * corner[2][c] + 0.5F);
+  });
 }
 
 void write_by_openexr(const std::filesystem::path& file, const ChannelImage& image) {

@@ -57,14 +57,12 @@ struct SoftwareGl::Impl {
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
   GLuint program = 0, vertices = 0;
-  GLuint drawn = 0, shown = 0;  // the same but where pixels have several samples
   GLsizei indices = 0;
   int width = 0, height = 0;
   std::vector<float> upload;
 
   void open();
-  GLuint make_target(int count) const;
-  void make_targets(int samples);
+  void make_target() const;
   void make_mesh(const SkinnedMesh& skinned);
 };
 
@@ -88,7 +86,7 @@ void SoftwareGl::Impl::open() {
   must(eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context), "using the context");
 }
 
-GLuint SoftwareGl::Impl::make_target(int count) const {
+void SoftwareGl::Impl::make_target() const {
   GLuint frame = 0, planes[2];
   glGenFramebuffers(1, &frame);
   glBindFramebuffer(GL_FRAMEBUFFER, frame);
@@ -97,17 +95,10 @@ GLuint SoftwareGl::Impl::make_target(int count) const {
   const GLenum places[] = {GL_COLOR_ATTACHMENT0, GL_DEPTH_ATTACHMENT};
   for (int i = 0; i < 2; ++i) {
     glBindRenderbuffer(GL_RENDERBUFFER, planes[i]);
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, count, formats[i], width, height);
+    glRenderbufferStorage(GL_RENDERBUFFER, formats[i], width, height);
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, places[i], GL_RENDERBUFFER, planes[i]);
   }
   must(glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE, "making the picture");
-  return frame;
-}
-
-void SoftwareGl::Impl::make_targets(int samples) {
-  constexpr int kOnePerPixel = 0;  // as GL counts
-  shown = drawn = make_target(kOnePerPixel);
-  if (samples > 1) drawn = make_target(samples);
   glViewport(0, 0, width, height);
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_CULL_FACE);
@@ -150,13 +141,13 @@ void SoftwareGl::Impl::make_mesh(const SkinnedMesh& skinned) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
 }
 
-SoftwareGl::SoftwareGl(const SkinnedMesh& skinned, int width, int height, int samples)
+SoftwareGl::SoftwareGl(const SkinnedMesh& skinned, int width, int height)
     : impl_(std::make_unique<Impl>()) {
   impl_->width = width;
   impl_->height = height;
   impl_->upload.resize(3 * skinned.mesh.vertices.size());
   impl_->open();
-  impl_->make_targets(samples);
+  impl_->make_target();
   impl_->make_mesh(skinned);
 }
 
@@ -174,15 +165,9 @@ void SoftwareGl::draw(const std::vector<Eigen::Vector3d>& positions, const View&
                m.upload.data(), GL_STREAM_DRAW);
   const Eigen::Matrix4f clip = clip_from_world(view);
   glUniformMatrix4fv(glGetUniformLocation(m.program, "clip_from_world"), 1, GL_FALSE, clip.data());
-  glBindFramebuffer(GL_FRAMEBUFFER, m.drawn);
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glDrawElements(GL_TRIANGLES, m.indices, GL_UNSIGNED_INT, nullptr);
-  if (m.drawn != m.shown) {
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, m.shown);
-    glBlitFramebuffer(0, 0, m.width, m.height, 0, 0, m.width, m.height, GL_COLOR_BUFFER_BIT,
-                      GL_NEAREST);
-  }
   glFinish();
 }
 
@@ -192,7 +177,6 @@ std::string SoftwareGl::renderer() const {
 
 Rgb8Image SoftwareGl::picture() const {
   Rgb8Image upright(impl_->width, impl_->height), flipped = upright;
-  glBindFramebuffer(GL_FRAMEBUFFER, impl_->shown);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, impl_->width, impl_->height, GL_RGB, GL_UNSIGNED_BYTE, flipped.pixels.data());
   for (int y = 0; y < upright.height; ++y)  // GL begins at the bottom

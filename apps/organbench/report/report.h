@@ -1,28 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Core>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "measuring/measurement.h"
-#include "organbake/image/channel_image.h"
 
-// What one run found: as organbench.json, as a page for people, and beside an earlier run.
+// What one run found: as organbench.json, as lines to read, and beside an earlier run.
 namespace organbake {
 
 // How much is asked of all suites together: a first look in two minutes at small inputs; the whole
 // inputs within 20 minutes; or every case that a figure was promised for, with more rounds, in an
 // hour.
 enum class Effort { quick, standard, thorough };
-
-// A picture for the page.
-struct Picture {
-  std::string caption, data_uri;  // a PNG
-  int width = 0, height = 0;      // pixels
-};
 
 // What one suite found out.
 struct SuiteResult {
@@ -33,7 +25,6 @@ struct SuiteResult {
   std::vector<Point> points;
   std::vector<Figure> figures;
   std::vector<Skipped> skipped;
-  std::vector<Picture> pictures;
   std::string failure;  // why the suite ended early; empty when it did not
 };
 
@@ -57,7 +48,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Spread, median, least, most)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Timing, runs, wall_ms, cpu_ms, peak_mb)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Quantity, name, unit, value)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Point, task, subject, peer, knobs, timing, errors)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Picture, caption, width, height, data_uri)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuiteResult::Skipped, what, why)
 NLOHMANN_JSON_SERIALIZE_ENUM(Figure::Goal, {{Figure::Goal::at_most, "at most"},
                                             {Figure::Goal::at_least, "at least"}})
@@ -73,9 +63,7 @@ inline void from_json(const nlohmann::json& json, Figure& f) {
   f = {json.at("what"), json.at("unit"), json.at("value"), json.at("target"), json.at("goal")};
 }
 
-// Former runs had no pictures.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SuiteResult, points, figures, skipped, pictures,
-                                                failure)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuiteResult, points, figures, skipped, failure)
 
 inline void to_json(nlohmann::json& json, const RunReport::SuiteReport& suite) {
   json = suite.result;
@@ -96,28 +84,9 @@ inline void from_json(const nlohmann::json& json, RunReport& report) {
             json.at("suites").get<std::vector<RunReport::SuiteReport>>()};
 }
 
-// One page for people: figures beside their targets, curves, tables; no network.
-std::string report_page(const RunReport& report);
-
-// Points that no other is both faster and more accurate than; in order of time. Points of one
-// task are given; the first error of each counts. What was not timed is on no front.
-std::vector<std::size_t> pareto_front(const std::vector<Point>& points);
-
-// Time against error of one task, both axes logarithmic, as inline SVG: a line for each subject,
-// peers dashed, a ring round the points of the Pareto front; what was not timed is a level.
-std::string time_error_chart(const std::vector<Point>& points);
-
-// Whether points tell how time grows with one number: timed, that knob alone, no error beside it.
-bool shows_growth(const std::vector<Point>& points);
-// Time against that number, the same way: a power is a straight line.
-std::string time_work_chart(const std::vector<Point>& points);
-
-// Errors as pictures, for people who would rather look. The colour of an error, linear: black at 0,
-// over red and yellow to white where it is the whole scale or more; blue where it is not finite.
-Eigen::Vector3f heat_color(double share_of_scale);
-
-// One value per pixel, row-major; `scale` is what is drawn white.
-Rgb8Image heat_map(const std::vector<double>& values, int width, double scale);
+// Lines for people: what each who competes took, with its errors; figures beside their targets;
+// what was left out.
+std::string suite_text(const RunReport::SuiteReport& suite);
 
 // What became of one point or figure from one run to the next.
 struct Change {

@@ -10,8 +10,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/shell.h"
-#include "organbake/image/exr.h"
-#include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 #include "peers/peers.h"
 
@@ -84,7 +82,7 @@ void promise_capture_time(Bench& bench) {
   CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
   const std::vector<ReadyImage> images =
       ready_images(captured, scene, empty_folder(bench.scratch() / "openexr"));
-  const EmbreeDepth embree(scene.surface);
+  const EmbreeTracer embree(scene.surface);
   std::vector<std::vector<float>> depths_mm;
 
   bench.now("trace, bind and write " + std::to_string(cameras) + " × " + std::to_string(size) +
@@ -96,7 +94,7 @@ void promise_capture_time(Bench& bench) {
                          captured.base);
        },
        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
-       [&] { embree.trace(scene.cameras, depths_mm); },
+       [&] { embree.trace_depths(scene.cameras, depths_mm); },
        [&] {
          parallel_for(std::size_t{0}, images.size(),
                       [&](std::size_t i) { write_by_openexr(images[i].file, images[i].image); });
@@ -114,89 +112,6 @@ void promise_capture_time(Bench& bench) {
   promise_binding(bench, captured, scene);
 }
 
-// RMS of a map's colours against the material traced with 16 rays a texel, where it is all covered.
-double map_error_levels(const CameraMaps& map, const MaterialPicture& truth) {
-  double squares = 0, count = 0;
-  for (std::size_t k = 0; k < map.face.size(); ++k) {
-    if (map.face[k] == kNoFace || !truth.covered[k]) continue;
-    for (int c = 0; c < 3; ++c, ++count)
-      squares +=
-          std::pow(double(srgb8_from_linear(map.color[k][c])) - truth.color.pixels[3 * k + c], 2);
-  }
-  return std::sqrt(squares / std::max(1.0, count));
-}
-
-// Run time against error: rays through a texel.
-void sweep_rays(Bench& bench, const CaptureScenario& scene) {
-  const MaterialTruth material(scene.surface);
-  std::vector<MaterialPicture> truths;
-  for (const PosedCamera& camera : scene.cameras) truths.push_back(material.draw(camera));
-  const auto color = make_material_color({});
-  for (const int side : bench.quick() ? std::vector{1, 2} : std::vector{1, 2, 3, 4}) {
-    const std::string rays = std::to_string(side * side) + " rays a texel";
-    bench.now("colour, " + rays);
-    CaptureOptions options;
-    options.rays_per_texel_side = side;
-    CaptureResult captured;
-    const Timing timing = bench.time(
-        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); });
-    double error = 0;
-    for (std::size_t c = 0; c < truths.size(); ++c)
-      error += map_error_levels(captured.maps[c], truths[c]) / double(truths.size());
-    bench.point("a material to " + std::to_string(truths.size()) + " maps of " +
-                    std::to_string(scene.cameras.front().intrinsics.width) + "²",
-                "organbake, " + rays, timing,
-                {{"colour error against 16 rays a texel, RMS", "levels", error}});
-  }
-}
-
-void run_capture(Bench& bench) {
-  promise_capture_time(bench);
-  sweep_rays(bench, scene_of(bench, 8, bench.quick() ? 128 : 512));
-}
-
-const RegisteredPart kCapture(
-    "capture", run_capture,
-    "surface and photos to maps: rays and packing against error, time and size");
-
-}  // namespace
-
-namespace fs = std::filesystem;
-namespace {
-
-// What a player makes of the files against the surface point that was baked, over all texels.
-struct SplitError {
-  double worst_mm = 0;
-  std::size_t unbound = 0;
-};
-
-SplitError split_error(const fs::path& folder, const CaptureResult& captured,
-                       const CaptureScenario& scene) {
-  const std::vector<ShellMatrix> shells = shell_matrices(scene.proxy);
-  SplitError error;
-  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
-    const std::string name = camera_folder(c);
-    const ChannelImage depth = read_exr(folder / name / "depth.exr"),
-                       micro = read_exr(folder / name / "micro.exr");
-    const std::vector<float>&z = depth.floats("Y", name), &h = micro.floats("Y", name);
-    const std::vector<std::uint32_t>& faces = micro.uints("face", name);
-    const PosedCamera& camera = scene.cameras[c];
-    for (std::size_t i = 0; i < z.size(); ++i) {
-      const double baked_mm = captured.maps[c].depth_mm[i];
-      if (!std::isfinite(baked_mm)) continue;
-      if (faces[i] == kNoFace) {
-        ++error.unbound;
-        continue;
-      }
-      const Eigen::Vector3d point =
-          rejoined_point(shells[faces[i]], h[i], texel_point(camera, i, z[i]));
-      const Eigen::Vector3d baked = texel_point(camera, i, baked_mm);
-      error.worst_mm = std::max(error.worst_mm, (point - baked).norm());
-    }
-  }
-  return error;
-}
-
 double megabytes(const fs::path& folder) {
   double bytes = 0;
   for (const fs::path& file : list_files(folder))
@@ -204,21 +119,7 @@ double megabytes(const fs::path& folder) {
   return bytes / 1e6;
 }
 
-struct NamedPacking {
-  const char* name;
-  MapPacking packing;
-};
-const NamedPacking kPackings[] = {
-    {"zip, level 6 (default)", {}},
-    {"zip, level 1", {.zip_level = 1}},
-    {"zip, level 10", {.zip_level = 10}},
-    {"piz", {.compression = ExrCompression::piz}},
-    {"pxr24", {.compression = ExrCompression::pxr24}},
-    {"none", {.compression = ExrCompression::none}},
-    {"compact", {.compact = true}},
-};
-
-// Of eight photographs.
+// Colours of eight photographs, which pack less well than a formula's.
 CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene) {
   bench.now("photographing the phantom");
   OrganPhantomOptions options;
@@ -232,35 +133,31 @@ CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene
   return capture(scene.surface, scene.proxy, scene.cameras, *color, {});
 }
 
-void sweep_packings(Bench& bench) {
-  const CaptureScenario scene =
-      capture_scenario(8, bench.quick() ? 256 : 1024, bench.quick() ? 5 : 6);
+void promise_size(Bench& bench) {
+  const CaptureScenario scene = scene_of(bench, 8, bench.quick() ? 256 : 1024);
   const CaptureResult captured = photographed_maps(bench, scene);
-  const std::string task = std::to_string(scene.cameras.size()) + " cameras of " +
-                           std::to_string(scene.cameras.front().intrinsics.width) +
-                           "², colour from photographs: write";
-  for (const auto& [name, packing] : kPackings) {
-    bench.now(std::string("packing: ") + name);
+  for (const bool compact : {false, true}) {
+    const std::string name = compact ? "compact" : "exact";
+    bench.now("packing: " + name);
     fs::path folder;
     const Timing timing = bench.time([&] {
       folder = empty_folder(bench.scratch() / "packed");
-      write_map_files(folder, captured.maps, scene.cameras, captured.base, packing);
+      write_map_files(folder, captured.maps, scene.cameras, captured.base, {.compact = compact});
     });
-    const SplitError error = split_error(folder, captured, scene);
     const double size_mb = megabytes(folder);
-    bench.point(task, name, timing,
-                {{"size", "MB", size_mb}, {"macro + micro, worst", "mm", error.worst_mm}});
-    const bool standard = packing.compression == ExrCompression::zip && !packing.compact;
-    if (packing.zip_level < MapPacking().zip_level || (!standard && !packing.compact)) continue;
-    const std::string kind = standard ? std::string("exact, ") + name : "compact";
-    bench.at_most("macro + micro = surface, " + kind + ", worst texel", "mm", error.worst_mm,
-                  standard ? 0.001 : 0.01);
-    bench.at_most("texels left unbound, " + kind, "", double(error.unbound), 0);
-    bench.at_most("size of 8 × 1024², " + kind, "MB", size_mb, standard ? 30.0 : 20.0);
+    bench.point("8 cameras, colour from photographs: write", name, timing,
+                {{"size", "MB", size_mb}});
+    bench.at_most("size of 8 × 1024², " + name, "MB", size_mb, compact ? 20.0 : 30.0);
   }
 }
 
-const RegisteredPart kCaptureMaps("capture", sweep_packings);
+void run_capture(Bench& bench) {
+  promise_capture_time(bench);
+  promise_size(bench);
+}
+
+const RegisteredPart kCapture("capture", run_capture,
+                              "surface and photos to maps: time and size, beside Embree, OpenEXR");
 
 }  // namespace
 }  // namespace organbake

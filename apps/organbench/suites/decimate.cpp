@@ -4,19 +4,13 @@
 #include <algorithm>
 
 #include "bench.h"
-#include "organbake/core/text.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/player/carried_surface.h"
-#include "organbake/player/contact_sheet.h"
-#include "organbake/player/orbit.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/viewpoints/placement.h"
 #include "peers/peers.h"
-#include "report/report.h"
 
 namespace organbake {
 namespace {
@@ -173,36 +167,6 @@ void sphere(Bench& bench) {
   bench.at_most("sphere → 80, --objective max: largest", "% of R", out[1].distances.max_mm(), 4.2);
 }
 
-Rgb8Image distance_picture(TriangleMesh surface, const TriangleMesh& proxy, const View& view,
-                           double white_mm) {
-  const RayScene scene(proxy);
-  surface.colors.clear();
-  for (const Eigen::Vector3d& v : surface.vertices)
-    surface.colors.push_back(heat_color(scene.closest_point(v).distance_mm / white_mm));
-  // Where it lies at rest, whatever carries it.
-  constexpr std::array<std::uint8_t, 3> kGround = {70, 70, 70};  // apart from no error's black
-  const CarriedSurface at_rest(surface, ShellSurface(proxy));
-  return at_rest.draw(surface.vertices, view, kGround).color;
-}
-
-// The surface seen from one side, painted by its distance to each method's proxy.
-void show_methods(Bench& bench, const TriangleMesh& surface) {
-  bench.now("pictures of distances");
-  constexpr double kWhiteShare = 0.02;  // of the diagonal
-  const Placement placed = place_cameras(surface, {.count = 4});
-  const View view = orbit_view({placed.cameras, {}, placed.manifold}, {0.4, 0.2}, 320, 320);
-  const double white_mm = kWhiteShare * bounds(surface).diagonal();
-  std::vector<Rgb8Image> pictures;
-  std::string names;
-  for (const Competitor& c : {kFitted, kLindstromTurk, kCluster}) {
-    pictures.push_back(distance_picture(surface, c.reduce(surface, 80), view, white_mm));
-    names += (names.empty() ? "" : ", ") + c.subject;
-  }
-  bench.show(tile_pictures(pictures, int(pictures.size()), 2),
-             "Distance from the surface to a proxy of 80 faces: " + names +
-                 ". Black is none, white " + to_text(white_mm, 2) + " mm or more.");
-}
-
 void sweep_faces(Bench& bench, const TriangleMesh& surface) {
   for (const std::size_t faces : {40, 160, 320, 640, 1280, 5000}) {
     compete(bench, "phantom", surface, faces, {kFitted, kLindstromTurk, kVtk, kMeshoptimizer});
@@ -213,7 +177,6 @@ void run_decimate(Bench& bench) {
   const OrganPhantom phantom{OrganPhantomOptions{}};
   const TriangleMesh organ = phantom.surface(bench.quick() ? 4 : 6);
   eighty_faces(bench, "phantom", organ);
-  show_methods(bench, organ);
   if (bench.quick()) return;
   sweep_faces(bench, organ);
   for (const char* name : {"liver", "liver_tumours"}) {

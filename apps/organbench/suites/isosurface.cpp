@@ -67,13 +67,12 @@ void promise_time_and_memory(Bench& bench) {
   TriangleMesh mesh;
   const std::vector<Timing> timings = bench.time(std::vector<std::function<void()>>{
       [&] { mesh = extract_isosurface(ct, at_level(kOrganIso_hu)).mesh; },
-      [&] { vtk_flying_edges_faces(ct, level); }, [&] { vtk_marching_cubes_faces(ct, level); }});
+      [&] { vtk_flying_edges_faces(ct, level); }});
   const double error = formula_rms_mm(mesh, phantom);
   const Quantities faces = {{"faces", "", double(mesh.faces.size())}};
   const std::string height = "height above the formula, RMS";
   bench.point(task, "organbake", timings[0], {{height, "mm", error}}, faces);
   bench.peer(task, "vtkFlyingEdges3D alone", timings[1], {{height, "mm", error}}, faces);
-  bench.peer(task, "vtkMarchingCubes alone", timings[2], {{height, "mm", error}}, faces);
   if (bench.quick()) return;  // what is promised is promised of the whole scan
   bench.at_most(task + ": time / vtkFlyingEdges3D alone", "×",
                 timings[0].wall_ms.median / timings[1].wall_ms.median, 1.25);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
+#include <sstream>
 
 #include "bench.h"
 #include "measuring/agreement.h"
@@ -11,11 +12,8 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/image/exr.h"
-#include "organbake/image/png.h"
 #include "organbake/shading/frame_source.h"
-#include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
-#include "peers/peers.h"
 
 namespace organbake {
 namespace {
@@ -101,11 +99,10 @@ void promise_clip(Bench& bench, const Promise& promise) {
   bench.point(promise.what, "organbake motion", run.timing,
               {{"depth, mean relative", "%", depth.mean_percent},
                {"path", "%", path->rms_percent},
-               {"turn", "°", path->turn_deg},
                {"memory", "MB", run.peak_mb}},
               {{"frames posed", "", double(path->frames)}});
   if (promise.name == "slide" && promise.lens_given)
-    promise_area(bench, run, clip, truth, path->truth_from_found.scale);
+    promise_area(bench, run, clip, truth, path->scale);
 }
 
 // Clips of the phantom with their truth: path, depth, area seen.
@@ -121,30 +118,23 @@ void promise_motion_of_phantom(Bench& bench) {
 
 const RegisteredPart kMotion(
     "motion", promise_motion_of_phantom,
-    "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it");
-
-namespace fs = std::filesystem;
+    "a moving scope's clip to poses, depth and a surface: truth, and COLMAP's points");
 
 constexpr int kEvery = 5;  // frames of the video that COLMAP got
 constexpr int kKeyFrames = 10;
 constexpr int kCell_px = 8;
 
-// Those frames of the video that are asked for, by their numbers.
-template <class Visit>
-void visit_frames(const fs::path& video, const std::set<int>& wanted, const Visit& visit) {
-  VideoReader reader(video);
-  StoredPicture frame;
-  for (int number = 0; reader.next(frame); ++number)
-    if (wanted.contains(number)) visit(number, frame);
-}
-
-// At most `count` of them, evenly spread.
-std::vector<int> spread(const std::vector<int>& numbers, std::size_t count) {
-  if (numbers.size() <= count) return numbers;
-  std::vector<int> chosen;
-  for (std::size_t i = 0; i < count; ++i)
-    chosen.push_back(numbers[i * (numbers.size() - 1) / (count - 1)]);
-  return chosen;
+// The places in a COLMAP model's points3D.txt.
+std::vector<Eigen::Vector3d> read_model_points(const fs::path& model) {
+  std::vector<Eigen::Vector3d> places;
+  std::istringstream text(read_text_file(model / "points3D.txt"));
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream words(line);
+    long id = 0;
+    Eigen::Vector3d place;
+    if (words >> id >> place.x() >> place.y() >> place.z()) places.push_back(place);
+  }
+  return places;
 }
 
 // The pixel of the whole frame that a pixel of a depth map shows: maps have no distortion, and as
@@ -161,38 +151,47 @@ Eigen::Vector2d map_pixel(const Eigen::Vector2d& frame_pixel, const Intrinsics& 
 struct AgainstPoints {
   DepthPairs pairs;
   double covered = 0, field = 0;  // pixels
+
+  void add(const StoredPicture& frame, const PosedCamera& camera, const Plane& depth,
+           const std::vector<Eigen::Vector3d>& cloud) {
+    Intrinsics map = camera.intrinsics;
+    map.cx *= double(depth.width) / map.width, map.cy *= double(depth.height) / map.height;
+    map.width = depth.width, map.height = depth.height;
+    map.k1 = map.k2 = map.p1 = map.p2 = map.k3 = 0;
+    for (const SeenPoint& seen : nearest_points(camera, cloud, kCell_px))
+      pairs.add(depth_between(depth, map_pixel(seen.pixel, camera.intrinsics, map)), seen.depth);
+    const PreparedFrame prepared = prepare_frame(frame, camera.intrinsics, {});
+    for (int y = 0; y < depth.height; ++y)
+      for (int x = 0; x < depth.width; ++x) {
+        const int column = (2 * x + 1) * prepared.field.width / (2 * depth.width);
+        const int row = (2 * y + 1) * prepared.field.height / (2 * depth.height);
+        if (!prepared.field.at(column, row)) continue;
+        field += 1;
+        covered += std::isfinite(depth.at(x, y));
+      }
+  }
 };
 
 AgainstPoints against_points(const fs::path& video, const MotionRun& run, const CameraSet& model,
-                             const std::vector<ModelPoint>& points) {
-  std::vector<Eigen::Vector3d> cloud;
-  for (const ModelPoint& point : points) cloud.push_back(point.place);
-  std::vector<int> numbers;
-  for (const int frame : frames_with_depth(run.folder / "depth"))
-    if (camera_at_frame(model, frame)) numbers.push_back(frame);
-  numbers = spread(numbers, kKeyFrames);
+                             const std::vector<Eigen::Vector3d>& cloud) {
+  std::map<int, const PosedCamera*> both;  // frames with depth of which the model knows the pose
+  const std::vector<int> with_depth = frames_with_depth(run.folder / "depth");
+  for (const PosedCamera& camera : model.cameras) {
+    const auto frame = frame_of_name(camera.name);
+    if (frame && std::binary_search(with_depth.begin(), with_depth.end(), *frame))
+      both[*frame] = &camera;
+  }
+  const std::size_t step = std::max<std::size_t>(1, both.size() / kKeyFrames);
   AgainstPoints result;
-  visit_frames(
-      video, {numbers.begin(), numbers.end()}, [&](int number, const StoredPicture& frame) {
-        const PosedCamera camera = *camera_at_frame(model, number);
-        const Plane depth = read_depth(frame_file(run.folder / "depth", number, ".exr"));
-        Intrinsics map = camera.intrinsics;
-        map.cx *= double(depth.width) / map.width, map.cy *= double(depth.height) / map.height;
-        map.width = depth.width, map.height = depth.height;
-        map.k1 = map.k2 = map.p1 = map.p2 = map.k3 = 0;
-        for (const SeenPoint& seen : nearest_points(camera, cloud, kCell_px))
-          result.pairs.add(depth_between(depth, map_pixel(seen.pixel, camera.intrinsics, map)),
-                           seen.depth);
-        const PreparedFrame prepared = prepare_frame(frame, camera.intrinsics, {});
-        for (int y = 0; y < depth.height; ++y)
-          for (int x = 0; x < depth.width; ++x) {
-            const int column = (2 * x + 1) * prepared.field.width / (2 * depth.width);
-            const int row = (2 * y + 1) * prepared.field.height / (2 * depth.height);
-            if (!prepared.field.at(column, row)) continue;
-            result.field += 1;
-            result.covered += std::isfinite(depth.at(x, y));
-          }
-      });
+  VideoReader reader(video);
+  StoredPicture frame;
+  std::size_t seen = 0;
+  for (int number = 0; reader.next(frame); ++number) {
+    const auto found = both.find(number);
+    if (found == both.end() || seen++ % step != 0) continue;
+    result.add(frame, *found->second, read_depth(frame_file(run.folder / "depth", number, ".exr")),
+               cloud);
+  }
   return result;
 }
 
@@ -203,20 +202,12 @@ double frames_posed(const CameraSet& set) {
   }));
 }
 
-// Returns what the run says of its own points.
-std::optional<ModelQuality> promise_depth(Bench& bench, const fs::path& video, const MotionRun& run,
-                                          const fs::path& model_folder, const std::string& what) {
-  if (!run.refusal.empty()) {
-    bench.fail(what + ": " + run.refusal);
-    return {};
-  }
+void promise_depth(Bench& bench, const fs::path& video, const MotionRun& run,
+                   const fs::path& model_folder, const std::string& what) {
+  if (!run.refusal.empty()) return bench.fail(what + ": " + run.refusal);
   const CameraSet model = read_camera_file(model_folder);
   const CameraSet found = read_cameras(run.folder / "cameras.json");
   const AgainstPoints against = against_points(video, run, model, read_model_points(model_folder));
-  ModelQuality quality = quality_of(read_model_points(run.folder / "colmap"));
-  // In pixels of the whole frame.
-  quality.reprojection_px *= double(model.cameras.at(0).intrinsics.width) /
-                             read_camera_file(run.folder / "colmap").cameras.at(0).intrinsics.width;
   Quantities errors;
   if (!against.pairs.found.empty()) {
     const DepthAgreement depth = agreement_of(against.pairs);
@@ -229,59 +220,8 @@ std::optional<ModelQuality> promise_depth(Bench& bench, const fs::path& video, c
   }
   bench.at_least(what + ": frames posed of every 5th", "", frames_posed(found),
                  double(model.cameras.size()));
-  errors.insert(errors.end(), {{"reprojection", "px", quality.reprojection_px},
-                               {"points", "", double(quality.points)},
-                               {"memory", "MB", run.peak_mb}});
+  errors.push_back({"memory", "MB", run.peak_mb});
   bench.point("shared video", "organbake motion, " + what, run.timing, errors);
-  return quality;
-}
-
-// Frames and masks as colmap reads them.
-void write_for_colmap(const fs::path& video, const ColmapRun& run) {
-  constexpr int kRim_px = 18, kHighlight_px = 5;
-  make_folder(run.frames);
-  make_folder(run.masks);
-  std::set<int> numbers;
-  for (int i = 0; i < 1000; ++i) numbers.insert(kEvery * i);
-  visit_frames(video, numbers, [&](int number, const StoredPicture& frame) {
-    const fs::path name = frame_file("", number, ".png");
-    const Rgb8Image& color = frame.color;
-    const Mask field = field_of_view(color, kRim_px);
-    Mask counts = without(field, dilated(find_highlights(color, field), kHighlight_px));
-    if (const auto instruments = find_instruments(color, field))
-      counts = without(counts, *instruments);
-    for (std::uint8_t& value : counts.values) value = value ? 255 : 0;
-    write_png(run.frames / name, color, 1);
-    write_file_atomically(run.masks / (name.string() + ".png"),
-                          encode_grey_png(counts.width, counts.height, counts.values));
-  });
-}
-
-void promise_beside_colmap(Bench& bench, const fs::path& video, const MotionRun& ours,
-                           const ModelQuality& quality) {
-  if (!has_colmap())
-    return bench.skip("colmap beside it", "not installed (apt-get install colmap)");
-  if (!bench.thorough() && bench.options().only != "colmap")
-    return bench.skip("colmap beside it", "takes minutes: --thorough or --only colmap");
-  bench.now("colmap on every 5th frame");
-  const ColmapRun run{bench.scratch() / "colmap_frames",
-                      bench.scratch() / "colmap_masks",
-                      bench.scratch() / "colmap_work",
-                      {}};
-  write_for_colmap(video, run);
-  const auto theirs = run_colmap(run, bench.context());
-  if (!theirs) return bench.skip("colmap beside it", "its mapper made no model");
-  const ModelQuality their_quality = quality_of(theirs->points);
-  bench.peer("shared video", "COLMAP", theirs->timing,
-             {{"reprojection", "px", their_quality.reprojection_px},
-              {"points", "", double(their_quality.points)},
-              {"frames", "", double(theirs->cameras.cameras.size())}});
-  bench.at_most("shared video: mean reprojection by COLMAP's", "×",
-                quality.reprojection_px / their_quality.reprojection_px, 1);
-  bench.at_least("shared video: points by COLMAP's", "×",
-                 double(quality.points) / double(their_quality.points), 0.5);
-  bench.at_most("shared video: processor time by COLMAP's", "×",
-                ours.timing.cpu_ms.median / theirs->timing.cpu_ms.median, 0.1);
 }
 
 void promise_motion_of_video(Bench& bench) {
@@ -289,14 +229,13 @@ void promise_motion_of_video(Bench& bench) {
   const fs::path video = bench.data("video/laparoscopy_720p_25fps.mp4");
   const fs::path model = bench.data("video/colmap_model");
   if (video.empty() || model.empty()) return;
-  bench.now("the shared video, lens given");
-  const MotionRun given =
-      run_motion(video, model, bench.scratch() / "video_given", bench.context());
-  promise_depth(bench, video, given, model, "lens given");
-  bench.now("the shared video, lens unknown");
-  const MotionRun free = run_motion(video, {}, bench.scratch() / "video_free", bench.context());
-  const auto quality = promise_depth(bench, video, free, model, "lens unknown");
-  if (quality) promise_beside_colmap(bench, video, free, *quality);
+  for (const bool given : {true, false}) {
+    const std::string what = given ? "lens given" : "lens unknown";
+    bench.now("the shared video, " + what);
+    const fs::path folder = bench.scratch() / (given ? "video_given" : "video_free");
+    const MotionRun run = run_motion(video, given ? model : fs::path(), folder, bench.context());
+    promise_depth(bench, video, run, model, what);
+  }
 }
 
 const RegisteredPart kMotionVideo("motion", promise_motion_of_video);

@@ -10,7 +10,6 @@
 
 #include "bench.h"
 #include "measuring/programs.h"
-#include "organbake/capture/capture.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
@@ -156,81 +155,12 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
   bench.at_least(what + ": contacts, mean", "", double(contacts) / step, least_contacts);
 }
 
-using Path = std::vector<std::vector<Eigen::Vector3d>>;
-
-// From rest on: the probe presses and drags for three seconds, and then stays for one.
-Path poked_path(Deformer& deformer, const Poking& poking) {
-  constexpr int kMoving = 180, kResting = 60;
-  deformer.reset();
-  Path path;
-  for (int step = 0; step < kMoving + kResting; ++step) {
-    deformer.step({poking.at(std::min(step, kMoving) / 60.0)});
-    path.push_back(deformer.positions());
-  }
-  return path;
-}
-
-double mean_square(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
-  double sum = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) sum += (a[v] - b[v]).squaredNorm();
-  return sum / double(a.size());
-}
-
-// Run time against error: the iterations of a step.
-void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
-  constexpr int kConverged = 64;
-  bench.now("iterations of a step");
-  const TriangleMesh proxy = decimate(organ, {.faces = 996}, bench.context()).proxy;
-  const MechanicsModel mechanics = make_mechanics(proxy, {});
-  const Poking poking(proxy);
-  const auto deformer_of = [&](int iterations) {
-    DeformOptions deform;
-    deform.iterations = iterations;
-    return Deformer(proxy, mechanics, {}, deform);
-  };
-  Deformer converged = deformer_of(kConverged);
-  const Path truth = poked_path(converged, poking);
-  double largest = 0;
-  for (const auto& positions : truth)
-    for (std::size_t v = 0; v < positions.size(); ++v)
-      largest = std::max(largest, (positions[v] - proxy.vertices[v]).norm());
-  for (const int iterations : {1, 2, 3, 4, 6, 8, 16}) {
-    Deformer deformer = deformer_of(iterations);
-    Path path;
-    const Timing timing = bench.time([&] { path = poked_path(deformer, poking); });
-    double moving = 0;
-    for (std::size_t step = 0; step < path.size(); ++step)
-      moving += mean_square(path[step], truth[step]) / double(path.size());
-    bench.point("deformation step, 500 vertices, a probe pressed in and dragged", "organplay",
-                of_one(timing, path.size()),
-                {{"off the converged way, RMS", "% of the dent", 100 * std::sqrt(moving) / largest},
-                 {"off the converged shape, held, RMS", "% of the dent",
-                  100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}},
-                {{"iterations", "", double(iterations)}});
-  }
-}
-
-// The skin that the proxy carries.
-void promise_skin_bake(Bench& bench, const TriangleMesh& organ) {
-  constexpr double kEdge_mm = 6;  // as bundles are baked
-  for (const std::size_t faces : {80u, 300u, 1000u}) {
-    bench.now("the smooth skin of " + std::to_string(faces) + " faces");
-    const TriangleMesh proxy = decimate(organ, {.faces = faces}, bench.context()).proxy;
-    const Timing bake =
-        bench.time([&] { bake_smooth_skin(organ, proxy, kEdge_mm, bench.context()); });
-    bench.at_most("the smooth skin of " + std::to_string(faces) + " faces: baked in", "ms",
-                  bake.wall_ms.median, 300);
-  }
-}
-
 void promise_deformation(Bench& bench) {
   const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
-  sweep_iterations(bench, organ);
   promise_step(bench, organ, 80, 0.02);
   promise_step(bench, organ, 80, 1, TissueSolver::fem);
   promise_step(bench, organ, 996, 0.2);
   if (!bench.quick()) promise_step(bench, organ, 9996, 3);
-  promise_skin_bake(bench, bench.quick() ? OrganPhantom({}).surface(6) : organ);
 }
 
 const RegisteredPart kPlayerDeformation("player", promise_deformation);

@@ -3,22 +3,19 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <thread>
 
 #include "bench.h"
 #include "measuring/programs.h"
 #include "organbake/bundle/bundle_reader.h"
-#include "organbake/core/error.h"
+#include "organbake/capture/surface_color.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
+#include "organbake/warp/warper.h"
 #include "peers/peers.h"
-#ifdef ORGANBAKE_GRAPHICS
-#include "organbake/graphics/offscreen_drawing.h"
-#endif
 
 namespace organbake {
 namespace {
@@ -86,7 +83,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   const View first_view = view_at(frame_of_truth, size, 0);
   const TruthFrame truth =
       CarriedSurface(surface, frame_of_truth.shell()).draw(surface.vertices, first_view, {0, 0, 0});
-  EmbreeFrames embree(surface);
+  EmbreeTracer embree(surface);
   Rgb8Image traced;
   const ThreadLimit one_thread(1);
   const Timing embree_timing = bench.time([&] {
@@ -117,60 +114,26 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   }
 }
 
-// Who draws a mesh as engines hold it, and how much less time we are to take with maps of 512² and
-// of 1024²; 0: is told.
-struct Rival {
-  std::string name;
-  std::array<double, 2> target;
-  std::function<void(const View&)> draw;
-};
-
-// Its time of a frame over ours.
-void race(Bench& bench, PlayerBundles& bundles, const FrameSize& size, const Rival& rival) {
+#ifdef ORGANBAKE_HAS_EGL
+// A mesh as engines hold it, textured and uploaded each frame: its time of a frame over ours.
+void race_llvmpipe(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
+  const SkinnedMesh& skinned = bundles.skinned_mesh(6);
+  SoftwareGl gl(skinned, size.width, size.height);
   const ThreadLimit one_thread(1);
-  bench.now(size.name() + ", one thread, beside " + rival.name);
+  bench.now(size.name() + ", one thread, beside " + gl.renderer());
   for (const int map_size : map_sizes(bench)) {
     Player player(bundles.folder({80, "fitted", map_size}));
     player.load_all();
     Frame frame;
-    const auto timings = bench.time(
-        std::vector<std::function<void()>>{orbit(player, size, frame), [&] {
-                                             for (int i = 0; i < kFrames; ++i)
-                                               rival.draw(view_at(player.bundle(), size, i));
-                                           }});
+    const auto timings = bench.time(std::vector<std::function<void()>>{
+        orbit(player, size, frame), [&] {
+          for (int i = 0; i < kFrames; ++i)
+            gl.draw(skinned.mesh.vertices, view_at(player.bundle(), size, i));
+        }});
     bench.at_least(size.name() + ", one thread, CPU time of a frame, maps of " +
-                       std::to_string(map_size) + "²: " + rival.name + " / organplay",
-                   "×", ms_of(timings[1]) / ms_of(timings[0]),
-                   rival.target[map_size > 512 ? 1 : 0]);
-  }
-}
-
-void race_embree(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
-  const TriangleMesh& mesh = bundles.skinned_mesh(6).mesh;
-  EmbreeFrames embree(mesh);
-  Rgb8Image traced;
-  race(bench, bundles, size, {"Embree refit + trace", {5, 5}, [&](const View& view) {
-                                embree.draw(mesh.vertices, view, traced);
-                              }});
-}
-
-#ifdef ORGANBAKE_HAS_EGL
-void race_llvmpipe(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
-  struct Way {
-    std::string name;
-    int subdivisions, samples;
-    std::array<double, 2> target;
-  };
-  const std::vector<Way> ways = {{"81,920 faces", 6, 1, {5, 2.5}},
-                                 {"81,920 faces, 4 samples a pixel", 6, 4, {0, 0}},
-                                 {"1,310,720 faces", 8, 1, {0, 0}}};
-  for (const Way& way : ways) {
-    if (bench.quick() && way.target[0] == 0) continue;
-    const SkinnedMesh& skinned = bundles.skinned_mesh(way.subdivisions);
-    SoftwareGl gl(skinned, size.width, size.height, way.samples);
-    race(bench, bundles, size,
-         {gl.renderer() + ", textured, uploaded each frame, " + way.name, way.target,
-          [&](const View& view) { gl.draw(skinned.mesh.vertices, view); }});
+                       std::to_string(map_size) + "²: " + gl.renderer() + ", " +
+                       std::to_string(skinned.mesh.faces.size()) + " faces / organplay",
+                   "×", ms_of(timings[1]) / ms_of(timings[0]), map_size > 512 ? 2 : 2.5);
   }
 }
 #endif
@@ -213,116 +176,59 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const FrameSize& size
                  gain(0) / gain(2), 0.8);
 }
 
+// What light costs where all skin moves: kept as it was baked, and from the scope on a wet liver.
+void promise_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
+  constexpr int kStill = 1000;  // times as many when nothing changes: one is too short to time
+  bench.now("skin lit anew");
+  const ThreadLimit one_thread(1);
+  Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
+  Material liver;
+  liver.tissue = Tissue::liver;
+  const Lighting wet = liver.lighting();
+  bundle.lighting->scope = wet.scope, bundle.lighting->finish = wet.finish;
+  bundle.lighting->gloss = wet.gloss;
+  Warper warper(bundle);
+  const View view = view_at(bundle, size, 0);
+  std::array<std::vector<Eigen::Vector3d>, 2> poses = {bundle.proxy.vertices,
+                                                       bundle.proxy.vertices};
+  for (Eigen::Vector3d& v : poses[1]) v *= 0.99;
+  Frame frame;
+  const auto moving = [&](DrawnLight light) {
+    return [&, light] {
+      DrawOptions options;
+      options.light = light;
+      for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
+    };
+  };
+  const auto timings = bench.time(
+      std::vector<std::function<void()>>{moving(DrawnLight::baked), moving(DrawnLight::scope), [&] {
+                                           for (int i = 0; i < kStill * kFrames; ++i)
+                                             warper.draw(poses[1], view, {}, frame);
+                                         }});
+  const std::string task = size.name() + ", one thread, all skin moves";
+  bench.point(task, "organplay, the light that was baked", of_one(timings[0], kFrames));
+  bench.point(task, "organplay, lit by the scope, wet", of_one(timings[1], kFrames));
+  bench.at_most(task + ": lit by the scope / the light that was baked", "×",
+                ms_of(timings[1]) / ms_of(timings[0]), 1.4);
+  bench.at_most(size.name() + ": an unchanged frame, CPU time", "ms", ms_of(timings[2]) / kStill,
+                0.05);
+}
+
 void promise_frames(Bench& bench) {
   PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
   const FrameSize hd{1280, 720, 7.5}, full_hd{1920, 1080, 14.5};
   compete(bench, bundles, hd);
   if (!bench.quick()) compete(bench, bundles, full_hd);
-  race_embree(bench, bundles, hd);
 #ifdef ORGANBAKE_HAS_EGL
   race_llvmpipe(bench, bundles, hd);
 #else
   bench.skip("Mesa's llvmpipe", "built without libegl-dev");
 #endif
   promise_threads(bench, bundles, hd);
+  promise_light(bench, bundles, hd);
 }
 
 const RegisteredPart kPlayerFrames("player", promise_frames);
-
-#ifdef ORGANBAKE_GRAPHICS
-struct GraphicsPlayers {
-  Player by_processor, by_graphics;
-  std::shared_ptr<OffscreenDrawing> graphics = std::make_shared<OffscreenDrawing>();
-
-  explicit GraphicsPlayers(const std::filesystem::path& bundle)
-      : by_processor(bundle), by_graphics(bundle) {
-    by_graphics.draw_by(graphics);
-  }
-};
-
-// Frames of an orbit, read back into memory as everybody's are.
-void promise_graphics_size(Bench& bench, GraphicsPlayers& players, const FrameSize& size) {
-  const std::string task = size.name() + ", drawn by " + players.graphics->device().name;
-  bench.now(task);
-  const auto draw = [&size](Player& player, Frame& frame, int i) {
-    player.draw(view_at(player.bundle(), size, i), {}, frame);
-  };
-  Frame by_processor, by_graphics;
-  double least_db = 100;
-  for (int i = 0; i < kFrames; ++i) {
-    draw(players.by_processor, by_processor, i);
-    draw(players.by_graphics, by_graphics, i);
-    least_db = std::min(least_db, compare_images(by_processor.color, by_graphics.color).psnr_db);
-  }
-  const auto timings = bench.time(std::vector<std::function<void()>>{[&] {
-    for (int i = 0; i < kFrames; ++i) draw(players.by_graphics, by_graphics, i);
-  }});
-  bench.at_least(task + ": least agreement with the processor", "dB", least_db,
-                 GraphicsDrawing::kLeastAgreement_db);
-  bench.at_most(task + ": a frame, read back", "ms", timings[0].wall_ms.median / kFrames,
-                size.target_ms);
-}
-
-// Both against 16 rays a pixel, over the orbit: how much more wrong graphics hardware's pictures
-// are.
-void promise_graphics_truth(Bench& bench, GraphicsPlayers& players,
-                            const std::filesystem::path& bundle) {
-  const FrameSize size{640, 360};
-  const std::string task =
-      size.name() + " against 16 rays a pixel, by " + players.graphics->device().name;
-  bench.now(task);
-  const TriangleMesh surface = BundleReader(bundle).read_surface();
-  const CarriedSurface carried(surface, players.by_processor.bundle().shell());
-  double most_db = -100;
-  Frame by_processor, by_graphics;
-  for (int i = 0; i < kFrames; ++i) {
-    const View view = view_at(players.by_processor.bundle(), size, i);
-    const TruthFrame truth = carried.draw(surface.vertices, view, DrawOptions().background);
-    const auto draw = [&](Player& player, Frame& frame) {
-      player.draw(view, {}, frame);
-      return compare_images(frame.color, truth.color, truth.covered).psnr_db;
-    };
-    most_db = std::max(
-        most_db, draw(players.by_processor, by_processor) - draw(players.by_graphics, by_graphics));
-  }
-  bench.at_most(task + ": below the processor's, most", "dB", most_db, 0.5);
-}
-
-// All cameras' samples in the hardware's memory, and what they are drawn with.
-void promise_graphics_memory(Bench& bench, GraphicsPlayers& players, int map_size) {
-  const std::size_t cameras = players.by_graphics.bundle().cameras.cameras.size();
-  Frame frame;
-  for (const auto& camera : players.by_graphics.bundle().cameras.cameras) {
-    View view;
-    view.camera = camera;
-    view.camera.intrinsics = scaled_lens(camera.intrinsics, 64, 64);
-    players.by_graphics.draw(view, {}, frame);
-  }
-  constexpr double kMb = 1e6, kMostMb_per_texel = 160.0 / (8 * 1024 * 1024);
-  bench.at_most("tables of " + std::to_string(cameras) + " cameras of " + std::to_string(map_size) +
-                    "² in graphics hardware's memory",
-                "MB", double(players.graphics->table_bytes()) / kMb,
-                kMostMb_per_texel * double(cameras) * map_size * map_size);
-}
-
-void promise_graphics(Bench& bench) {
-  try {
-    PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
-    const auto bundle = bundles.folder({80, "fitted", bundles.map_size()});
-    GraphicsPlayers players(bundle);
-    promise_graphics_truth(bench, players, bundle);
-    promise_graphics_memory(bench, players, bundles.map_size());
-    if (players.graphics->device().software)
-      return promise_graphics_size(bench, players, {640, 360, 0});
-    for (const FrameSize& size : {FrameSize{1280, 720, 4}, {1920, 1080, 6}, {3840, 2160, 14}})
-      promise_graphics_size(bench, players, size);
-  } catch (const UsageError& error) {
-    bench.skip("frames by graphics hardware", error.what());
-  }
-}
-
-const RegisteredPart kPlayerGraphics("player", promise_graphics);
-#endif
 
 }  // namespace
 }  // namespace organbake

@@ -132,14 +132,10 @@ void promise_tracking(Bench& bench, const LampPhoto& scene) {
 
 void run_registration(Bench& bench) {
   const LampPhoto scene(bench.quick() ? 256 : 1024);
-  if (bench.wants("time")) {
-    sweep_pyramid(bench, scene);
-    if (!bench.quick()) promise_time(bench, scene);  // it is promised of the whole photograph
-  }
-  if (bench.wants("open patches"))
-    promise_seconds(bench, "an open patch from 10 mm / 10°: time", 2, scene.patch(),
-                    scene.photo(3));
-  if (bench.wants("tracking")) promise_tracking(bench, scene);
+  sweep_pyramid(bench, scene);
+  if (!bench.quick()) promise_time(bench, scene);  // it is promised of the whole photograph
+  promise_seconds(bench, "an open patch from 10 mm / 10°: time", 2, scene.patch(), scene.photo(3));
+  promise_tracking(bench, scene);
 }
 
 const RegisteredPart kRegistration("registration", run_registration,

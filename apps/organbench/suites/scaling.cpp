@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <memory>
-#include <thread>
 
 #include "bench.h"
 #include "measuring/scenes.h"
@@ -66,17 +65,6 @@ void measure(Bench& bench, const Growth& growth) {
             to_text(exponent_of(sizes, fill), 3) + ")";
   }
   bench.at_most(what, "", exponent_of(sizes, times), 1.1);
-}
-
-void measure_threads(Bench& bench, const std::string& stage, const std::function<void()>& work) {
-  const int most = std::max(1, int(std::thread::hardware_concurrency()));
-  for (int threads = 1; threads <= most; threads *= 2) {
-    const ThreadLimit limit(threads);
-    bench.now(stage + ", " + std::to_string(threads) + " threads");
-    const Timing timing = bench.time(work);
-    bench.point(stage + ", more threads", "organbake", timing, {},
-                {{"threads", "", double(threads)}});
-  }
 }
 
 // How much faster than one eight threads can be at least, counted whatever this machine has: stage
@@ -231,20 +219,11 @@ void run_scaling(Bench& bench) {
   path.add("place, 12 cameras", [&] { place_cameras(surface, twelve); });
   path.add("capture, 12 cameras", capture_work(surface, proxy, twelve));
   path.tell_bake();
-
-  if (!quick) measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
-  measure_threads(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
-  measure_threads(bench, "capture", capture_work(surface, proxy, even_cameras(4, map_size)));
-  const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, 1280, 720);
-  measure_threads(bench, "frame of 720p", [&] {
-    Frame frame;
-    player.draw(view, {}, frame);
-  });
 }
 
 const RegisteredPart kScaling(
     "scaling", run_scaling,
-    "time against work: the exponent of every stage's main size, and threads");
+    "time against work: the exponent of every stage's main size, and the bake's longest chain");
 
 }  // namespace
 }  // namespace organbake

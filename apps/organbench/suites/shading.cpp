@@ -7,45 +7,13 @@
 #include "measuring/agreement.h"
 #include "measuring/scenes.h"
 #include "organbake/core/text.h"
-#include "organbake/image/srgb.h"
 #include "organbake/phantom/known_answers.h"
-#include "organbake/player/contact_sheet.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/laparoscope.h"
-#include "report/report.h"
 
 namespace organbake {
 namespace {
-
-// What ours makes of the scene on which it was most wrong.
-struct WorstScene {
-  double error = -1;
-  std::string task;
-  NearScene scene;
-  Plane log_range;
-};
-
-void show_worst_scene(Bench& bench, const WorstScene& worst) {
-  constexpr double kWhite_percent = 5;
-  const std::size_t count = worst.log_range.size();
-  double shift = 0;  // one scale is fitted
-  for (std::size_t k = 0; k < count; ++k)
-    shift += (worst.scene.log_range.values[k] - worst.log_range.values[k]) / double(count);
-  std::vector<double> percent;
-  Rgb8Image photo(worst.scene.intensity.width, worst.scene.intensity.height);
-  for (std::size_t k = 0; k < count; ++k) {
-    percent.push_back(100 * std::abs(std::exp(worst.log_range.values[k] + shift -
-                                              worst.scene.log_range.values[k]) -
-                                     1));
-    std::fill_n(&photo.pixels[3 * k], 3, srgb8_from_linear(worst.scene.intensity.values[k]));
-  }
-  bench.show(tile_pictures({photo, heat_map(percent, photo.width, kWhite_percent)}, 2, 2),
-             "The worst: " + worst.task +
-                 ", as the camera sees it, and the error of its depth. "
-                 "Black is none, white " +
-                 to_text(kWhite_percent) + " % or more.");
-}
 
 constexpr const char* kRangeError = "relative depth error, mean, one scale fitted";
 
@@ -72,23 +40,18 @@ NearScene noisy_scene(double amplitude, int size, double noise, std::uint64_t se
   return scene;
 }
 
-RangeEstimate estimated(const NearScene& scene, const LaparoscopeOptions& options = {},
-                        const RangeEstimate* previous = nullptr, double range_mm = 0) {
+RangeEstimate estimated(const NearScene& scene, const RangeEstimate* previous = nullptr) {
   const Mask inside(scene.camera.width, scene.camera.height, 1);
-  return shade_laparoscope(scene.intensity, inside, scene.camera, options, previous, range_mm);
-}
-
-Plane shaded(const NearScene& scene, const LaparoscopeOptions& options = {}, double range_mm = 0) {
-  return estimated(scene, options, nullptr, range_mm).log_range;
+  return shade_laparoscope(scene.intensity, inside, scene.camera, {}, previous);
 }
 
 // The same surface seen by every method; the error of ours.
-double near_case(Bench& bench, double amplitude, int size, double noise, WorstScene& worst) {
+double near_case(Bench& bench, double amplitude, int size, double noise) {
   const NearScene scene = noisy_scene(amplitude, size, noise, 1);
   const std::string task =
       "laparoscope light, A = " + to_text(amplitude) +
       (noise > 0 ? ", 8 bit + " + to_text(100 * noise) + " % noise" : ", clean");
-  const Timing timing = bench.time([&] { shaded(scene); });
+  const Timing timing = bench.time([&] { estimated(scene); });
   const Quantities knobs = {{"side", "px", double(size)}};
   const auto add = [&](const char* subject, bool peer, const Timing& taken, const Plane& v) {
     const double error = range_error_percent(v, scene.log_range);
@@ -97,15 +60,11 @@ double near_case(Bench& bench, double amplitude, int size, double noise, WorstSc
   };
   add("flat plane", true, {}, flat_log_range(scene.camera));
   add("brightness as range", true, {}, brightness_log_range(scene.intensity));
-  const Plane ours = shaded(scene);
-  const double error = add("organbake", false, timing, ours);
-  if (error > worst.error) worst = {error, task, scene, ours};
-  return error;
+  return add("organbake", false, timing, estimated(scene).log_range);
 }
 
 void near_light(Bench& bench) {
   const std::vector<int> sizes = bench.quick() ? std::vector{128} : std::vector{128, 256, 512};
-  WorstScene worst_scene;
   const auto amplitudes = bench.quick() ? std::vector{0.25, 1.0} : std::vector{0.25, 0.5, 1.0};
   for (const auto& [noise, target] :
        {std::pair{0.0, 0.25}, std::pair{0.01, 0.5}, std::pair{0.03, 1.0}}) {
@@ -114,7 +73,7 @@ void near_light(Bench& bench) {
     for (double amplitude : amplitudes)
       for (int size : sizes) {
         bench.now("laparoscope light, noise " + to_text(noise));
-        const double error = near_case(bench, amplitude, size, noise, worst_scene);
+        const double error = near_case(bench, amplitude, size, noise);
         sum += error;
         worst = std::max(worst, error);
         ++count;
@@ -124,7 +83,6 @@ void near_light(Bench& bench) {
                   target);
     bench.at_most("laparoscope light, " + what + ": the worst case", "%", worst, target);
   }
-  show_worst_scene(bench, worst_scene);
 }
 
 void near_light_times(Bench& bench) {
@@ -134,7 +92,7 @@ void near_light_times(Bench& bench) {
   const NearScene first = noisy_scene(0.5, 512, 0.01, 1), second = noisy_scene(0.52, 512, 0.01, 2);
   const RangeEstimate previous = estimated(first);
   const auto timings = bench.time(std::vector<std::function<void()>>{
-      [&] { shaded(second); }, [&] { estimated(second, {}, &previous); }});
+      [&] { estimated(second); }, [&] { estimated(second, &previous); }});
   bench.at_most("512² frame, one thread, cold: CPU", "ms", timings[0].cpu_ms.median, 250);
   bench.at_most("512² frame, one thread, from the previous frame: CPU", "ms",
                 timings[1].cpu_ms.median, 80);

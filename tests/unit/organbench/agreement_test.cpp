@@ -7,11 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "organbake/core/error.h"
-#include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "organbake/core/temporary_files.h"
-#include "peers/peers.h"
 
 namespace organbake {
 namespace {
@@ -105,40 +101,30 @@ CameraSet moved(const CameraSet& set, double scale, const Eigen::Matrix3d& turn,
 const Eigen::Matrix3d kTurn =
     Eigen::AngleAxisd(1.1, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
 
-TEST(PathAlignment, ASimilarityIsFoundAgain) {
-  const std::vector<Vector3d> points = {{0, 0, 0}, {3, 0, 1}, {0, 2, 5}, {1, 1, 1}, {-4, 2, 0}};
-  std::vector<Vector3d> partners;
-  for (const Vector3d& p : points) partners.push_back(0.3 * (kTurn * p) + Vector3d(5, -6, 7));
-  const SimilarityTransform found = aligning_similarity(points, partners);
-  EXPECT_NEAR(found.scale, 0.3, 1e-12);
-  EXPECT_LT((found.rotation - kTurn).norm(), 1e-12);
-  EXPECT_LT((found * points[1] - partners[1]).norm(), 1e-12);
-}
-
 TEST(PathAlignment, TheSamePathInAnotherWorldHasNoError) {
   const CameraSet truth = helix(30);
   const auto error = path_error(moved(truth, 0.1, kTurn, {1, 2, 3}), truth);
   ASSERT_TRUE(error);
   EXPECT_EQ(error->frames, 30u);
   EXPECT_LT(error->rms_percent, 1e-9);
-  EXPECT_LT(error->turn_deg, 1e-5);
-  EXPECT_NEAR(error->truth_from_found.scale, 10, 1e-9);
+  EXPECT_NEAR(error->scale, 10, 1e-9);
 }
 
 // Every other centre is off by 1 % of the extent to one side and the rest to the other: the
 // alignment cannot take that up.
 TEST(PathAlignment, TheErrorIsAShareOfTheExtent) {
   const CameraSet truth = helix(40);
-  const double extent = path_error(truth, truth)->extent_mm;
+  double extent = 0;
+  for (const PosedCamera& a : truth.cameras)
+    for (const PosedCamera& b : truth.cameras)
+      extent = std::max(extent, (a.center_world_mm() - b.center_world_mm()).norm());
   CameraSet found = truth;
   for (std::size_t i = 0; i < found.cameras.size(); ++i) {
     RigidTransform& pose = found.cameras[i].camera_from_world;
     const Vector3d off(0, 0, (i % 2 ? 0.01 : -0.01) * extent);
     pose.translation -= pose.rotation * off;
   }
-  const auto error = path_error(found, truth);
-  EXPECT_NEAR(error->rms_percent, 1, 0.02);
-  EXPECT_NEAR(error->largest_percent, 1, 0.1);
+  EXPECT_NEAR(path_error(found, truth)->rms_percent, 1, 0.02);
 }
 
 TEST(PathAlignment, FramesAreMatchedByTheirNumbers) {
@@ -154,57 +140,6 @@ TEST(PathAlignment, FramesAreMatchedByTheirNumbers) {
   EXPECT_EQ(path_error(part, truth)->frames, 9u);
   part.cameras.resize(3);
   EXPECT_FALSE(path_error(part, truth));
-}
-
-TEST(PathAlignment, BetweenFramesThePathGoesStraightOn) {
-  CameraSet truth = helix(11), sparse = truth;
-  sparse.cameras = {truth.cameras[2], truth.cameras[6]};
-  const auto middle = camera_at_frame(sparse, 4);
-  ASSERT_TRUE(middle);
-  EXPECT_LT((middle->center_world_mm() - truth.cameras[4].center_world_mm()).norm(), 0.5);
-  EXPECT_TRUE(is_rotation(middle->camera_from_world.rotation, 1e-9));
-  EXPECT_EQ(camera_at_frame(sparse, 6)->center_world_mm(), truth.cameras[6].center_world_mm());
-  EXPECT_FALSE(camera_at_frame(sparse, 1));
-  EXPECT_FALSE(camera_at_frame(sparse, 7));
-}
-
-// Three cameras side by side, a unit apart, looking along z.
-constexpr const char* kCameras = "1 PINHOLE 100 100 50 50 50 50\n";
-constexpr const char* kImages =
-    "# comment\n"
-    "1 1 0 0 0 0 0 0 1 a_000000.png\n55.5 50 1\n"
-    "2 1 0 0 0 -1 0 0 1 a_000005.png\n50 50.5 1 49 50 2\n"
-    "7 1 0 0 0 -2 0 0 1 a_000010.png\n45 50 1\n";
-
-TEST(ColmapModel, PointsCarryTheirSightingsAndAngles) {
-  const TemporaryFolder folder;
-  write_file_atomically(folder.path() / "cameras.txt", std::string_view(kCameras));
-  write_file_atomically(folder.path() / "images.txt", std::string_view(kImages));
-  write_file_atomically(folder.path() / "points3D.txt",
-                        std::string_view("# comment\n"
-                                         "1 1 0 10 200 100 90 0 1 0 2 0 7 0\n"
-                                         "2 0 0 50 200 100 90 0.9 2 1 2 0\n"
-                                         "3 1 0 1000 0 0 0 0.1 1 0 2 0 7 0\n"
-                                         "4 1 0 10 0 0 0 0.7\n"));
-  const std::vector<ModelPoint> points = read_model_points(folder.path());
-  ASSERT_EQ(points.size(), 4u);
-  EXPECT_EQ(points[0].sightings, 3u);
-  EXPECT_NEAR(points[0].largest_angle_deg, 11.421, 1e-3);  // 2 · atan(1/10)
-  EXPECT_NEAR(points[0].error_px, 1.0 / 3, 1e-12);         // half a pixel in two frames of three
-  EXPECT_EQ(points[1].sightings, 1u);                      // one frame sees it twice
-  EXPECT_EQ(points[3].error_px, 0.7);                      // without a track
-  const ModelQuality quality = quality_of(points);
-  EXPECT_EQ(quality.points, 1u);  // the others: one frame only; an angle of 0.1 degrees
-  EXPECT_NEAR(quality.reprojection_px, 1.0 / 3, 1e-12);
-}
-
-TEST(ColmapModel, WhatIsNoPointIsRefused) {
-  const TemporaryFolder folder;
-  write_file_atomically(folder.path() / "cameras.txt", std::string_view(kCameras));
-  write_file_atomically(folder.path() / "images.txt", std::string_view(kImages));
-  write_file_atomically(folder.path() / "points3D.txt", std::string_view("1 2 three\n"));
-  EXPECT_THROW(read_model_points(folder.path()), BadDataError);
-  EXPECT_THROW(read_model_points(folder.path() / "none"), NoInputError);
 }
 
 }  // namespace
