@@ -53,15 +53,6 @@ Ground find_ground(const std::vector<float>& sorted) {
 
 }  // namespace
 
-Eigen::Vector3d DistantLight::toward() const {
-  return {std::cos(tilt_rad) * std::sin(slant_rad), std::sin(tilt_rad) * std::sin(slant_rad),
-          std::cos(slant_rad)};
-}
-
-double lambert(double p, double q, const Eigen::Vector3d& toward) {
-  return (p * toward.x() + q * toward.y() + toward.z()) / std::sqrt(1 + p * p + q * q);
-}
-
 LightEstimate estimate_light(const Plane& intensity, const Mask& inside) {
   LightEstimate estimate;
   std::vector<float> sorted;

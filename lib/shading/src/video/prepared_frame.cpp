@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/image/srgb.h"
@@ -276,20 +275,6 @@ Intrinsics half_size(Intrinsics camera) {
   camera.fy /= 2;
   camera.cx /= 2;
   camera.cy /= 2;
-  return camera;
-}
-
-Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
-  if (!(field_of_view_rad >= kNarrowestView_rad && field_of_view_rad <= kWidestView_rad))
-    throw UsageError("the field of view is " + to_text(field_of_view_rad) + " rad; it must be in " +
-                     to_text(kNarrowestView_rad) + "…" + to_text(kWidestView_rad) +
-                     " (70 degrees are 1.22 rad)");
-  Intrinsics camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = 0.5 * width / std::tan(0.5 * field_of_view_rad);
-  camera.cx = 0.5 * width;
-  camera.cy = 0.5 * height;
   return camera;
 }
 

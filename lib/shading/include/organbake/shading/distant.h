@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "organbake/shading/grid.h"
 
@@ -15,10 +16,16 @@ struct DistantLight {
   double slant_rad = 0;  // 0…π/2
 
   // (cos τ sin σ, sin τ sin σ, cos σ): the reflectance is (p, q, 1)·s / √(1+p²+q²).
-  Eigen::Vector3d toward() const;
+  Eigen::Vector3d toward() const {
+    return {std::cos(tilt_rad) * std::sin(slant_rad), std::sin(tilt_rad) * std::sin(slant_rad),
+            std::cos(slant_rad)};
+  }
 };
+
 // Reflectance of a slope, not clamped.
-double lambert(double p, double q, const Eigen::Vector3d& toward);
+inline double lambert(double p, double q, const Eigen::Vector3d& toward) {
+  return (p * toward.x() + q * toward.y() + toward.z()) / std::sqrt(1 + p * p + q * q);
+}
 
 struct TsaiShahOptions {
   DistantLight light;
