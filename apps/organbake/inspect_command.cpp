@@ -10,14 +10,12 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/dataset/dataset.h"
 #include "organbake/image/exr.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/truth/lens_picture.h"
 
 namespace organbake {
 namespace {
@@ -28,14 +26,12 @@ bool one_of(const std::string& text, std::initializer_list<const char*> choices)
   return std::find(choices.begin(), choices.end(), text) != choices.end();
 }
 
-// Volumes and meshes need their readers' libraries, so a module looks at them.
-StageReport inspect_in_module(const fs::path& path, const char* kind, const StageOptions& reading,
-                              Session& session) {
-  const RunContext context = session.context("inspect");
-  const Stage stage{.name = "inspect"};
+// What readers of their own libraries are for, a module looks at.
+StageReport inspect_in_module(const fs::path& path, const std::string& kind, const void* asked,
+                              const RunContext& context) {
   context.progress(0);
   const StageReport report =
-      run_in_module(stage, {reading.storage.get(), {}, {{kind, path}}, {}, context});
+      run_in_module(Stage{.name = "inspect"}, {asked, {}, {{kind, path}}, {}, context});
   context.progress(1);
   return report;
 }
@@ -123,10 +119,11 @@ std::string table(const StageReport& report) {
 
 StageReport inspect(const fs::path& path, const StageOptions& reading, Session& session) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
-  if (fs::is_directory(path)) {
-    return fs::exists(path / "manifest.json") ? inspect_bundle(path)
-                                              : inspect_in_module(path, "volume", reading, session);
-  }
+  const auto in_module = [&](const char* kind) {
+    return inspect_in_module(path, kind, reading.storage.get(), session.context("inspect"));
+  };
+  if (fs::is_directory(path))
+    return fs::exists(path / "manifest.json") ? inspect_bundle(path) : in_module("volume");
   const std::string ending = lower_ending(path);
   if (ending == ".exr") return inspect_exr(path);
   if (ending == ".json") return inspect_document(path);
@@ -136,7 +133,7 @@ StageReport inspect(const fs::path& path, const StageOptions& reading, Session& 
                      ": inspect takes a bundle, a volume, a mesh, an EXR map, a JSON document or a "
                      "recipe, no picture");
   }
-  return inspect_in_module(path, is_mesh_name(path) ? "mesh" : "volume", reading, session);
+  return in_module(is_mesh_name(path) ? "mesh" : "volume");
 }
 
 int run_inspect(const Arguments& arguments, Session& session) {
@@ -195,13 +192,14 @@ std::string verify_bundle(const fs::path& folder, Warnings& warnings) {
 
 // Beyond the schema: rotations are rotations, triangles name cameras that exist, ranges go upwards,
 // shards hold a clip.
-std::string verify_parsed(const Document& document) {
+std::string verify_parsed(const Document& document, const RunContext& context) {
   const std::string schema = schema_of(document);
   check_document(document, schema);
   const std::string text = document.json().dump();
   if (schema == "cameras") cameras_from_json(text, document.name());
-  if (schema == "dataset") dataset_spec_from_json(text, document.name());
-  if (schema == "scope-lens") scope_lens_from_json(text, document.name());
+  // What reads these belongs to the player, which the baker does without.
+  if (one_of(schema, {"dataset", "scope-lens"}))
+    inspect_in_module(document.name(), schema, &text, context);
   return schema;
 }
 
@@ -212,14 +210,14 @@ bool is_dataset(const Document& document) {
 }
 
 // A data set's spec, or else a recipe.
-std::string verify_yaml(const fs::path& file) {
+std::string verify_yaml(const fs::path& file, const RunContext& context) {
   const Document document = Document::parse_yaml(read_text_file(file), file.string());
-  if (is_dataset(document)) return verify_parsed(document);
+  if (is_dataset(document)) return verify_parsed(document, context);
   read_recipe(file, {});
   return "recipe";
 }
 
-std::string verify_document(const fs::path& file) {
+std::string verify_document(const fs::path& file, const RunContext& context) {
   const std::string text = read_text_file(file);
   // A document may have any name; what begins otherwise is something else.
   if (file.extension() != ".json" && first_letter(text) != '{') {
@@ -227,16 +225,16 @@ std::string verify_document(const fs::path& file) {
                      ": verify takes a bundle's folder, a JSON document, a recipe or a data set's "
                      "spec (.yaml)");
   }
-  return verify_parsed(Document::parse_json(text, file.string()));
+  return verify_parsed(Document::parse_json(text, file.string()), context);
 }
 
-std::string verify(const fs::path& path, Warnings& warnings) {
+std::string verify(const fs::path& path, Warnings& warnings, const RunContext& context) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path)) return verify_bundle(path, warnings);
   if (path.filename() == "manifest.json") return verify_bundle(path.parent_path(), warnings);
   const std::string ending = path.extension().string();
-  if (ending == ".yaml" || ending == ".yml") return verify_yaml(path);
-  return verify_document(path);
+  if (ending == ".yaml" || ending == ".yml") return verify_yaml(path, context);
+  return verify_document(path, context);
 }
 
 }  // namespace
@@ -250,7 +248,7 @@ int run_verify(const Arguments& arguments, Session& session) {
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake verify' needs a bundle or a document");
   Warnings warnings;
-  const std::string what = verify(words->front(), warnings);
+  const std::string what = verify(words->front(), warnings, session.context("verify"));
   for (const std::string& warning : warnings) session.terminal().log(LogLevel::warning, warning);
   session.print_result(
       words->front() + ": ok (" + what + ")",

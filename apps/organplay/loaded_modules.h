@@ -12,7 +12,7 @@
 namespace organbake {
 
 // A part of organplay that most runs have no use for, and that lies beside the program as
-// ../lib/organbake/<file>: the window, drawing by graphics hardware, the comparison, YAML.
+// ../lib/organbake/<file>: the window, drawing by graphics hardware, the comparison, data sets.
 struct LoadedModule {
   std::string file;
   std::string missing;  // where there is no such file
@@ -34,8 +34,7 @@ void warn_of_processor(const Command& command, const Player& player, const RunCo
 // Throws UsageError where it was not built or there is no display.
 void open_window(const Command& command, const RunContext& context);
 
-// Makes the data set of --dataset in the folder of -o. YAML is read by a module beside the program,
-// organplay_yaml.so; where that was not built, a spec has to be JSON.
+// Makes the data set of --dataset in the folder of -o, by a module.
 void run_dataset(const Command& command, const RunContext& context);
 
 }  // namespace organbake

@@ -232,14 +232,6 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return !way.empty() && *way.begin() != "..";
 }
 
-void check_apart_from_bundles(const fs::path& path, const Command& command) {
-  for (const fs::path& bundle : command.bundles) {
-    if (lies_in(path, bundle))
-      throw IoError::writing(path, "lies in the bundle " + bundle.string() +
-                                       ", which would be damaged; name another place");
-  }
-}
-
 // The next run would find it among the frames that it is to replace.
 void check_apart_from_frames(const Output& output, const Command& command) {
   const fs::path& frames = command.out_folder;
@@ -253,6 +245,14 @@ bool same(const fs::path& a, const fs::path& b) {
 }
 
 }  // namespace
+
+void check_apart_from_bundles(const fs::path& path, const Command& command) {
+  for (const fs::path& bundle : command.bundles) {
+    if (lies_in(path, bundle))
+      throw IoError::writing(path, "lies in the bundle " + bundle.string() +
+                                       ", which would be damaged; name another place");
+  }
+}
 
 void check_outputs(const Command& command) {
   std::vector<Output> outputs = {{"-o", command.frame_file, {".png"}},

@@ -80,6 +80,9 @@ class Results {
   Json object_ = Json::object();
 };
 
+// Throws IoError for a result that lies in one of the bundles.
+void check_apart_from_bundles(const std::filesystem::path& path, const Command& command);
+
 // Says before any work what would keep a result from being written at its end, and refuses results
 // that would overwrite what the command reads. Throws UsageError or IoError.
 void check_outputs(const Command& command);

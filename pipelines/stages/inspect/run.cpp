@@ -2,11 +2,13 @@
 #include <algorithm>
 
 #include "organbake/core/error.h"
+#include "organbake/dataset/dataset.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage.h"
+#include "organbake/truth/lens_picture.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"
@@ -125,9 +127,15 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
   report.add("other_files", listed.other_files);
 }
 
+// `organbake inspect` of a volume or mesh; of `verify` the text of what only the player reads,
+// which throws for what a schema cannot say.
 StageReport run(const StageCall& call) {
   StageReport report;
-  if (const auto* path = call.input("mesh")) {
+  if (const auto* path = call.input("dataset")) {
+    dataset_spec_from_json(call.options_as<std::string>(), path->string());
+  } else if (const auto* path = call.input("scope-lens")) {
+    scope_lens_from_json(call.options_as<std::string>(), path->string());
+  } else if (const auto* path = call.input("mesh")) {
     const auto asked = call.options_as<InspectStageOptions>();
     MeshFrame frame;
     const TriangleMesh mesh = read_mesh(*path, asked.frame, call.context, frame);
