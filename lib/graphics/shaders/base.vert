@@ -2,7 +2,6 @@
 // The base layer's lattice: triangle after triangle of face after face, as lib/warp's
 // drawing/base_drawing.cpp draws it.
 uniform highp usampler2D nodes;
-uniform highp sampler2D stretches;
 uniform bool cut;
 uniform float near_mm;
 uniform vec2 picture;
@@ -30,11 +29,10 @@ void main() {
     weight = max(weight, base_weight(one.y));
     if (k == corner) node = one, own = at[k];
   }
-  bool near = texelFetch(stretches, table_at(face), 0).r * 255.0 >= kNearSplat - 0.5;
-  weighs = near || weight > 0.0 ? 1 : 0;
+  Shell s = shell_of(face);
+  weighs = is_near(s) || weight > 0.0 ? 1 : 0;
   face_at = uint(face), place = vec3(0.0), sides = 1;
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-  Shell s = shell_of(face);
   if (weighs == 0 && !s.two_sided && !cut) return;
   sides = s.two_sided ? 2 : 1;
   float b1 = float(own.x) / float(steps), b2 = float(own.y) / float(steps);

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places one patch of samples, as lib/warp's placing/patch_frames.cpp and drawing/splat.cpp do:
-// what its samples land by is captured for splat.vert, and the face's largest splat drawn into the
-// table of faces, a point each.
+// what its samples land by is captured for splat.vert, and nothing drawn.
 uniform highp usampler2D samples;
 uniform int first_patch;
 uniform vec2 picture;  // its size
 uniform float near_mm;
-uniform vec2 face_table;  // its size
 
 out vec4 matrix0, matrix1, matrix2, matrix3, matrix4, matrix5, matrix6;
 out vec4 texel_per_pixel;  // offset by pixel: u_x, u_y, v_x, v_y
 out vec4 splat;            // depth by offset: z_u, z_v; columns and rows, 0: not drawn
-flat out float largest;
 
 // Pixels along one axis that a box of camera space can reach, grown by half a splat.
 vec2 interval(float center, float extent, float z0, float z1, float focal, float middle,
@@ -68,9 +65,8 @@ void main() {
               floor(clamp(y.y, 0.0, picture.y)) > floor(clamp(y.x, 0.0, picture.y));
   vec3 normal = cross(s_v, s_u);
   if (!s.two_sided && faces_away(center, extent, bend, normal, p.sine, p.cosine)) seen = false;
-  bool turned = !s.two_sided && dot(normal, center) > 0.0 && max(cells.x, cells.y) >= kNearSplat;
-  splat = vec4(kReach * s_u.z, kReach * s_v.z, seen && !turned ? cells : vec2(0.0));
-  largest = max(cells.x, cells.y) / 255.0;
+  bool left_to_base = !s.two_sided && dot(normal, center) > 0.0 && is_near(s);
+  splat = vec4(kReach * s_u.z, kReach * s_v.z, seen && !left_to_base ? cells : vec2(0.0));
 
   // The face's matrix for this patch: from its samples' coordinates instead of b1, b2 and h.
   vec3 f = e / kFullCoordinate;
@@ -81,8 +77,5 @@ void main() {
   matrix0 = vec4(c0, c1.x), matrix1 = vec4(c1.yz, c2.xy), matrix2 = vec4(c2.z, c3);
   matrix3 = vec4(c4, c5.x), matrix4 = vec4(c5.yz, c6.xy), matrix5 = vec4(c6.z, c7);
   matrix6 = vec4(c8, 0.0);
-
-  vec2 texel = vec2(float(p.face & (kTableColumns - 1)), float(p.face >> kTableBits)) + 0.5;
-  gl_Position = seen ? vec4(2.0 * texel / face_table - 1.0, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-  gl_PointSize = 1.0;
+  gl_Position = vec4(0.0);
 }

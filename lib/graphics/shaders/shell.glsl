@@ -4,6 +4,7 @@ uniform highp sampler2D shells;
 uniform mat3 rotation;  // of the view from the organ's frame
 uniform vec3 translation;
 uniform vec4 lens;  // fx, fy, cx, cy
+uniform float texel_mm;
 
 struct Shell {
   vec3 m[9];
@@ -25,6 +26,11 @@ Shell shell_of(int face) {
   s.m[8] = rotation * t[6].xyz;
   s.two_sided = t[6].w != 0.0;
   return s;
+}
+
+// Seen from near: placing/placing.h.
+bool is_near(Shell s) {
+  return s.m[0].z + min(0.0, min(s.m[1].z, s.m[2].z)) <= lens.x * texel_mm / kNearTexel;
 }
 
 // Pixels × depth, and depth.

@@ -127,21 +127,6 @@ void Targets::resize(int new_width, int new_height) {
   bind_targets(edge_picture, edges, nullptr);
 }
 
-void Stretches::resize(int faces) {
-  const int rows = (faces + Table::kColumns - 1) / Table::kColumns;
-  if (rows == rows_) return;
-  rows_ = rows;
-  color_.resize(Table::kColumns, rows_);
-  bind_targets(framebuffer_, color_, nullptr);
-}
-
-void Stretches::begin() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-  glViewport(0, 0, Table::kColumns, rows_);
-  constexpr std::array<float, 4> kNone = {0, 0, 0, 0};
-  glClearBufferfv(GL_COLOR, 0, kNone.data());
-}
-
 namespace {
 
 constexpr const char* kDesktop = "#version 330 core\n";

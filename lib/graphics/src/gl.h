@@ -151,20 +151,6 @@ struct Targets {
   void resize(int new_width, int new_height);
 };
 
-// The largest splat of each face, as a table.
-class Stretches {
- public:
-  void resize(int faces);
-  int rows() const { return rows_; }
-  void begin() const;  // binds it, empty
-  unsigned table() const { return color_.texture(); }
-
- private:
-  Target color_{Target::Kind::color};
-  FramebufferName framebuffer_;
-  int rows_ = 0;
-};
-
 // The words that desktop OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 share, but for how a text begins.
 enum class ShaderDialect : std::uint8_t { desktop, embedded };  // embedded: WebGL's, too
 

@@ -233,18 +233,14 @@ void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
   program.set("lens", lens_of(k));
   program.set("picture", Eigen::Vector2f(float(k.width), float(k.height)));
   program.set("near_mm", static_cast<float>(view.near_mm));
+  program.set("texel_mm", static_cast<float>(organ.texel_mm));
   organ.tables->bind_shell(program);
 }
 
 void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
-  stretches_.resize(organ.tables->faces());
-  stretches_.begin();
-  glDisable(GL_DEPTH_TEST);
-  glEnable(GL_BLEND);
-  glBlendEquation(GL_MAX);
   place_.use();
   set_view(place_, organ, view);
-  place_.set("face_table", Eigen::Vector2f(float(Table::kColumns), float(stretches_.rows())));
+  glEnable(GL_RASTERIZER_DISCARD);
   for (int l = 0; l < organ.layer_count; ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
     if (samples.patches == 0) continue;
@@ -259,9 +255,7 @@ void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
   }
   glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
   glBindVertexArray(nothing_.name());
-  glBlendEquation(GL_FUNC_ADD);
-  glDisable(GL_BLEND);
-  glEnable(GL_DEPTH_TEST);
+  glDisable(GL_RASTERIZER_DISCARD);
 }
 
 void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest) {
@@ -308,7 +302,6 @@ void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   set_view(base_, organ, view);
   set_active(base_, organ);
   organ.tables->bind_nodes(base_);
-  base_.set_texture("stretches", GL_TEXTURE_2D, stretches_.table());
   base_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
   base_.set("layers", organ.layer_count);
   base_.set("cut", int(!organ.source.parted.empty()));

@@ -200,7 +200,6 @@ class OrganPasses {
   VertexArrayName nothing_;  // for what is drawn by its vertices' numbers
   std::array<PlacedPatches, Targets::kLayers> placed_;
   Targets targets_;
-  Stretches stretches_;
   SkinLightUniforms skin_light_;
   std::vector<OrganTables> tables_;
   std::vector<PlacedOrgan> organs_;

@@ -37,7 +37,7 @@ std::vector<ShaderConstant> shader_constants() {
   std::vector<ShaderConstant> all = {{"kReach", kReach},
                                      {"kTieTexels", kTieTexels},
                                      {"kMostSplat", kMostSplat},
-                                     {"kNearSplat", kNearSplat},
+                                     {"kNearTexel", kNearTexel_px},
                                      {"kFullCoordinate", kFullCoordinate},
                                      {"kBaseWeight", kBaseWeight},
                                      {"kSeenEnough", kSeenEnough},

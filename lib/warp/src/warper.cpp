@@ -89,10 +89,8 @@ struct Warper::Impl {
  private:
   Bundle without_maps() const;
   ViewWeights choose_cameras(const View& view);
-  void place_faces(const View& view, const DrawOptions& options, bool continued);
+  void place_faces(const View& view, const DrawOptions& options, float texel_mm, bool continued);
   VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
-  void place_base(const View& view, const TileGrid& grid, const DrawReport& report,
-                  VisibilitySummary& visibility);
   double meter_light(const View& view, const DrawOptions& options) const;
   void light_faces(const View& view, const DrawOptions& options, double reference_mm,
                    const VisibilitySummary& visibility);
@@ -194,12 +192,15 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   report.weights = choose_cameras(view);
   report.texel_mm = active.texel_mm();
   if (continued) post_process.undo(background, frame);
-  place_faces(view, options, continued);
+  place_faces(view, options, report.texel_mm, continued);
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  parallel_both([&] { place_base(view, grid, report, visibility); },
-                [&] { reference_mm = meter_light(view, options); });
+  parallel_both(
+      [&] {
+        base.place(faces, !parted.empty(), report.weights, view, grid, dirty_cells, visibility);
+      },
+      [&] { reference_mm = meter_light(view, options); });
   light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
@@ -219,9 +220,10 @@ ViewWeights Warper::Impl::choose_cameras(const View& view) {
   return weights;
 }
 
-void Warper::Impl::place_faces(const View& view, const DrawOptions& options, bool continued) {
+void Warper::Impl::place_faces(const View& view, const DrawOptions& options, float texel_mm,
+                               bool continued) {
   std::vector<std::uint8_t> turned;
-  parallel_both([&] { faces.place(shell, view, continued); },
+  parallel_both([&] { faces.place(shell, view, texel_mm, continued); },
                 [&] {
                   if (options.light != DrawnLight::baked) turned = relit->turn(shell);
                 });
@@ -233,17 +235,6 @@ VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& 
                                               DrawReport& report) {
   active.place(faces, view, grid, dirty_cells);
   return active.summarise(faces.size(), report);
-}
-
-// From near, samples that lie side by side may leave gaps, through which those of skin behind them
-// would show.
-void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report,
-                              VisibilitySummary& visibility) {
-  std::vector<std::uint8_t> may_have_gaps(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    may_have_gaps[f] =
-        visibility.near[f] ? BaseDrawing::kDrawnWhole : shell.two_sided(f) || !parted.empty();
-  base.place(faces, may_have_gaps, report.weights, view, grid, dirty_cells, visibility);
 }
 
 // The range of full exposure of the light at the scope.

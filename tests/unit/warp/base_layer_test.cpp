@@ -264,7 +264,7 @@ FaceFrame random_face(RandomStream& random, const View& view) {
                                random.uniform(-20, 150));
   }
   PlacedFaces faces;
-  faces.place(PosedShell(ShellSurface(mesh)), view, false);
+  faces.place(PosedShell(ShellSurface(mesh)), view, 1, false);
   FaceFrame face = faces[0];
   face.two_sided = random.below(4) == 0;
   if (random.below(2) == 0) bend(random, face);

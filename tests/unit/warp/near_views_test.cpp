@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -28,14 +29,14 @@ Vector3d any_direction(RandomStream& random) {
   return {std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z};
 }
 
-// An eye between 1 and 60 mm off the skin, as many near as far, that looks at it from above or
+// An eye between 0.5 and 100 mm off the skin, as many near as far, that looks at it from above or
 // along it.
 View near_view(const SyntheticOrgan& organ, RandomStream& random, double& away_mm) {
   const Vector3d out = any_direction(random);
   const Vector3d skin = organ.center + organ.radius(out) * out;
-  away_mm = std::pow(60, random.uniform(0, 1));
+  away_mm = 0.5 * std::pow(200, random.uniform(0, 1));
   const Vector3d eye = skin + away_mm * out;
-  const double slant = random.uniform(0, 85) * std::numbers::pi / 180;
+  const double slant = random.uniform(0, 88) * std::numbers::pi / 180;
   const Vector3d aside = out.unitOrthogonal().cross(out).normalized();
   View view;
   view.camera.camera_from_world =
@@ -48,59 +49,70 @@ struct Wrong {
   int inside = 0, background = 0, far_side = 0;
 };
 
-// Pixels well inside the organ's outline, by its formula, and what is wrong there.
+// Pixels well inside the organ's outline, by its formula, and what is wrong there: those round
+// which the skin runs on for as far as the player's may lie beside the formula's.
 Wrong wrong_pixels(const SyntheticOrgan& organ, const View& view, const Frame& frame) {
   const RigidTransform world_from_camera = view.camera.camera_from_world.inverse();
   const Vector3d eye = view.camera.center_world_mm();
   const Intrinsics& k = view.camera.intrinsics;
-  const auto depth_at = [&](int x, int y) {
+  const auto depth_at = [&](double x, double y) {
     const Vector3d ray((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
     return organ.trace(eye, world_from_camera.rotation * ray);
   };
-  constexpr int kRim =
-      3;  // pixels; the outline of the player's skin is the formula's to about 1 mm
+  constexpr double kSkin_mm = 1, kRim_px = 3;
+  constexpr double kBehind_mm = 6, kBehindShare = 0.5;  // along a grazing ray
   Wrong wrong;
-  for (int y = kRim; y + kRim < k.height; y += 3) {
-    for (int x = kRim; x + kRim < k.width; x += 3) {
+  for (int y = 0; y < k.height; y += 3) {
+    for (int x = 0; x < k.width; x += 3) {
       const double depth = depth_at(x, y);
-      bool inside = std::isfinite(depth) && depth > 2 * view.near_mm;
-      for (const int off : {-kRim, kRim})
-        inside =
-            inside && std::isfinite(depth_at(x + off, y)) && std::isfinite(depth_at(x, y + off));
+      if (!std::isfinite(depth) || depth < 2 * view.near_mm) continue;
+      const double behind = depth + kBehind_mm + kBehindShare * depth;
+      const double rim = std::max(kRim_px, kSkin_mm * k.fx / depth);
+      bool inside = true;
+      for (const double off : {-rim, rim})
+        inside = inside && depth_at(x + off, y) < behind && depth_at(x, y + off) < behind;
       if (!inside) continue;
       ++wrong.inside;
       const std::size_t at = std::size_t(y) * k.width + x;
       wrong.background += frame.cover[at] == Cover::background;
-      wrong.far_side += frame.cover[at] != Cover::background && frame.depth_mm[at] > 2 * depth + 20;
+      wrong.far_side += frame.cover[at] != Cover::background && frame.depth_mm[at] > behind;
     }
   }
   return wrong;
 }
 
+// Of a round organ and of a thin lobe, whose other side lies close behind. (All thousand of each
+// where ORGANBAKE_THOROUGH is set.)
 TEST(NearViews, ShowSkinWhereverTheOrganIs) {
-  SyntheticOptions options;
-  options.organ.lump_share = 0.05;
-  const Bundle bundle = make_synthetic_bundle(options);
-  Warper warper(bundle);
-  DrawOptions with_depth;
-  with_depth.keep_depth = true;
-  Wrong all;
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
-    RandomStream random(seed);
-    double away_mm = 0;
-    const View view = near_view(options.organ, random, away_mm);
-    Frame frame;
-    warper.draw(bundle.proxy.vertices, view, with_depth, frame);
-    const Wrong wrong = wrong_pixels(options.organ, view, frame);
-    if (wrong.background + wrong.far_side > 0)
-      std::printf("seed %d, %.1f mm off: of %d pixels %d show background, %d the far side\n",
-                  static_cast<int>(seed), away_mm, wrong.inside, wrong.background, wrong.far_side);
-    all.inside += wrong.inside;
-    all.background += wrong.background, all.far_side += wrong.far_side;
+  const std::uint64_t seeds = std::getenv("ORGANBAKE_THOROUGH") ? 1000 : 100;
+  SyntheticOptions round, thin;
+  round.organ.lump_share = 0.05;
+  thin.organ.half_axes_mm = {60, 14, 50};
+  thin.proxy_subdivisions = 2;
+  for (const SyntheticOptions& options : {round, thin}) {
+    const Bundle bundle = make_synthetic_bundle(options);
+    Warper warper(bundle);
+    DrawOptions with_depth;
+    with_depth.keep_depth = true;
+    Wrong all;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      RandomStream random(seed);
+      double away_mm = 0;
+      const View view = near_view(options.organ, random, away_mm);
+      Frame frame;
+      warper.draw(bundle.proxy.vertices, view, with_depth, frame);
+      const Wrong wrong = wrong_pixels(options.organ, view, frame);
+      if (wrong.background + wrong.far_side > 0)
+        std::printf("seed %d, %.1f mm off: of %d pixels %d show background, %d the far side\n",
+                    static_cast<int>(seed), away_mm, wrong.inside, wrong.background,
+                    wrong.far_side);
+      all.inside += wrong.inside;
+      all.background += wrong.background, all.far_side += wrong.far_side;
+    }
+    EXPECT_GT(all.inside, 300 * static_cast<int>(seeds));
+    EXPECT_EQ(all.background, 0);
+    EXPECT_EQ(all.far_side, 0);
   }
-  EXPECT_GT(all.inside, 200000);
-  EXPECT_EQ(all.background, 0);
-  EXPECT_EQ(all.far_side, 0);
 }
 
 // From within an organ that has no folds all of its skin faces away. Samples of it that were drawn
@@ -123,8 +135,8 @@ TEST(NearViews, ShowNoLooseTexelsFromWithin) {
     view.camera.intrinsics = {320, 240, kFocal_px, kFocal_px, 160, 120};
     Frame frame;
     const DrawReport report = warper.draw(bundle.proxy.vertices, view, with_depth, frame);
-    // There a texel covers twice kNearSplat, however it is turned.
-    const double near_mm = kFocal_px * report.texel_mm / (2 * kNearSplat);
+    constexpr double kLoose_px = 24;  // a texel of so many would be seen as one
+    const double near_mm = kFocal_px * report.texel_mm / kLoose_px;
     EXPECT_EQ(std::count_if(frame.depth_mm.begin(), frame.depth_mm.end(),
                             [&](float depth) { return depth < near_mm; }),
               0)
@@ -146,8 +158,8 @@ int differ_away_from(const Vector3d& point, const View& view, const Frame& a, co
   return differ;
 }
 
-// However near a poke brings its skin, elsewhere nothing is drawn in another way: not when texels
-// become so large that they would be seen as such, and not when the base layer is drawn beneath.
+// However near a poke brings its skin, elsewhere nothing is drawn in another way: the base layer is
+// drawn beneath the poke alone.
 TEST(NearViews, APokeThatComesNearChangesNothingElsewhere) {
   SyntheticOptions options;
   options.base_step_mm = 2;
@@ -162,25 +174,23 @@ TEST(NearViews, APokeThatComesNearChangesNothingElsewhere) {
       near.begin(), near.end(),
       [&](const auto& a, const auto& b) { return (a - eye).norm() < (b - eye).norm(); });
   nearest += 0.2 * (eye - nearest);
-  const Intrinsics lens = view.camera.intrinsics;
   DrawOptions by_scope;
   by_scope.light = DrawnLight::scope;
-  // Zooms at which the poke's largest texel comes to cover three pixels, and kNearSplat.
-  for (const auto& [zoom, least_px] :
-       {std::pair(1.925, 3.0), std::pair(10.3, double(kNearSplat))}) {
-    Intrinsics& k = view.camera.intrinsics = lens;
-    k.width = int(zoom * k.width), k.height = int(zoom * k.height);
-    k.fx *= zoom, k.fy *= zoom, k.cx *= zoom, k.cy *= zoom;
-    Warper warper(bundle);
-    Frame before, after, fresh;
-    EXPECT_LT(warper.draw(bundle.proxy.vertices, view, by_scope, before).largest_stretch_px,
-              least_px);
-    after = before;
-    EXPECT_GE(warper.draw(near, view, by_scope, after).largest_stretch_px, least_px);
-    EXPECT_EQ(differ_away_from(nearest, view, before, after), 0);
-    Warper(bundle).draw(near, view, by_scope, fresh);
-    EXPECT_EQ(after.color.pixels, fresh.color.pixels);
-  }
+  Warper warper(bundle);
+  Frame before, after, fresh;
+  const float texel_mm = warper.draw(bundle.proxy.vertices, view, by_scope, before).texel_mm;
+  // So that the poke's texels come to cover kNearTexel_px, and no other's do.
+  Intrinsics& k = view.camera.intrinsics;
+  const double zoom = 1.1 * kNearTexel_px * (nearest - eye).norm() / (k.fx * texel_mm);
+  k.width = int(zoom * k.width), k.height = int(zoom * k.height);
+  k.fx *= zoom, k.fy *= zoom, k.cx *= zoom, k.cy *= zoom;
+  const DrawReport at_rest = warper.draw(bundle.proxy.vertices, view, by_scope, before);
+  after = before;
+  warper.draw(near, view, by_scope, after);
+  EXPECT_EQ(differ_away_from(nearest, view, before, after), 0);
+  const DrawReport poked = Warper(bundle).draw(near, view, by_scope, fresh);
+  EXPECT_GT(poked.base_triangles, at_rest.base_triangles);
+  EXPECT_EQ(after.color.pixels, fresh.color.pixels);
 }
 
 TEST(ClippedTriangle, KeepsWhatLiesBehindTheNearPlane) {

@@ -42,7 +42,7 @@ struct Scene {
     for (int i = 0; i < 3; ++i)
       mesh.vertices.push_back(middle + Eigen::Vector3d(about(20), about(20), about(20)));
     PlacedFaces faces;
-    faces.place(PosedShell(ShellSurface(mesh)), view, false);
+    faces.place(PosedShell(ShellSurface(mesh)), view, 1, false);
     face = faces[0];
     face.two_sided = true;
     if (random.below(2) == 0) bend(random);

@@ -211,14 +211,14 @@ void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const 
     if (faces.moved(chosen.face)) cells.mark(chosen.box);
 }
 
-void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
-                        const ViewWeights& weights, const View& view, const TileGrid& grid,
-                        DirtyCells& cells, VisibilitySummary& visibility) {
+void BaseDrawing::place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
+                        const View& view, const TileGrid& grid, DirtyCells& cells,
+                        VisibilitySummary& visibility) {
   // The layer knows of the first 32 cameras; no other sees a node.
   for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
   weight_by_active_ = weight_table(weights);
   mark_moved(faces, cells);
-  choose(faces, may_have_gaps, view);
+  choose(faces, cut, view);
   mark_moved(faces, cells);
   for (const Chosen& chosen : chosen_) {
     visibility.box = united(visibility.box, chosen.box);
@@ -229,39 +229,38 @@ void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t
 }
 
 // Pieces of the blocks at once, their choices one after the other.
-void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
-                         const View& view) {
+void BaseDrawing::choose(const PlacedFaces& faces, bool cut, const View& view) {
   constexpr std::size_t kPiece = 256;
   placed_.resize(blocks_.size());
   is_placed_.resize(blocks_.size(), 0);
   std::vector<std::vector<Chosen>> pieces((blocks_.size() + kPiece - 1) / kPiece);
   parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
     const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
-    pieces[piece] = chosen_of(first, last, faces, may_have_gaps, view);
+    pieces[piece] = chosen_of(first, last, faces, cut, view);
   });
   chosen_.clear();
   for (const std::vector<Chosen>& piece : pieces)
     chosen_.insert(chosen_.end(), piece.begin(), piece.end());
 }
 
-std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(
-    std::size_t first, std::size_t last, const PlacedFaces& faces,
-    const std::vector<std::uint8_t>& may_have_gaps, const View& view) {
+std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(std::size_t first, std::size_t last,
+                                                        const PlacedFaces& faces, bool cut,
+                                                        const View& view) {
   std::vector<Chosen> chosen;
   for (std::size_t end = 0; first < last; first = end) {
     end = std::min<std::size_t>(last, first + kPatchBatch);
     bool placed = is_placed_[first] && !faces.any_moved(patches_, first, end);
     for (std::size_t b = first; b < end; ++b) {
       const std::uint32_t face = patches_.face(b);
-      const bool weighing = weighs(blocks_[b]), gaps = may_have_gaps[face] != 0;
+      const bool weighing = weighs(blocks_[b]), near = faces[face].near;
+      const bool gaps = near || cut || faces[face].two_sided;
       if (!weighing && !gaps) continue;
       if (!std::exchange(placed, true))
         place_patches(patches_, first, static_cast<int>(end - first), faces.all(), view,
                       &placed_[first]);
       const ChunkFrame& frame = placed_[b];
       if (frame.visibility == ChunkVisibility::drawn)
-        chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps,
-                          may_have_gaps[face] == kDrawnWhole});
+        chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps, near});
     }
     is_placed_[first] = placed;
   }

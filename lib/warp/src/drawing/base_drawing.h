@@ -124,23 +124,21 @@ struct BaseTile {
 };
 
 // Draws the parts of the base layer that a view needs: where it weighs because the active cameras
-// hardly see the skin, and, on faces that ask for it, the pixels that no sample reached. Whole
-// blocks of a face's lattice are passed over before any of their nodes is placed.
+// hardly see the skin, all of faces that are seen from near, and, on those between whose samples
+// gaps may open, the pixels that no sample reached. Whole blocks of a face's lattice are passed
+// over before any of their nodes is placed.
 class BaseDrawing {
  public:
   // rest: the proxy's shell matrices, undeformed, world.
   BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
 
-  static constexpr std::uint8_t kDrawnWhole = 2;
   bool empty() const { return blocks_.empty(); }
   const BaseLayer& layer() const { return layer_; }
-  // Chooses the blocks of one frame, and lists them by tile. may_have_gaps[f] ≠ 0 says that samples
-  // may leave face f open; kDrawnWhole, that what lies behind may show through where they do. Marks
-  // the pixels of moved faces' blocks, where they were and where they are, and adds all blocks to
-  // what is visible.
-  void place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
-             const ViewWeights& weights, const View& view, const TileGrid& grid, DirtyCells& cells,
-             VisibilitySummary& visibility);
+  // Chooses the blocks of one frame, and lists them by tile. cut: by blades, so that gaps may open
+  // on any face. Marks the pixels of moved faces' blocks, where they were and where they are, and
+  // adds all blocks to what is visible.
+  void place(const PlacedFaces& faces, bool cut, const ViewWeights& weights, const View& view,
+             const TileGrid& grid, DirtyCells& cells, VisibilitySummary& visibility);
   // A tile's chosen blocks by number, and whether one fills gaps.
   std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
   bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
@@ -175,10 +173,9 @@ class BaseDrawing {
   }
   float weight_of(std::uint32_t seen_by) const;
   bool weighs(const Block& block) const;
-  void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
-              const View& view);
+  void choose(const PlacedFaces& faces, bool cut, const View& view);
   std::vector<Chosen> chosen_of(std::size_t first, std::size_t last, const PlacedFaces& faces,
-                                const std::vector<std::uint8_t>& may_have_gaps, const View& view);
+                                bool cut, const View& view);
   void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;

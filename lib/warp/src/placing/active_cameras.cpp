@@ -134,9 +134,7 @@ namespace {
 // What of a chunk is drawn as samples. From near, or from within the organ, those that face away
 // would hang before what lies behind as loose texels; the base layer draws what of their faces does
 // not.
-PixelBox splatted(const ChunkFrame& chunk) {
-  return chunk.turned && chunk.is_near() ? PixelBox() : chunk.box;
-}
+PixelBox splatted(const ChunkFrame& chunk) { return chunk.left_to_base ? PixelBox() : chunk.box; }
 
 }  // namespace
 
@@ -203,18 +201,15 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
   for (std::size_t c = first; c < last;) {
     const std::uint32_t face = face_of(c);
     std::array<std::size_t, 3> samples{};
-    int face_px = 0;
     for (; c < chunks.size() && face_of(c) == face; ++c) {
       const ChunkFrame& chunk = camera.chunks[c];
       samples[static_cast<int>(chunk.visibility)] += chunks[c].count;
       if (chunk.visibility != ChunkVisibility::drawn) continue;
-      face_px = std::max({face_px, chunk.columns, chunk.rows});
+      counts.largest_px = std::max({counts.largest_px, chunk.columns, chunk.rows});
       box = united(box, chunk.box);
     }
     for (std::size_t fate = 0; fate < samples.size(); ++fate) counts.samples[fate] += samples[fate];
-    counts.largest_px = std::max(counts.largest_px, face_px);
     if (samples[0] > 0) flag(visibility.shown[face]);
-    if (face_px >= kNearSplat) flag(visibility.near[face]);
     const ChunkVisibility fate = samples[0] > 0   ? ChunkVisibility::drawn
                                  : samples[2] > 0 ? ChunkVisibility::outside_view
                                                   : ChunkVisibility::faces_away;
@@ -229,7 +224,6 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
 VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
   VisibilitySummary visibility;
   visibility.shown.assign(faces, 0);
-  visibility.near.assign(faces, 0);
   constexpr std::size_t kGrain = 2048;
   ChunkCounts counts;
   std::mutex mutex;

@@ -2,6 +2,7 @@
 // Where a view sees faces and the patches of samples on them, by whole vectors, with bounds that
 // hold all of a patch.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "organbake/core/parallel.h"
@@ -20,15 +21,21 @@ ShellColumns columns_of(const ShellMatrix& matrix) {
   return columns;
 }
 
+// Of a face's corners, which its relief is small beside.
+float nearest_corner_mm(const ShellColumns& metric) {
+  return metric(2, 0) + std::min({0.0f, metric(2, 1), metric(2, 2)});
+}
+
 }  // namespace
 
-void PlacedFaces::place(const PosedShell& shell, const View& view, bool continued) {
+void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_mm, bool continued) {
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
   Eigen::Matrix3d projection;
   projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   frames_.resize(shell.matrices().size());
   continued_ = continued;
+  const float near_mm = static_cast<float>(k.fx) * texel_mm / kNearTexel_px;
   moved_.resize(frames_.size());
   revisions_.resize(frames_.size());
   const auto place_face = [&](std::size_t f) {
@@ -41,6 +48,7 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, bool continue
     metric.col(0) += pose.translation;
     const ShellMatrix pixel = projection * metric;
     frames_[f].metric = columns_of(metric);
+    frames_[f].near = nearest_corner_mm(frames_[f].metric) <= near_mm;
     frames_[f].pixel = columns_of(pixel);
   };
   parallel_pieces(std::size_t{0}, frames_.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
@@ -269,9 +277,9 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
   }
 }
 
-ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
+ChunkFrame frame_at(const Batch& b, int i, const FaceFrame& face) {
   ChunkFrame out{};
-  if (b.away[i] && !two_sided) {
+  if (b.away[i] && !face.two_sided) {
     out.visibility = ChunkVisibility::faces_away;
     return out;
   }
@@ -280,7 +288,7 @@ ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
   out.columns = b.columns[i], out.rows = b.rows[i];
   out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
   out.uncut = b.uncut[i] != 0;
-  out.turned = b.turned[i] && !two_sided;
+  out.left_to_base = b.turned[i] && face.near && !face.two_sided;
   out.visibility = out.box.empty() ? ChunkVisibility::outside_view : ChunkVisibility::drawn;
   return out;
 }
@@ -299,8 +307,7 @@ void place_patches(const PatchTable& patches, std::size_t first, int count,
   }
   Batch batch;
   place(numbers, columns, count, Placing(view), batch);
-  for (int i = 0; i < count; ++i)
-    frames[i] = frame_at(batch, i, faces[patches.face(first + i)].two_sided);
+  for (int i = 0; i < count; ++i) frames[i] = frame_at(batch, i, faces[patches.face(first + i)]);
 }
 
 Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {

@@ -70,14 +70,21 @@ struct FaceFrame {
   ShellColumns pixel;      // pixel × depth, pixel × depth, depth
   bool bent = false;       // the last three columns are not zero
   bool two_sided = false;  // see PosedShell
+  bool near = false;       // see kNearTexel_px
 };
+
+// Pixels of a texel from which on a face is seen from near. Between samples that lie side by side
+// gaps open that are as wide as a texel, more than find_see_through() looks across, and skin behind
+// them would show: the base layer is drawn beneath all of such a face. A matter of the face's depth
+// alone, so that it holds where no sample of it lies in the view.
+inline constexpr float kNearTexel_px = 3;
 
 // All faces of the shell in one frame, and which of them moved since the last.
 class PlacedFaces {
  public:
   // continued: the last placing was of the same shell for the same view, and its frame is gone on
-  // with. Faces that stayed are not placed anew.
-  void place(const PosedShell& shell, const View& view, bool continued);
+  // with. Faces that stayed are not placed anew. texel_mm: of the cameras, on the surface.
+  void place(const PosedShell& shell, const View& view, float texel_mm, bool continued);
   // Faces that look otherwise although they stayed where they were: set in `changed`, by face.
   void add_moved(std::span<const std::uint8_t> changed);
 
@@ -117,20 +124,16 @@ struct ChunkFrame {
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
   ChunkVisibility visibility;
-  bool uncut;   // neither the view's border nor its near plane cuts it
-  bool turned;  // its middle faces away, even where not all of it does
+  bool uncut;  // neither the view's border nor its near plane cuts it
+  // Its face is seen from near, and its middle faces away: the base layer alone draws it.
+  bool left_to_base;
 
-  bool is_near() const;  // a texel covers kNearSplat pixels
   bool operator==(const ChunkFrame&) const = default;
 };
 
 // A texel is drawn over at most this many pixels along each axis; nearer still, the base layer
 // shows between the samples.
 inline constexpr int kMostSplat = 64;
-
-// Pixels of a texel along its longest side from which on its face counts as seen from near.
-inline constexpr int kNearSplat = 12;
-inline bool ChunkFrame::is_near() const { return std::max(columns, rows) >= kNearSplat; }
 
 // Where patches lie in a frame, whichever their faces are: `count` of them from `first` on, at most
 // kPatchBatch.
@@ -194,9 +197,8 @@ struct ActiveCamera {
 
 // What of the organ a frame shows.
 struct VisibilitySummary {
-  PixelBox box;  // of all pixels that may show some
-  // By face: whether any of it is drawn, and some of that seen from near (kNearSplat).
-  std::vector<std::uint8_t> shown, near;
+  PixelBox box;                     // of all pixels that may show some
+  std::vector<std::uint8_t> shown;  // by face: whether any of it is drawn
 };
 
 // The up to three cameras that the viewing manifold names for a view, their chunks placed, culled
