@@ -26,29 +26,14 @@ std::string_view flag(int count, char** arguments, std::string_view name) {
   return {};
 }
 
-// libFuzzer's dictionary: a quoted word a line.
-std::string dictionary(const Words& words) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::string_view word : words) {
-    text += '"';
-    for (const char c : word) {
-      const auto byte = static_cast<unsigned char>(c);
-      text += {'\\', 'x', kDigits[byte / 16], kDigits[byte % 16]};
-    }
-    text += "\"\n";
-  }
-  return text;
-}
-
 void prepare(const FuzzReader& reader, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "seeds");
   int number = 0;
-  Seeds seeds = reader.seeds();
-  if (reader.refused) append(reader.refused(), seeds);
-  for (const std::string& seed : seeds)
-    write_file_atomically(folder / "seeds" / ("seed" + std::to_string(number++)), seed);
-  write_file_atomically(folder / "words", dictionary(reader.words));
+  for (const Seeds& seeds : {seeds_of(reader), refused_seeds_of(reader)})
+    for (const std::string& seed : seeds)
+      write_file_atomically(folder / "seeds" / ("seed" + std::to_string(number++)), seed);
+  const std::filesystem::path words = dictionary_of(reader);
+  write_file_atomically(folder / "words", words.empty() ? "" : read_text_file(words));
 }
 
 void start(int count, char** arguments) {

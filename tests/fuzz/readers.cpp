@@ -8,18 +8,19 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string_view>
 
 #include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "support/places.h"
 
 namespace organbake {
 namespace {
 
 std::vector<FuzzReader> all_readers() {
   std::vector<FuzzReader> all;
-  for (const auto& some :
-       {volume_readers(), dicom_readers(), surface_readers(), picture_readers(), document_readers(),
-        camera_readers(), bundle_readers(), play_readers(), algorithm_targets()})
+  for (const auto& some : {file_readers(), bundle_readers(), algorithm_targets()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }
@@ -35,6 +36,63 @@ bool is_refusal(ExitCode code) {
 const std::vector<FuzzReader>& fuzz_readers() {
   static const std::vector<FuzzReader> readers = all_readers();
   return readers;
+}
+
+namespace {
+
+std::filesystem::path archive_of(const FuzzReader& reader) {
+  return in_clone("tests/fuzz/seeds") / (std::string(reader.name) + ".tar.gz");
+}
+
+Seeds archived(const FuzzReader& reader, std::string_view kind) {
+  Seeds seeds;
+  for (const auto& [name, bytes] : unpacked(archive_of(reader)))
+    if (name.starts_with(kind)) seeds.push_back(bytes);
+  return seeds;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> unpacked(const std::filesystem::path& archive) {
+  if (!std::filesystem::exists(archive)) return {};
+  const TemporaryFolder folder;
+  const std::string unpack =
+      "tar -xzf '" + archive.string() + "' -C '" + folder.path().string() + "'";
+  if (std::system(unpack.c_str()) != 0) throw BadDataError(archive, "cannot be unpacked");
+  std::map<std::string, std::string> files;
+  for (const std::filesystem::path& file : list_files(folder.path()))
+    files[file.string()] = read_text_file(folder.path() / file);
+  return files;
+}
+
+Seeds seeds_of(const FuzzReader& reader) {
+  return reader.made ? reader.made() : archived(reader, "seed");
+}
+
+Seeds refused_seeds_of(const FuzzReader& reader) { return archived(reader, "refused"); }
+
+std::filesystem::path dictionary_of(const FuzzReader& reader) {
+  if (!*reader.words) return {};
+  return in_clone("tests/fuzz/words") / (std::string(reader.words) + ".dict");
+}
+
+Words words_of(const FuzzReader& reader) {
+  Words words;
+  if (!*reader.words) return words;
+  std::istringstream lines(read_text_file(dictionary_of(reader)));
+  for (std::string line; std::getline(lines, line);) {
+    std::string& word = words.emplace_back();
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+      const bool escaped = line[i] == '\\';
+      if (escaped && line[i + 1] == 'x') {
+        word += static_cast<char>(std::stoi(line.substr(i + 2, 2), nullptr, 16));
+        i += 3;
+      } else {
+        word += line[i += escaped];
+      }
+    }
+  }
+  return words;
 }
 
 const FuzzReader& fuzz_reader(std::string_view name) {

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -44,11 +45,7 @@ inline constexpr std::string_view kPartMark = "\n<part>";
 std::string joined_parts(const std::vector<std::pair<std::size_t, std::string>>& files);
 
 using Seeds = std::vector<std::string>;
-using Words = std::vector<std::string_view>;
-
-inline void append(const Seeds& more, Seeds& seeds) {
-  seeds.insert(seeds.end(), more.begin(), more.end());
-}
+using Words = std::vector<std::string>;
 
 // One reader of the project as a user's file reaches it: any bytes at all are read, or refused with
 // one of the project's own errors (core/error.h). So are, by the algorithms, the meshes and options
@@ -56,29 +53,30 @@ inline void append(const Seeds& more, Seeds& seeds) {
 struct FuzzReader {
   const char* name;
   void (*read)(std::span<const std::byte> bytes, const InputFolder& folder);
-  Seeds (*seeds)();  // small sound inputs: what is made worse
-  Words words;       // of the format, for what puts inputs together
-  int mutations;     // how many damaged inputs the unit test makes: as many as a third of a second
-                     // takes
-  Seeds (*refused)() = nullptr;  // sound inputs of kinds that are not read
+  const char* words;  // of the format, for what puts inputs together: words/NAME.dict; "": none
+  int mutations;      // how many damaged inputs the unit test makes: as many as a third of a second
+                      // takes
+  Seeds (*made)() = nullptr;  // its seeds, where the format changes with the program
 };
+
+// Small sound inputs: what is made worse. Where none are made, the files seed… of
+// seeds/READER.tar.gz.
+Seeds seeds_of(const FuzzReader& reader);
+// Sound inputs of kinds that are not read: the files refused… there.
+Seeds refused_seeds_of(const FuzzReader& reader);
+// As libFuzzer has them in its dictionaries: a quoted word a line, \\, \" and \xAB in it.
+Words words_of(const FuzzReader& reader);
+// Nothing for a reader without words.
+std::filesystem::path dictionary_of(const FuzzReader& reader);
+
+// The files of a packed folder by their names; none where it is not there.
+std::map<std::string, std::string> unpacked(const std::filesystem::path& archive);
 
 // All of them, by kind of file.
 const std::vector<FuzzReader>& fuzz_readers();
-std::vector<FuzzReader> volume_readers();
-std::vector<FuzzReader> dicom_readers();
-std::vector<FuzzReader> surface_readers();
-std::vector<FuzzReader> picture_readers();
-std::vector<FuzzReader> document_readers();
-std::vector<FuzzReader> camera_readers();
+std::vector<FuzzReader> file_readers();
 std::vector<FuzzReader> bundle_readers();
-std::vector<FuzzReader> play_readers();
 std::vector<FuzzReader> algorithm_targets();
-
-// The files of a bundle of two cameras, as parts of one input (InputFolder::parts). Its manifest is
-// made anew each time: who changes a file on purpose seals it as well.
-extern const std::vector<std::string> kBundleFiles;
-Seeds bundle_seeds();
 
 // Throws UsageError naming those that there are.
 const FuzzReader& fuzz_reader(std::string_view name);
