@@ -16,7 +16,6 @@
 #include <valijson/validator.hpp>
 
 #include "embedded_files.h"
-#include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"

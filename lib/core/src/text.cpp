@@ -8,13 +8,18 @@
 #include <charconv>
 #include <cstdio>
 #include <cstdlib>
+#include <type_traits>
 
 namespace organbake {
 namespace {
 
 constexpr std::size_t kLongest = 400;  // of any double in either form we ask for
 
+}  // namespace
+
 #ifdef __cpp_lib_to_chars  // locale-free
+
+namespace {
 
 template <typename... Format>
 std::string written(double value, Format... format) {
@@ -23,18 +28,20 @@ std::string written(double value, Format... format) {
   return {buffer.data(), result.ptr};
 }
 
-std::string shortest(double value) { return written(value); }
-std::string fixed(double value, int digits) {
-  return written(value, std::chars_format::fixed, digits);
+}  // namespace
+
+std::string to_text(double value) { return written(value); }
+std::string to_text(double value, int digits_after_point) {
+  return written(value, std::chars_format::fixed, digits_after_point);
 }
-std::size_t number_at(std::string_view text, double& value) {
+std::size_t read_number(std::string_view text, double& value) {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
   return result.ec == std::errc() ? static_cast<std::size_t>(result.ptr - text.data()) : 0;
 }
 
 #else  // a standard library that has not got so far, on a system without locales
 
-std::string shortest(double value) {
+std::string to_text(double value) {
   std::array<char, kLongest> buffer{};
   constexpr int kEnough = 17;  // digits that tell any two doubles apart
   for (int digits = 1; digits <= kEnough; ++digits) {
@@ -43,12 +50,12 @@ std::string shortest(double value) {
   }
   return buffer.data();
 }
-std::string fixed(double value, int digits) {
+std::string to_text(double value, int digits_after_point) {
   std::array<char, kLongest> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*f", digits, value);
+  std::snprintf(buffer.data(), buffer.size(), "%.*f", digits_after_point, value);
   return buffer.data();
 }
-std::size_t number_at(std::string_view text, double& value) {
+std::size_t read_number(std::string_view text, double& value) {
   const std::string copy(text.substr(0, kLongest));  // ends with a zero
   char* end = nullptr;
   value = std::strtod(copy.c_str(), &end);
@@ -57,17 +64,27 @@ std::size_t number_at(std::string_view text, double& value) {
 
 #endif
 
-}  // namespace
-
-std::string to_text(double value) { return shortest(value); }
-std::string to_text(double value, int digits_after_point) {
-  return fixed(value, digits_after_point);
+template <class Number>
+std::optional<Number> number_in(std::string_view word) {
+  Number value{};
+  std::size_t length = 0;
+  if constexpr (std::is_floating_point_v<Number>) {
+    length = read_number(word, value);
+  } else {
+    const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (result.ec == std::errc()) length = static_cast<std::size_t>(result.ptr - word.data());
+  }
+  return length > 0 && length == word.size() ? std::optional(value) : std::nullopt;
 }
+template std::optional<int> number_in(std::string_view);
+template std::optional<long> number_in(std::string_view);
+template std::optional<long long> number_in(std::string_view);
+template std::optional<std::size_t> number_in(std::string_view);
+template std::optional<double> number_in(std::string_view);
+
 std::string percent(double share, int digits_after_point) {
   return to_text(100 * share, digits_after_point) + " %";
 }
-std::size_t read_number(std::string_view text, double& value) { return number_at(text, value); }
-
 std::string padded(std::size_t number, std::size_t digits) {
   const std::string text = std::to_string(number);
   return std::string(digits - std::min(digits, text.size()), '0') + text;
@@ -103,6 +120,13 @@ std::string trimmed(std::string_view text, std::string_view blanks) {
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == text.npos) return {};
   return std::string(text.substr(first, text.find_last_not_of(blanks) + 1 - first));
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  return lower;
 }
 
 char first_letter(std::string_view text) {

@@ -9,6 +9,7 @@
 
 #include "organbake/decimate/decimate.h"
 #include "organbake/decimate/mesh_defects.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "proxies.h"
 
@@ -90,21 +91,6 @@ void add_faces(const TriangleMesh& surface, const std::vector<std::uint32_t>& cl
     result.faces.push_back(f);
     if (!(face_area(result, result.faces.size() - 1) > 0)) result.faces.pop_back();
   }
-}
-
-void drop_unused_vertices(TriangleMesh& mesh) {
-  std::vector<std::uint32_t> renumbered(mesh.vertices.size(), 0xFFFFFFFFu);
-  std::vector<Eigen::Vector3d> used;
-  for (Face& face : mesh.faces) {
-    for (std::uint32_t& v : face) {
-      if (renumbered[v] == 0xFFFFFFFFu) {
-        renumbered[v] = static_cast<std::uint32_t>(used.size());
-        used.push_back(mesh.vertices[v]);
-      }
-      v = renumbered[v];
-    }
-  }
-  mesh.vertices = std::move(used);
 }
 
 }  // namespace

@@ -20,7 +20,6 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/raycast/ray_scene.h"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,6 @@
 #include "fitting.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"

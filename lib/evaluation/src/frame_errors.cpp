@@ -15,7 +15,7 @@
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/draw_options.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bundle's surface at rest for those who take it elsewhere: its base layer as one mesh, what its
 // maps show at a place of it, and points spread over it with the cameras that see them.
-#include "organbake/exchange/bundle_surface.h"
+#include "organbake/exchange/exchange.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

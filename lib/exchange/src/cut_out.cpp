@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a bundle's cameras see, freed from the ground: the maps' colours and depths, with the
 // outline of the base layer by 16 rays a pixel; out as pictures with alpha, masks and depths (PNG).
-#include "organbake/exchange/cut_out.h"
+#include "organbake/exchange/exchange.h"
 
 #include <algorithm>
 #include <array>

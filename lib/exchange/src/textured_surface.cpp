@@ -3,7 +3,7 @@
 // charts (charts.h), with one atlas of colours and normals. Texels ask the bundle's base layer for
 // its shape and the maps for what they show; the rest is filled from around, so that no filter
 // mixes in black.
-#include "organbake/exchange/bundle_surface.h"
+#include "organbake/exchange/exchange.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

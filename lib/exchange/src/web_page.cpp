@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One self-contained HTML page round a bundle: the player's module, shaders and texts as base64,
 // and the bundle as its pack (bundle/bundle_pack.h) by libdeflate.
-#include "organbake/exchange/web_page.h"
+#include "organbake/exchange/exchange.h"
 
 #include <libdeflate.h>
 #include <algorithm>
@@ -15,7 +15,6 @@
 
 #include "organbake/bundle/bundle_pack.h"
 #include "organbake/bundle/stored_maps.h"
-#include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"

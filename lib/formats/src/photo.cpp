@@ -21,7 +21,6 @@
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
-#include "picture_decoders.h"
 
 namespace organbake {
 namespace {
@@ -128,19 +127,11 @@ PictureKind kind_of(const std::filesystem::path& path) {
   return PictureKind::other;
 }
 
-void tag(const PictureTags& tags, StoredPicture& picture) {
-  picture.turn = tags.turn;
-  picture.pixel_aspect = tags.pixel_aspect;
-}
-
-}  // namespace
-
-Rgb8Image read_jpeg(const std::filesystem::path& path, std::size_t max_pixels) {
-  return parse_jpeg(read_file(path), path.string(), max_pixels);
-}
-
-Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name,
-                     std::size_t max_pixels) {
+// 8-bit RGB from a baseline or progressive JPEG (grey is spread over the channels). An Exif
+// orientation is not applied: intrinsics belong to the pixels as the sensor gave them. Throws
+// BadDataError for anything damaged, truncated, CMYK or too large.
+Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name) {
+  constexpr std::size_t kMostPixels = std::size_t{1} << 28;
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   const Decompressor decompressor(tjInitDecompress());
   if (!decompressor) throw std::bad_alloc();
@@ -152,9 +143,9 @@ Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name,
   if (colorspace == TJCS_CMYK || colorspace == TJCS_YCCK) {
     throw BadDataError(name + ": a CMYK JPEG; save it as RGB");
   }
-  if (static_cast<std::size_t>(width) * height > max_pixels) {
+  if (static_cast<std::size_t>(width) * height > kMostPixels) {
     throw BadDataError(name + ": " + std::to_string(width) + "×" + std::to_string(height) +
-                       " pixels are more than the limit of " + std::to_string(max_pixels));
+                       " pixels are more than the limit of " + std::to_string(kMostPixels));
   }
   // However it is coded, a block of 8 × 8 pixels takes a bit at least.
   constexpr std::size_t kMostPixelsPerByte = 512;
@@ -176,39 +167,41 @@ Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name,
   return image;
 }
 
-PictureTags jpeg_tags(std::span<const std::byte> file) {
+// Tells of a picture what its file says beside its pixels: Exif's orientation (Exif 2.32, tag
+// 0x0112) and the aspect of pixels, a JPEG's by JFIF's densities and a PNG's by pHYs. Tags that are
+// absent, damaged or senseless are not there; never throws.
+void read_jpeg_tags(std::span<const std::byte> file, StoredPicture& picture) {
   constexpr std::uint32_t kApp0 = 0xFFE0, kApp1 = 0xFFE1, kStartOfScan = 0xFFDA;
   constexpr std::size_t kExif = 6;
-  PictureTags tags;
   const Bytes jpeg(file);
   for (std::size_t at = 2; at + 4 <= jpeg.size();) {
     const std::uint32_t marker = jpeg.number(at, 2), length = jpeg.number(at + 2, 2);
     if (marker < 0xFF00 || marker == kStartOfScan || length < 2) break;
     if (marker == kApp0 && jpeg.holds(at + 4, std::string_view("JFIF\0", 5)))
-      tags.pixel_aspect = aspect_of(jpeg.number(at + 12, 2), jpeg.number(at + 14, 2));
+      picture.pixel_aspect = aspect_of(jpeg.number(at + 12, 2), jpeg.number(at + 14, 2));
     if (marker == kApp1 && jpeg.holds(at + 4, std::string_view("Exif\0\0", kExif)))
-      tags.turn = turn_of(jpeg.from(at + 4 + kExif, length - 2));
+      picture.turn = turn_of(jpeg.from(at + 4 + kExif, length - 2));
     at += 2 + length;
   }
-  return tags;
 }
 
-PictureTags png_tags(std::span<const std::byte> file) {
+void read_png_tags(std::span<const std::byte> file, StoredPicture& picture) {
   constexpr std::size_t kSignature = 8, kAroundData = 12;
-  PictureTags tags;
   const Bytes png(file);
   for (std::size_t at = kSignature; at + kAroundData <= png.size();) {
     const std::uint32_t length = png.number(at, 4);
     const std::size_t data = at + 8;
     if (png.holds(at + 4, "pHYs"))
-      tags.pixel_aspect = aspect_of(png.number(data, 4), png.number(data + 4, 4));
-    if (png.holds(at + 4, "eXIf")) tags.turn = turn_of(png.from(data, length));
+      picture.pixel_aspect = aspect_of(png.number(data, 4), png.number(data + 4, 4));
+    if (png.holds(at + 4, "eXIf")) picture.turn = turn_of(png.from(data, length));
     if (png.holds(at + 4, "IEND")) break;
     at += kAroundData + length;
   }
-  return tags;
 }
 
+// An EXR image as a picture: R, G, B or a grey Y, in linear light as the format has it; where there
+// is alpha, colours are freed from it. Its 8-bit copy is exposed so that the brightest of its
+// thousand parts does not clip, unless it already lies well in 0…1. Throws BadDataError.
 StoredPicture parse_exr_picture(std::span<const std::byte> bytes, const std::string& name) {
   const ChannelImage image = parse_exr(bytes, name);
   const auto channels = color_channels(image, name);
@@ -231,10 +224,12 @@ StoredPicture parse_exr_picture(std::span<const std::byte> bytes, const std::str
   return picture;
 }
 
+}  // namespace
+
 Rgb8Image read_photo(const std::filesystem::path& path) {
   const PictureKind kind = kind_of(path);
   if (kind == PictureKind::png) return read_png(path);
-  if (kind == PictureKind::jpeg) return read_jpeg(path);
+  if (kind == PictureKind::jpeg) return parse_jpeg(read_file(path), path.string());
   throw BadDataError(path, "is neither a PNG nor a JPEG image");
 }
 
@@ -244,10 +239,10 @@ StoredPicture read_picture(const std::filesystem::path& path) {
     throw BadDataError(path, "is neither a PNG, a JPEG nor an EXR image");
   const std::vector<std::byte> bytes = read_file(path);
   if (kind == PictureKind::exr) return parse_exr_picture(bytes, path.string());
-  StoredPicture picture = kind == PictureKind::png
-                              ? parse_png(bytes, path.string())
-                              : StoredPicture(parse_jpeg(bytes, path.string()));
-  tag(kind == PictureKind::png ? png_tags(bytes) : jpeg_tags(bytes), picture);
+  const bool png = kind == PictureKind::png;
+  StoredPicture picture =
+      png ? parse_png(bytes, path.string()) : StoredPicture(parse_jpeg(bytes, path.string()));
+  png ? read_png_tags(bytes, picture) : read_jpeg_tags(bytes, picture);
   return picture;
 }
 

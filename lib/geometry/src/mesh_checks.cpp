@@ -264,23 +264,29 @@ TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
   std::vector<bool> kept(mesh.faces.size(), false);
   for (std::size_t i = 0; i < std::min(count, all.roots.size()); ++i) kept[all.roots[i]] = true;
 
-  TriangleMesh result;
+  TriangleMesh result{mesh.vertices, {}, mesh.colors};
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
+    if (kept[all.sets.root(f)]) result.faces.push_back(mesh.faces[f]);
+  drop_unused_vertices(result);
+  return result;
+}
+
+void drop_unused_vertices(TriangleMesh& mesh) {
   constexpr std::uint32_t kUnmapped = 0xFFFFFFFFu;
   std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kUnmapped);
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!kept[all.sets.root(f)]) continue;
-    Face face = mesh.faces[f];
+  TriangleMesh used;
+  for (Face& face : mesh.faces) {
     for (std::uint32_t& v : face) {
       if (renumbered[v] == kUnmapped) {
-        renumbered[v] = static_cast<std::uint32_t>(result.vertices.size());
-        result.vertices.push_back(mesh.vertices[v]);
-        if (!mesh.colors.empty()) result.colors.push_back(mesh.colors[v]);
+        renumbered[v] = static_cast<std::uint32_t>(used.vertices.size());
+        used.vertices.push_back(mesh.vertices[v]);
+        if (!mesh.colors.empty()) used.colors.push_back(mesh.colors[v]);
       }
       v = renumbered[v];
     }
-    result.faces.push_back(face);
   }
-  return result;
+  mesh.vertices = std::move(used.vertices);
+  mesh.colors = std::move(used.colors);
 }
 
 }  // namespace organbake

@@ -1,73 +1,181 @@
 // SPDX-License-Identifier: Apache-2.0
-// PLY files, text and binary, and colours as files write them, in whole numbers or shares.
+// PLY files (Turk 1994), text and binary, read word by word or number by number. Counts in the
+// header are checked against the length of the file before anything is made that large.
 #include "organbake/geometry/ply.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/scalar_type.h"
+#include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/polygon.h"
-#include "organbake/geometry/written_color.h"
-#include "ply_scanner.h"
 
 namespace organbake {
 namespace {
 
-double highest(const std::vector<Eigen::Vector3d>& colors) {
-  double most = 0;
-  for (const Eigen::Vector3d& c : colors) most = std::max(most, c.maxCoeff());
-  return most;
+constexpr std::string_view kOurComment = " millimetres, LPS";  // write_ply's
+
+const std::map<std::string_view, ScalarType> kTypes = {
+    {"char", ScalarType::int8},      {"int8", ScalarType::int8},
+    {"uchar", ScalarType::uint8},    {"uint8", ScalarType::uint8},
+    {"short", ScalarType::int16},    {"int16", ScalarType::int16},
+    {"ushort", ScalarType::uint16},  {"uint16", ScalarType::uint16},
+    {"int", ScalarType::int32},      {"int32", ScalarType::int32},
+    {"uint", ScalarType::uint32},    {"uint32", ScalarType::uint32},
+    {"float", ScalarType::float32},  {"float32", ScalarType::float32},
+    {"double", ScalarType::float64}, {"float64", ScalarType::float64}};
+
+struct PlyProperty {
+  std::string name;
+  ScalarType type = ScalarType::float32;
+  std::optional<ScalarType> list_count;  // the count's type, for a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+std::string_view next_word(std::string_view& rest) {
+  const std::size_t begin = rest.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return rest = {};
+  const std::size_t end = std::min(rest.find_first_of(" \t", begin), rest.size());
+  const std::string_view result = rest.substr(begin, end - begin);
+  rest.remove_prefix(end);
+  return result;
 }
 
-double full_scale(const std::vector<Eigen::Vector3d>& written, ColorScale scale) {
-  if (scale == ColorScale::byte) return 255;
-  if (scale == ColorScale::two_bytes) return 65535;
-  const double most = highest(written);
-  return most <= 1 ? 1 : most <= 255 ? 255 : 65535;
-}
-
-// In float, as images are: geometry stands above image and its tables.
-float linear(float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); }
-
-}  // namespace
-
-std::vector<Eigen::Vector3f> linear_colors(const std::vector<Eigen::Vector3d>& written,
-                                           ColorScale scale) {
-  std::vector<Eigen::Vector3f> colors;
-  colors.reserve(written.size());
-  const auto full =
-      static_cast<float>(scale == ColorScale::linear ? 1.0 : full_scale(written, scale));
-  for (const Eigen::Vector3d& w : written) {
-    const Eigen::Vector3f color = w.cast<float>();
-    colors.push_back(
-        scale == ColorScale::linear ? color : Eigen::Vector3f((color / full).unaryExpr(&linear)));
-  }
-  return colors;
-}
-
-std::vector<Eigen::Vector3f> vertex_from_face_colors(
-    const std::vector<std::array<std::uint32_t, 3>>& faces,
-    const std::vector<Eigen::Vector3f>& face_colors, std::size_t vertex_count) {
-  std::vector<Eigen::Vector3f> colors(vertex_count, Eigen::Vector3f::Zero());
-  std::vector<float> uses(vertex_count, 0.0f);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    for (const std::uint32_t v : faces[f]) {
-      colors[v] += face_colors[f];
-      ++uses[v];
+// The header and then the file's numbers, one after the other. All members throw BadDataError
+// naming the file where it ends early, holds no number where one must be, or claims more than its
+// bytes can hold.
+class PlyScanner {
+ public:
+  // Reads the header; numbers begin behind it.
+  PlyScanner(std::span<const std::byte> bytes, std::string name)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name_(std::move(name)) {
+    if (line() != "ply") fail("is not a PLY file");
+    for (;;) {
+      std::string_view rest = line();
+      const std::string_view key = next_word(rest);
+      if (key == "end_header") break;
+      if (key == "format") set_format(next_word(rest));
+      if (key == "comment") is_ours_ = is_ours_ || rest == kOurComment;
+      if (key == "element") add_element(rest);
+      if (key == "property") add_property(rest);
     }
   }
-  for (std::size_t v = 0; v < vertex_count; ++v) colors[v] /= std::max(uses[v], 1.0f);
-  return colors;
-}
 
-namespace {
+  const std::string& name() const { return name_; }
+  const std::vector<PlyElement>& elements() const { return elements_; }
+  // Whether write_ply() wrote it, by its comment.
+  bool is_ours() const { return is_ours_; }
+
+  double number(ScalarType type) {
+    if (ascii_) return ascii_number();
+    const std::size_t width = bytes_of(type);
+    if (text_.size() - position_ < width)
+      fail("ends early, at byte " + std::to_string(text_.size()));
+    const char* const at = text_.data() + position_;
+    position_ += width;
+    return with_scalar_type(
+        type, [&](auto zero) { return static_cast<double>(bytes_as<decltype(zero)>(at, swaps_)); });
+  }
+
+  // How many numbers of the property follow: one, or as many as its list says.
+  std::size_t count_of(const PlyProperty& property) {
+    if (!property.list_count) return 1;
+    const double count = number(*property.list_count);
+    if (!(count >= 0 && count <= static_cast<double>(text_.size() - position_)))
+      fail("claims a list of " + std::to_string(count) + " entries");
+    return static_cast<std::size_t>(count);
+  }
+
+  void skip_row(const PlyElement& element) {
+    for (const PlyProperty& property : element.properties)
+      for (std::size_t left = count_of(property); left > 0; --left) number(property.type);
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw BadDataError(name_ + ": " + message);
+  }
+
+ private:
+  std::string_view line() {
+    const std::size_t end = text_.find('\n', position_);
+    if (end == std::string_view::npos) fail("the PLY header does not end");
+    std::string_view result = text_.substr(position_, end - position_);
+    position_ = end + 1;
+    if (result.ends_with('\r')) result.remove_suffix(1);
+    return result;
+  }
+
+  ScalarType scalar_type(std::string_view type) const {
+    const auto found = kTypes.find(type);
+    if (found == kTypes.end()) fail("unknown PLY type '" + std::string(type) + "'");
+    return found->second;
+  }
+
+  void set_format(std::string_view format) {
+    ascii_ = format == "ascii";
+    swaps_ = format == "binary_big_endian";
+    if (!ascii_ && !swaps_ && format != "binary_little_endian")
+      fail("PLY format '" + std::string(format) + "' is not known");
+  }
+
+  void add_element(std::string_view rest) {
+    PlyElement element;
+    element.name = next_word(rest);
+    const auto count = number_in<std::size_t>(next_word(rest));
+    if (!count) fail("element " + element.name + " has no count");
+    // Every row takes at least a byte, so a count beyond the file's size is a lie.
+    if (*count > text_.size() || *count > std::numeric_limits<std::uint32_t>::max())
+      fail("claims " + std::to_string(*count) + " of " + element.name + " in " +
+           std::to_string(text_.size()) + " bytes");
+    element.count = *count;
+    elements_.push_back(std::move(element));
+  }
+
+  void add_property(std::string_view rest) {
+    if (elements_.empty()) fail("a property stands before any element");
+    PlyProperty property;
+    std::string_view type = next_word(rest);
+    if (type == "list") {
+      property.list_count = scalar_type(next_word(rest));
+      type = next_word(rest);
+    }
+    property.type = scalar_type(type);
+    property.name = next_word(rest);
+    elements_.back().properties.push_back(std::move(property));
+  }
+
+  double ascii_number() {
+    position_ = std::min(text_.find_first_not_of(" \t\r\n", position_), text_.size());
+    double value = 0;
+    const std::size_t length = read_number(text_.substr(position_), value);
+    if (length == 0) fail("has no number at byte " + std::to_string(position_));
+    position_ += length;
+    return value;
+  }
+
+  std::string_view text_;
+  std::string name_;
+  std::size_t position_ = 0;
+  std::vector<PlyElement> elements_;
+  bool ascii_ = false;
+  bool swaps_ = false;  // bytes are in the other order than the machine's
+  bool is_ours_ = false;
+};
 
 class PlyMeshReader {
  public:

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Polygons and strips as triangles, and vertices welded. A convex polygon is a fan; a concave one
-// is cut ear by ear (Meisters 1975) with a grid over its reflex corners, since files hold outlines
-// of a hundred thousand corners, for which testing all of them at every ear takes minutes.
+// Polygons and strips as triangles, vertices welded, and colours made linear. A convex polygon is a
+// fan; a concave one is cut ear by ear (Meisters 1975) with a grid over its reflex corners, since
+// files hold outlines of a hundred thousand corners, for which testing all of them at every ear
+// takes minutes.
 #include "organbake/geometry/polygon.h"
 
 #include <Eigen/Geometry>
@@ -288,6 +289,46 @@ WeldSummary weld(TriangleMesh& mesh) {
   summary.tolerance_mm = tolerance_mm;
   mesh = std::move(close);
   return summary;
+}
+
+namespace {
+
+// In float, as images are: geometry stands above image and its tables.
+float linear(float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); }
+
+double full_scale(const std::vector<Eigen::Vector3d>& written, ColorScale scale) {
+  if (scale == ColorScale::byte) return 255;
+  if (scale == ColorScale::two_bytes) return 65535;
+  double most = 0;
+  for (const Eigen::Vector3d& c : written) most = std::max(most, c.maxCoeff());
+  return most <= 1 ? 1 : most <= 255 ? 255 : 65535;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> linear_colors(const std::vector<Eigen::Vector3d>& written,
+                                           ColorScale scale) {
+  std::vector<Eigen::Vector3f> colors;
+  for (const Eigen::Vector3d& w : written) colors.push_back(w.cast<float>());
+  if (scale == ColorScale::linear) return colors;
+  const auto full = static_cast<float>(full_scale(written, scale));
+  for (Eigen::Vector3f& color : colors) color = (color / full).unaryExpr(&linear).eval();
+  return colors;
+}
+
+std::vector<Eigen::Vector3f> vertex_from_face_colors(
+    const std::vector<Face>& faces, const std::vector<Eigen::Vector3f>& face_colors,
+    std::size_t vertex_count) {
+  std::vector<Eigen::Vector3f> colors(vertex_count, Eigen::Vector3f::Zero());
+  std::vector<float> uses(vertex_count, 0.0f);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (const std::uint32_t v : faces[f]) {
+      colors[v] += face_colors[f];
+      ++uses[v];
+    }
+  }
+  for (std::size_t v = 0; v < vertex_count; ++v) colors[v] /= std::max(uses[v], 1.0f);
+  return colors;
 }
 
 }  // namespace organbake

@@ -11,7 +11,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/nearest_on_triangle.h"
 
 namespace organbake {
 namespace {

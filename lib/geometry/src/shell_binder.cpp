@@ -3,6 +3,7 @@
 // reach into it; in each of these the height is a root of a cubic (prism.h). Points come in
 // runs of neighbours, as maps have them, so that four of them are tried against one prism at once
 // (prism_lanes.h).
+#include "organbake/geometry/refine.h"
 #include "organbake/geometry/shell.h"
 
 #include <Eigen/Geometry>
@@ -13,7 +14,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/geometry/prism.h"
 #include "prism_lanes.h"
 

@@ -3,7 +3,6 @@
 #include "organbake/options/options.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -12,15 +11,6 @@
 #include "organbake/core/text.h"
 
 namespace organbake {
-namespace {
-
-std::optional<double> as_number(const std::string& text) {
-  double value = 0;
-  if (text.empty() || read_number(text, value) != text.size()) return std::nullopt;
-  return value;
-}
-
-}  // namespace
 
 bool NumberRange::holds(double value) const {
   return std::isfinite(value) && (!min || value >= *min) && (!max || value <= *max);
@@ -29,7 +19,7 @@ bool NumberRange::holds(double value) const {
 std::string meant_number(const NumberRange& range, std::string text) {
   if (std::count(text.begin(), text.end(), ',') != 1) return {};
   std::replace(text.begin(), text.end(), ',', '.');
-  const auto value = as_number(text);
+  const auto value = number_in<double>(text);
   return value && range.holds(*value) ? "; decimals stand behind a point: " + to_text(*value)
                                       : std::string();
 }
@@ -40,15 +30,6 @@ bool same_name(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
     return x == y || ((x == '-' || x == '_') && (y == '-' || y == '_'));
   });
-}
-
-std::string joined(const std::vector<std::string>& parts, std::string_view separator) {
-  std::string all;
-  for (const std::string& part : parts) {
-    if (!all.empty()) all += separator;
-    all += part;
-  }
-  return all;
 }
 
 // Whole numbers in full: "10000000" where to_text() has "1e+07".
@@ -91,17 +72,11 @@ std::string meant_by(const Option& option, std::string_view text) {
                    meant_by(option, text));
 }
 
-// The whole text must be the number: "12abc" is an error, and so is "nan".
+// With a plus before it or none, and never "nan".
 template <class T>
 std::optional<T> whole_number(std::string_view text) {
-  T value{};
-  if (text.starts_with('+')) text.remove_prefix(1);
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return std::nullopt;
-  if constexpr (std::is_floating_point_v<T>) {
-    if (!std::isfinite(value)) return std::nullopt;
-  }
-  return value;
+  const auto value = number_in<T>(text.substr(text.starts_with('+') ? 1 : 0));
+  return value && std::isfinite(static_cast<double>(*value)) ? value : std::nullopt;
 }
 
 std::optional<std::vector<double>> three_numbers(std::string_view text, bool whole) {
@@ -169,12 +144,8 @@ bool allowed(const OptionTraits& traits, const OptionValue& value) {
 
 // The choice that differs in capitals alone, as RAS from ras; else the text.
 std::string_view known_choice(const Option& option, std::string_view text) {
-  for (const std::string& choice : option.traits.choices) {
-    const bool same = std::equal(
-        choice.begin(), choice.end(), text.begin(), text.end(),
-        [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
-    if (same) return choice;
-  }
+  for (const std::string& choice : option.traits.choices)
+    if (lower_case(choice) == lower_case(text)) return choice;
   return text;
 }
 
@@ -296,9 +267,7 @@ std::string option_text(const OptionValue& value) {
     std::string operator()(const std::string& v) const { return v; }
     std::string operator()(const std::vector<std::string>& v) const { return joined(v, ","); }
     std::string operator()(const std::vector<double>& v) const {
-      std::vector<std::string> parts;
-      for (double component : v) parts.push_back(number_text(component));
-      return joined(parts, ",");
+      return joined(v, ",", number_text);
     }
   };
   return std::visit(Writer{}, value);

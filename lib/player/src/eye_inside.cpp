@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "organbake/core/text.h"
-#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/exchange/web_page.h"
+#include "organbake/exchange/exchange.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,6 @@
 #include "organbake/bundle/stored_maps.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
-#include "organbake/exchange/bundle_surface.h"
-#include "organbake/exchange/cut_out.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"

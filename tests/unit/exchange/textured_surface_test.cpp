@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/exchange/bundle_surface.h"
+#include "organbake/exchange/exchange.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

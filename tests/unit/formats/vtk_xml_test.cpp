@@ -21,8 +21,8 @@
 #include <map>
 
 #include "file_bytes.h"
-#include "organbake/core/base64.h"
 #include "organbake/core/temporary_files.h"
+#include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/mesh_texts.h"

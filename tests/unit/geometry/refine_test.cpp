@@ -10,7 +10,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "support/meshes.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes and reads base64 (RFC 4648).
-#include "organbake/core/base64.h"
+#include "organbake/core/text.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -27,6 +26,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/temporary_files.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -56,35 +56,6 @@ bool is_zombie(pid_t pid) {
 }
 
 bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zombie(pid); }
-
-}  // namespace
-
-fs::path temporary_file(const fs::path& file) {
-  const std::string prefix = file.filename().string() + std::string(kTemporaryMark);
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  remove_stale_temporaries(folder, prefix);
-  return folder / (prefix + std::to_string(::getpid()));
-}
-
-void remove_all_of(const fs::path& path) {
-  std::error_code error;
-  fs::remove_all(path, error);
-  if (error) fs::remove_all(path, error);
-}
-
-void remove_stale_temporaries(const fs::path& folder, const std::string& prefix) {
-  // A folder under a temporary name is new, and its writer's alone. It may get thousands of frames,
-  // and looking through it for each would take longer than writing them.
-  if (folder.native().find(kTemporaryMark) != std::string::npos) return;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const auto pid = owner(entry.path().filename().string(), prefix);
-    if (pid && !alive(*pid)) remove_all_of(entry.path());
-  }
-}
-
-namespace fs = std::filesystem;
-namespace {
 
 class Descriptor {
  public:
@@ -150,9 +121,8 @@ std::string temporary_prefix(const fs::path& target) {
 // renameat2, or its nearest likeness on file systems that know no flags (NFS): then a moment exists
 // in which the old folder is gone and the new one not yet there, never a half-written one.
 bool rename_folder(const fs::path& from, const fs::path& to, unsigned flags) {
-  if (::syscall(SYS_renameat2, AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0) {
+  if (::syscall(SYS_renameat2, AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0)
     return true;
-  }
   if (errno != EINVAL && errno != ENOSYS) return false;
   std::error_code ignored;
   if (flags == RENAME_NOREPLACE && fs::exists(to, ignored)) {
@@ -164,8 +134,7 @@ bool rename_folder(const fs::path& from, const fs::path& to, unsigned flags) {
 }
 
 IoError cannot_rename(const fs::path& target) {
-  const std::string reason = std::strerror(errno);
-  return IoError::writing(target, "cannot be renamed into place: " + reason);
+  return IoError::writing(target, "cannot be renamed into place: " + reason());
 }
 
 fs::path without_slash(const fs::path& folder) {  // "out/" names the folder "out"
@@ -217,7 +186,51 @@ Descriptor open_inside(const fs::path& folder, const fs::path& file) {
   return descriptor;
 }
 
+template <class Iterator, class Take>
+std::vector<fs::path> entries_of(const fs::path& folder, const Take& take) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (Iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (take(*it)) files.push_back(it->path().lexically_relative(folder));
+  }
+  if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
+  return files;
+}
+
+bool is_regular(const fs::directory_entry& entry) { return entry.is_regular_file(); }
+
+template <class Take>
+std::vector<fs::path> sorted_below(const fs::path& folder, const Take& take) {
+  std::vector<fs::path> files = entries_of<fs::recursive_directory_iterator>(folder, take);
+  std::ranges::sort(files, {}, [](const fs::path& path) { return path.generic_string(); });
+  return files;
+}
+
 }  // namespace
+
+fs::path temporary_file(const fs::path& file) {
+  const std::string prefix = file.filename().string() + std::string(kTemporaryMark);
+  const fs::path folder = parent_of(file);
+  remove_stale_temporaries(folder, prefix);
+  return folder / (prefix + std::to_string(::getpid()));
+}
+
+void remove_all_of(const fs::path& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  if (error) fs::remove_all(path, error);
+}
+
+void remove_stale_temporaries(const fs::path& folder, const std::string& prefix) {
+  // A folder under a temporary name is new, and its writer's alone. It may get thousands of frames,
+  // and looking through it for each would take longer than writing them.
+  if (folder.native().find(kTemporaryMark) != std::string::npos) return;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const auto pid = owner(entry.path().filename().string(), prefix);
+    if (pid && !alive(*pid)) remove_all_of(entry.path());
+  }
+}
 
 std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) {
   return read_all_of(Descriptor(::open(path.c_str(), kToRead)), path, max_bytes);
@@ -286,32 +299,6 @@ fs::path program_folder() {
   return program.parent_path();
 }
 
-namespace {
-
-template <class Iterator, class Take>
-std::vector<fs::path> entries_of(const fs::path& folder, const Take& take) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (Iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (take(*it)) files.push_back(it->path().lexically_relative(folder));
-  }
-  if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
-  return files;
-}
-
-bool is_regular(const fs::directory_entry& entry) { return entry.is_regular_file(); }
-
-template <class Take>
-std::vector<fs::path> sorted_below(const fs::path& folder, const Take& take) {
-  std::vector<fs::path> files = entries_of<fs::recursive_directory_iterator>(folder, take);
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return a.generic_string() < b.generic_string();
-  });
-  return files;
-}
-
-}  // namespace
-
 std::vector<fs::path> list_files(const fs::path& folder) {
   return sorted_below(folder, is_regular);
 }
@@ -347,9 +334,7 @@ void write_to_stdout(std::string_view text) {
 }
 
 std::string lower_ending(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
-  return ending;
+  return lower_case(file.extension().string());
 }
 
 bool is_picture_name(const std::filesystem::path& file) {

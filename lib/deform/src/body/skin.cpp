@@ -12,7 +12,7 @@
 #include <numeric>
 
 #include "contact/padded_vector.h"
-#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 #include "organbake/geometry/smooth_skin.h"
 
 namespace organbake::deform {

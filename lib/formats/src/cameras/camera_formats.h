@@ -30,7 +30,7 @@ inline constexpr std::size_t kMostMatrixValues = 64;
 std::string plain_name(const std::string& name);
 
 // Whether a word is one of those known.
-bool is_any_of(const std::string& word, std::initializer_list<const char*> known);
+bool is_any_of(const std::string& word, Names known);
 
 // Nothing where a matrix of that size holds another number of values.
 std::optional<NamedMatrices::Matrix> shaped(std::vector<double> values, double height,

@@ -47,26 +47,16 @@ const std::vector<ColmapModel>& models() {
   return models;
 }
 
-template <class Matches>
-const ColmapModel* first_that(const Matches& matches) {
-  const auto found = std::find_if(models().begin(), models().end(), matches);
-  return found == models().end() ? nullptr : &*found;
-}
-
 // Null for a model that is not read.
-const ColmapModel* colmap_lens_model(const std::string& name) {
-  return first_that([&](const ColmapModel& model) { return model.name == name; });
-}
-
-const ColmapModel* colmap_lens_model(int number) {
-  return first_that([&](const ColmapModel& model) { return model.number == number; });
+template <class Value>
+const ColmapModel* model_with(Value ColmapModel::*member, const Value& value) {
+  const auto found = std::ranges::find(models(), value, member);
+  return found == models().end() ? nullptr : &*found;
 }
 
 // "SIMPLE_PINHOLE, PINHOLE, …", for messages.
 std::string colmap_model_names() {
-  std::string names;
-  for (const ColmapModel& model : models()) names += (names.empty() ? "" : ", ") + model.name;
-  return names;
+  return joined(models(), ", ", [](const ColmapModel& model) { return model.name; });
 }
 
 // `values` are as many as the model's parameters. Throws BadDataError naming `path` where one that
@@ -93,14 +83,20 @@ Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& valu
   return k;
 }
 
-// An image as its texts and its binary files have it: a quaternion (w, x, y, z) and a translation
-// from world to camera. Throws BadDataError naming `path` for what is no pose, and for a name that
-// is no UTF-8.
+// Of a quaternion (w, x, y, z) and a translation; nothing for what is no pose.
+std::optional<RigidTransform> pose_of(const double (&numbers)[7]) {
+  const Eigen::Quaterniond q(numbers[0], numbers[1], numbers[2], numbers[3]);
+  const Eigen::Vector3d translation(numbers[4], numbers[5], numbers[6]);
+  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite()) return std::nullopt;
+  return RigidTransform{q.normalized().toRotationMatrix(), translation};
+}
+
+// An image as its texts and its binary files have it, with its pose from world to camera. Throws
+// BadDataError naming `path` for what is no pose, and for a name that is no UTF-8.
 void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
                       long id, const fs::path& path, CameraSet& set) {
-  const Eigen::Quaterniond q(pose[0], pose[1], pose[2], pose[3]);
-  const Eigen::Vector3d translation(pose[4], pose[5], pose[6]);
-  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite() || name.empty())
+  const auto camera_from_world = pose_of(pose);
+  if (!camera_from_world || name.empty())
     throw BadDataError(path, "image " + std::to_string(id) + " has no sound pose or no name");
   // Names go on into documents that hold nothing but UTF-8.
   try {
@@ -110,7 +106,7 @@ void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std
                                  " is no UTF-8 text: rename the image, here and in its folder");
   }
   set.images.push_back(name);
-  set.cameras.push_back({name, lens, {q.normalized().toRotationMatrix(), translation}});
+  set.cameras.push_back({name, lens, *camera_from_world});
 }
 
 std::vector<std::string> lines_of(const fs::path& path) {
@@ -123,10 +119,6 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
-std::string lacking(const std::string& line, const std::string& parameter) {
-  return "'" + line + "' lacks its " + parameter;
-}
-
 std::map<long, Intrinsics> read_lenses(const fs::path& path) {
   std::map<long, Intrinsics> lenses;
   for (const std::string& line : lines_of(path)) {
@@ -136,7 +128,7 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
     int width = 0, height = 0;
     std::string name;
     words >> id >> name >> width >> height;
-    const ColmapModel* model = colmap_lens_model(name);
+    const ColmapModel* model = model_with(&ColmapModel::name, name);
     if (!words || !model) {
       throw BadDataError(
           path, "'" + line + "' is no camera of a model that is read: " + colmap_model_names());
@@ -144,7 +136,7 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
     std::vector<double> values;
     for (const std::string& parameter : model->parameters) {
       double value = 0;
-      if (!(words >> value)) throw BadDataError(path, lacking(line, parameter));
+      if (!(words >> value)) throw BadDataError(path, "'" + line + "' lacks its " + parameter);
       values.push_back(value);
     }
     if (std::string more; words >> more)
@@ -166,7 +158,7 @@ std::map<std::uint32_t, Intrinsics> binary_lenses(const fs::path& path) {
     const auto id = reader.next<std::uint32_t>();
     const auto number = reader.next<std::int32_t>();
     const auto width = reader.next<std::uint64_t>(), height = reader.next<std::uint64_t>();
-    const ColmapModel* model = colmap_lens_model(number);
+    const ColmapModel* model = model_with(&ColmapModel::number, number);
     if (!model)
       reader.fail("camera " + std::to_string(id) + " is of COLMAP's model number " +
                   std::to_string(number) + "; read are " + colmap_model_names());
@@ -252,11 +244,9 @@ template <class Numbers>
 RigidTransform next_pose(Numbers& from) {
   double values[7];  // quaternion w x y z, translation
   for (double& value : values) value = from.real();
-  const Eigen::Quaterniond q(values[0], values[1], values[2], values[3]);
-  const Eigen::Vector3d translation(values[4], values[5], values[6]);
-  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite())
-    throw BadDataError(from.path(), "holds a pose that is none");
-  return {q.normalized().toRotationMatrix(), translation};
+  const auto pose = pose_of(values);
+  if (!pose) throw BadDataError(from.path(), "holds a pose that is none");
+  return *pose;
 }
 
 template <class Numbers>

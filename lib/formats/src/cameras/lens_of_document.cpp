@@ -5,7 +5,6 @@
 // is of another program and not read is refused by name.
 #include <Eigen/Core>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <string>
@@ -258,10 +257,7 @@ constexpr const char* kInMatlab =
 void add_value(const std::string& key, const std::string& value, NamedMatrices& section) {
   const std::string name = plain_name(key);
   section.words[name] = value;
-  double number = 0;
-  const char* const end = value.data() + value.size();
-  const auto [stop, error] = std::from_chars(value.data(), end, number);
-  if (error == std::errc() && stop == end) section.numbers[name] = number;
+  if (const auto number = number_in<double>(value)) section.numbers[name] = *number;
 }
 
 std::string size_text(int width, int height) {

@@ -4,8 +4,6 @@
 // signs and capitals, numbers, words, and parts of the same kind. Nothing is made of them here.
 #include <yaml-cpp/yaml.h>
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <sstream>
@@ -103,10 +101,17 @@ void add_yaml(std::string text, const fs::path& path, NamedMatrices& found) {
   }
 }
 
-int written_side(const NamedMatrices& found, std::initializer_list<const char*> names,
-                 int otherwise) {
+int written_side(const NamedMatrices& found, Names names, int otherwise) {
   const auto number = found.number(names);
   return number ? written_size(*number) : otherwise;
+}
+
+// What stands under the first of these names that is there.
+template <class Value>
+const Value* first_of(const std::map<std::string, Value>& named, Names names) {
+  for (const char* name : names)
+    if (const auto found = named.find(name); found != named.end()) return &found->second;
+  return nullptr;
 }
 
 // Nothing where there is anything but numbers, or more than a lens's matrix has.
@@ -115,12 +120,10 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
   std::vector<double> values;
   for (std::size_t at = 0; (at = text.find_first_not_of(kSpace, at)) != text.npos;) {
     const std::size_t end = std::min(text.find_first_of(kSpace, at), text.size());
-    double value = 0;
-    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
-    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end || values.size() == kMostMatrixValues)
-      return std::nullopt;
-    values.push_back(value);
+    const std::size_t first = at + (text[at] == '+' ? 1 : 0);
+    const auto value = number_in<double>(text.substr(first, end - first));
+    if (!value || values.size() == kMostMatrixValues) return std::nullopt;
+    values.push_back(*value);
     at = end;
   }
   return values.empty() ? std::nullopt : std::optional(std::move(values));
@@ -200,15 +203,13 @@ class OpenCvXml : public XmlParser {
 
 }  // namespace
 
-bool is_any_of(const std::string& word, std::initializer_list<const char*> known) {
+bool is_any_of(const std::string& word, Names known) {
   return std::find(known.begin(), known.end(), word) != known.end();
 }
 
 std::string plain_name(const std::string& name) {
-  std::string plain;
-  for (const char c : name)
-    if (c != '_' && c != '-' && c != ' ')
-      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string plain = lower_case(name);
+  std::erase_if(plain, [](char c) { return c == '_' || c == '-' || c == ' '; });
   return plain;
 }
 
@@ -220,7 +221,7 @@ std::optional<NamedMatrices::Matrix> shaped(std::vector<double> values, double h
                                static_cast<int>(width)};
 }
 
-const NamedMatrices::Matrix* NamedMatrices::find(std::initializer_list<const char*> names) const {
+const NamedMatrices::Matrix* NamedMatrices::find(Names names) const {
   for (const char* name : names) {
     const auto found = matrices.find(name);
     if (found != matrices.end()) return &found->second;
@@ -230,12 +231,11 @@ const NamedMatrices::Matrix* NamedMatrices::find(std::initializer_list<const cha
   return nullptr;
 }
 
-const NamedMatrices* NamedMatrices::part(std::initializer_list<const char*> names) const {
-  for (const char* name : names) {
-    const auto found = parts.find(name);
-    if (found != parts.end()) return &found->second;
-  }
-  return nullptr;
+const NamedMatrices* NamedMatrices::part(Names names) const { return first_of(parts, names); }
+
+std::optional<double> NamedMatrices::number(Names names) const {
+  const double* found = first_of(numbers, names);
+  return found ? std::optional(*found) : std::nullopt;
 }
 
 std::string unlike_header(const std::string& rows, const std::string& columns, std::size_t count) {
@@ -262,14 +262,6 @@ void refuse_unread_distortion(const NamedMatrices& found, const fs::path& path) 
       throw BadDataError(path, "holds '" + name +
                                    "', which is not known as a distortion; name it "
                                    "distortion_coefficients (D1 and D2 of two eyes)");
-}
-
-std::optional<double> NamedMatrices::number(std::initializer_list<const char*> names) const {
-  for (const char* name : names) {
-    const auto found = numbers.find(name);
-    if (found != numbers.end()) return found->second;
-  }
-  return std::nullopt;
 }
 
 void add_opencv_document(const fs::path& path, NamedMatrices& found) {

@@ -20,19 +20,6 @@ inline std::string metres_text(const Eigen::Vector3d& v, const char* between) {
          to_text(v.z(), kAssetMetreDigits);
 }
 
-// The items of a list with something between them.
-template <class Items, class TextOf>
-std::string joined(const Items& items, const char* between, TextOf&& text_of) {
-  std::string text;
-  bool first = true;
-  for (const auto& item : items) {
-    if (!first) text += between;
-    first = false;
-    text += text_of(item);
-  }
-  return text;
-}
-
 // A bundle's tetrahedra; throws UsageError where there are none.
 inline const TetrahedralBody& tetrahedra_of(const Bundle& bundle, std::string_view what) {
   if (bundle.mechanics.body) return *bundle.mechanics.body;

@@ -5,27 +5,20 @@
 #include "meshes/mesh_readers.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
 #include <type_traits>
 
-#include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::int64_t kMost = std::int64_t{1} << 40;
-
-std::uint32_t word_at(const std::string& bytes, std::size_t at) {
-  std::uint32_t value;
-  std::memcpy(&value, &bytes[at], sizeof(value));
-  return value;
-}
 
 // A whole number that may be left out.
 std::size_t whole(const JsonField& object, const char* key, std::size_t otherwise) {
@@ -33,19 +26,11 @@ std::size_t whole(const JsonField& object, const char* key, std::size_t otherwis
   return field ? static_cast<std::size_t>(field->integer(0, kMost)) : otherwise;
 }
 
-JsonField entry(const JsonField& root, const char* list, std::size_t index) {
-  return root[list].at(index);
-}
-
 template <class Number>
 double read_as(const char* at, bool normalized) {
-  Number number;
-  std::memcpy(&number, at, sizeof(Number));
-  if constexpr (std::is_integral_v<Number>) {
-    if (normalized)
-      return std::max(-1.0, static_cast<double>(number) / std::numeric_limits<Number>::max());
-  }
-  return static_cast<double>(number);
+  const double number = static_cast<double>(bytes_as<Number>(at));
+  const bool shares = normalized && std::is_integral_v<Number>;
+  return shares ? std::max(-1.0, number / std::numeric_limits<Number>::max()) : number;
 }
 
 ScalarType component_type(const JsonField& object) {
@@ -103,12 +88,12 @@ void GltfDocument::open(const std::string& bytes) {
     json_ = parse_json(bytes, path_.string());
     return;
   }
-  if (bytes.size() < kHeader + kChunkHead || word_at(bytes, 4) != 2)
+  if (bytes.size() < kHeader + kChunkHead || whole_at(bytes, 4, 4, false) != 2)
     throw BadDataError(path_, "is no glTF of version 2");
   std::optional<std::string> text;
   for (std::size_t at = kHeader; at + kChunkHead <= bytes.size();) {
-    const std::size_t length = word_at(bytes, at);
-    const std::uint32_t kind = word_at(bytes, at + 4);
+    const std::size_t length = whole_at(bytes, at, 4, false);
+    const std::uint32_t kind = whole_at(bytes, at + 4, 4, false);
     at += kChunkHead;
     if (length > bytes.size() - at) throw BadDataError(path_, "truncated: a chunk is cut off");
     if (kind == kJson && !text) text = bytes.substr(at, length);
@@ -157,7 +142,7 @@ std::string GltfDocument::buffer_from(const std::string& uri, const JsonField& f
 void GltfDocument::read_view(const JsonField& at, std::size_t items, ScalarType type,
                              bool normalized, std::size_t components,
                              std::vector<double>& values) const {
-  const JsonField view = entry(root(), "bufferViews", whole(at, "bufferView", kMost));
+  const JsonField view = root()["bufferViews"].at(whole(at, "bufferView", kMost));
   const JsonField which = view["buffer"];
   const auto index = static_cast<std::size_t>(which.integer(0, kMost));
   if (index >= buffers_.size()) which.fail("there is no such buffer");
@@ -182,7 +167,7 @@ void GltfDocument::read_view(const JsonField& at, std::size_t items, ScalarType 
 }
 
 GltfNumbers GltfDocument::numbers(std::size_t index) const {
-  const JsonField accessor = entry(root(), "accessors", index);
+  const JsonField accessor = root()["accessors"].at(index);
   GltfNumbers found;
   found.items = static_cast<std::size_t>(accessor["count"].integer(0, kMost));
   found.components = components_of(accessor);

@@ -5,50 +5,21 @@
 // vtkPolyDataReader crashes on truncated files (VTK 9.1); every count is held against the file's
 // size before memory is taken.
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <cstring>
 #include <map>
 
 #include "meshes/mesh_readers.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/scalar_type.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
 
-// Words and arrays of numbers of a legacy VTK file, one after the other. All members throw
-// BadDataError naming the file when it ends too early or holds no number where one must be.
-class LegacyVtkScanner {
- public:
-  LegacyVtkScanner(std::span<const std::byte> bytes, std::string name);
-
-  bool binary() const { return binary_; }
-  // The next word; empty at the end of the file.
-  std::string word();
-  void skip_line();
-  void skip_to_empty_line();
-  // A count that the rest of the file can hold when each item takes at least `least_bytes`.
-  std::size_t count(std::size_t least_bytes);
-  // `count` numbers of a VTK type name ("float", "int", "vtktypeint64" …), big-endian when binary.
-  std::vector<double> numbers(const std::string& type, std::size_t count);
-  [[noreturn]] void fail(const std::string& message) const;
-
- private:
-  std::string_view rest() const { return text_.substr(at_); }
-  std::vector<double> binary_numbers(const std::string& type, std::size_t count);
-
-  std::string_view text_;
-  std::string name_;
-  std::size_t at_ = 0;
-  bool binary_ = false;
-};
-
-ScalarType type_of(const std::string& type, const LegacyVtkScanner& scanner) {
+ScalarType type_of(const std::string& name, const std::string& type) {
   static const std::map<std::string, ScalarType> kTypes = {{"unsigned_char", ScalarType::uint8},
                                                            {"char", ScalarType::int8},
                                                            {"signed_char", ScalarType::int8},
@@ -65,104 +36,93 @@ ScalarType type_of(const std::string& type, const LegacyVtkScanner& scanner) {
                                                            {"float", ScalarType::float32},
                                                            {"double", ScalarType::float64}};
   const auto found = kTypes.find(type);
-  if (found == kTypes.end()) scanner.fail("values of type \"" + type + "\" are not read");
+  if (found == kTypes.end())
+    throw BadDataError(name + ": values of type \"" + type + "\" are not read");
   return found->second;
 }
 
-template <typename Stored>
-std::vector<double> decode(const char* bytes, std::size_t count) {
-  std::vector<double> values(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::array<char, sizeof(Stored)> raw;
-    const char* last = bytes + (i + 1) * sizeof(Stored) - 1;
-    for (std::size_t b = 0; b < sizeof(Stored); ++b) raw[b] = *(last - b);
-    Stored value;
-    std::memcpy(&value, raw.data(), sizeof(Stored));
-    values[i] = static_cast<double>(value);
+// Words and arrays of numbers of a legacy VTK file, one after the other. All members throw
+// BadDataError naming the file when it ends too early or holds no number where one must be.
+class LegacyVtkScanner {
+ public:
+  LegacyVtkScanner(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {
+    if (!text_.starts_with("# vtk DataFile Version")) fail("is not a legacy VTK file");
+    skip_line();
+    skip_line();  // the title
+    const std::string coding = word();
+    if (coding != "ASCII" && coding != "BINARY") fail("is neither ASCII nor BINARY");
+    binary_ = coding == "BINARY";
   }
-  return values;
-}
 
-LegacyVtkScanner::LegacyVtkScanner(std::span<const std::byte> bytes, std::string name)
-    : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name_(std::move(name)) {
-  if (text_.rfind("# vtk DataFile Version", 0) != 0) fail("is not a legacy VTK file");
-  skip_line();
-  skip_line();  // the title
-  const std::string coding = word();
-  if (coding != "ASCII" && coding != "BINARY") fail("is neither ASCII nor BINARY");
-  binary_ = coding == "BINARY";
-}
+  bool binary() const { return binary_; }
 
-std::string LegacyVtkScanner::word() {
-  const std::size_t first = text_.find_first_not_of(kSpace, at_);
-  if (first == std::string_view::npos) {
-    at_ = text_.size();
-    return {};
+  // The next word; empty at the end of the file.
+  std::string word() {
+    const std::size_t first = std::min(text_.find_first_not_of(kSpace, at_), text_.size());
+    at_ = std::min(text_.find_first_of(kSpace, first), text_.size());
+    return std::string(text_.substr(first, at_ - first));
   }
-  at_ = std::min(text_.find_first_of(kSpace, first), text_.size());
-  return std::string(text_.substr(first, at_ - first));
-}
 
-void LegacyVtkScanner::skip_line() {
-  const std::size_t end = text_.find('\n', at_);
-  at_ = end == std::string_view::npos ? text_.size() : end + 1;
-}
-
-void LegacyVtkScanner::skip_to_empty_line() {
-  skip_line();  // the rest of this one
-  while (at_ < text_.size()) {
-    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
-    const bool empty =
-        text_.substr(at_, end - at_).find_first_not_of(kSpace) == std::string_view::npos;
+  std::string_view line() {
+    const std::size_t begin = at_, end = std::min(text_.find('\n', at_), text_.size());
     at_ = std::min(end + 1, text_.size());
-    if (empty) return;
+    return text_.substr(begin, end - begin);
   }
-}
-
-std::size_t LegacyVtkScanner::count(std::size_t least_bytes) {
-  const std::string text = word();
-  std::size_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    fail("\"" + text.substr(0, 40) + "\" is not a count");
-  }
-  if (value > text_.size() / std::max<std::size_t>(least_bytes, 1) + 1) {
-    fail("truncated: it claims " + text + " items, more than its " + std::to_string(text_.size()) +
-         " bytes can hold");
-  }
-  return value;
-}
-
-std::vector<double> LegacyVtkScanner::numbers(const std::string& type, std::size_t count) {
-  if (binary_) return binary_numbers(type, count);
-  std::vector<double> values;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string text = word();
-    if (text.empty()) fail("truncated: it ends within an array of " + type);
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) {
-      fail("\"" + text.substr(0, 40) + "\" is not a number");
+  void skip_line() { line(); }
+  void skip_to_empty_line() {
+    skip_line();  // the rest of this one
+    while (at_ < text_.size() && line().find_first_not_of(kSpace) != std::string_view::npos) {
     }
-    values.push_back(value);
   }
-  return values;
-}
 
-std::vector<double> LegacyVtkScanner::binary_numbers(const std::string& type, std::size_t count) {
-  const ScalarType stored = type_of(type, *this);
-  const std::size_t width = bytes_of(stored);
-  skip_line();  // the values begin behind the line that announces them
-  if (count > rest().size() / width) fail("truncated: it ends within an array of " + type);
-  std::vector<double> values = with_scalar_type(
-      stored, [&](auto zero) { return decode<decltype(zero)>(rest().data(), count); });
-  at_ += count * width;
-  return values;
-}
+  // A count that the rest of the file can hold when each item takes at least `least_bytes`.
+  std::size_t count(std::size_t least_bytes) {
+    const std::string text = word();
+    const auto value = number_in<std::size_t>(text);
+    if (!value) fail("\"" + text.substr(0, 40) + "\" is not a count");
+    if (*value > text_.size() / least_bytes + 1)
+      fail("truncated: it claims " + text + " items, more than its " +
+           std::to_string(text_.size()) + " bytes can hold");
+    return *value;
+  }
 
-void LegacyVtkScanner::fail(const std::string& message) const {
-  throw BadDataError(name_ + ": " + message);
-}
+  // `count` numbers of a VTK type name ("float", "int", "vtktypeint64" …), big-endian when binary.
+  std::vector<double> numbers(const std::string& type, std::size_t count) {
+    if (binary_) return binary_numbers(type, count);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string text = word();
+      if (text.empty()) fail("truncated: it ends within an array of " + type);
+      const auto value = number_in<double>(text);
+      if (!value) fail("\"" + text.substr(0, 40) + "\" is not a number");
+      values.push_back(*value);
+    }
+    return values;
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw BadDataError(name_ + ": " + message);
+  }
+
+ private:
+  std::vector<double> binary_numbers(const std::string& type, std::size_t count) {
+    const ScalarType stored = type_of(name_, type);
+    const std::size_t width = bytes_of(stored);
+    skip_line();  // the values begin behind the line that announces them
+    if (count > (text_.size() - at_) / width) fail("truncated: it ends within an array of " + type);
+    std::vector<double> values;
+    with_scalar_type(stored, [&](auto zero) {
+      for (std::size_t i = 0; i < count; ++i, at_ += width)
+        values.push_back(static_cast<double>(bytes_as<decltype(zero)>(&text_[at_], true)));
+    });
+    return values;
+  }
+
+  std::string_view text_;
+  std::string name_;
+  std::size_t at_ = 0;
+  bool binary_ = false;
+};
 
 // Lists of cells as they are written: where in the corners each ends.
 struct WrittenCells {
@@ -256,9 +216,9 @@ void read_colors(LegacyVtkScanner& scanner, VtkSurface& surface) {
 }  // namespace
 
 TriangleMesh read_legacy_vtk(const std::filesystem::path& path) {
-  const std::vector<std::byte> bytes = read_file(path);
+  const std::string text = read_text_file(path, std::size_t{1} << 36);
   const std::string name = path.string();
-  LegacyVtkScanner scanner(bytes, name);
+  LegacyVtkScanner scanner(text, name);
   const std::string keyword = scanner.word(), kind = scanner.word();
   const bool grid = kind == "UNSTRUCTURED_GRID";
   if (keyword != "DATASET" || !(kind == "POLYDATA" || grid)) {

@@ -57,16 +57,6 @@ constexpr FormatName kFormats[] = {{MeshFormat::ply, ".ply", "PLY"},
                                    {MeshFormat::gltf, ".glb", "glTF"},
                                    {MeshFormat::gltf, ".gltf", "glTF"}};
 
-// As much of a file as any header takes.
-std::string head_of(const fs::path& path) {
-  constexpr std::size_t kBytes = 16384;
-  std::string head(kBytes, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return head;
-}
-
 // Of a VTK XML file, by the type that its first tag names.
 std::optional<MeshFormat> format_of_xml(std::string_view head, const fs::path& path) {
   constexpr std::string_view kTag = "<VTKFile", kType = "type=";
@@ -218,9 +208,7 @@ bool same_letter(char a, char b) {
   return std::toupper(static_cast<unsigned char>(a)) == std::toupper(static_cast<unsigned char>(b));
 }
 
-bool same_word(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_letter);
-}
+bool same_word(std::string_view a, std::string_view b) { return lower_case(a) == lower_case(b); }
 
 // Calls take(value) for every KEY=value, in any letters.
 template <class Take>
@@ -285,7 +273,8 @@ TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunCon
 TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context,
                        MeshFrame& taken) {
   check_readable(path);
-  const std::string head = head_of(path);
+  constexpr std::size_t kLongestHeader = 16384;
+  const std::string head = read_beginning(path, kLongestHeader);
   const MeshFormat format = format_of(path, head, context);
   auto [mesh, written] = read_as(format, path, head, context);
   check_mesh(mesh, path.string());

@@ -14,8 +14,8 @@
 #include "organbake/core/run_context.h"
 #include "organbake/core/scalar_type.h"
 #include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/polygon.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/geometry/written_color.h"
 
 namespace organbake {
 

@@ -6,15 +6,14 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 #include "organbake/geometry/polygon.h"
-#include "organbake/geometry/written_color.h"
 
 namespace organbake {
 namespace {
@@ -23,15 +22,50 @@ namespace {
 class TextScanner {
  public:
   // `name` is put before each error. The text must outlive the scanner.
-  TextScanner(std::string_view text, std::string name);
+  TextScanner(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+  }
 
   // Goes to the next line with words, without what follows `comment`; false at the end.
-  bool next_line(char comment = '#');
+  bool next_line(char comment = '#') {
+    constexpr std::string_view kBlank = " \t\f\v";
+    words_.clear();
+    while (words_.empty()) {
+      if (rest_.empty()) return false;
+      const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
+      std::string_view line = rest_.substr(0, end);
+      line = line.substr(0, line.find(comment));
+      const bool both = rest_.substr(end).starts_with("\r\n");
+      rest_.remove_prefix(std::min(end + (both ? 2 : 1), rest_.size()));
+      ++line_;
+      for (std::size_t at = 0; (at = line.find_first_not_of(kBlank, at)) != line.npos;) {
+        const std::size_t word_end = std::min(line.find_first_of(kBlank, at), line.size());
+        words_.push_back(line.substr(at, word_end - at));
+        at = word_end;
+      }
+    }
+    return true;
+  }
+
   const std::vector<std::string_view>& words() const { return words_; }
+
   // The number that word `at` of the line is. Throws BadDataError with the line's number.
-  double number(std::size_t at) const;
-  Eigen::Vector3d vector(std::size_t at) const;  // of three words
-  [[noreturn]] void fail(const std::string& message) const;
+  double number(std::size_t at) const {
+    if (at >= words_.size()) fail("a number is missing");
+    std::string_view word = words_[at];
+    if (word.starts_with('+')) word.remove_prefix(1);
+    const auto value = number_in<double>(word);
+    if (!value) fail("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
+    return *value;
+  }
+  Eigen::Vector3d vector(std::size_t at) const {  // of three words
+    return {number(at), number(at + 1), number(at + 2)};
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    throw BadDataError(name_ + ": line " + std::to_string(line_) + ": " + message);
+  }
 
  private:
   std::string_view rest_;
@@ -39,56 +73,6 @@ class TextScanner {
   std::size_t line_ = 0;
   std::vector<std::string_view> words_;
 };
-
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-constexpr std::string_view kBlank = " \t\f\v";
-
-TextScanner::TextScanner(std::string_view text, std::string name)
-    : rest_(text), name_(std::move(name)) {
-  if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
-}
-
-bool TextScanner::next_line(char comment) {
-  words_.clear();
-  while (words_.empty()) {
-    if (rest_.empty()) return false;
-    const std::size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
-    std::string_view line = rest_.substr(0, end);
-    const bool both = end + 1 < rest_.size() && rest_[end] == '\r' && rest_[end + 1] == '\n';
-    rest_.remove_prefix(std::min(end + (both ? 2 : 1), rest_.size()));
-    ++line_;
-    line = line.substr(0, line.find(comment));
-    for (;;) {
-      const std::size_t begin = line.find_first_not_of(kBlank);
-      if (begin == std::string_view::npos) break;
-      line.remove_prefix(begin);
-      const std::size_t length = std::min(line.find_first_of(kBlank), line.size());
-      words_.push_back(line.substr(0, length));
-      line.remove_prefix(length);
-    }
-  }
-  return true;
-}
-
-double TextScanner::number(std::size_t at) const {
-  if (at >= words_.size()) fail("a number is missing");
-  std::string_view word = words_[at];
-  if (word.starts_with('+')) word.remove_prefix(1);
-  double value = 0;
-  const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (result.ec != std::errc() || result.ptr != word.data() + word.size()) {
-    fail("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
-  }
-  return value;
-}
-
-Eigen::Vector3d TextScanner::vector(std::size_t at) const {
-  return {number(at), number(at + 1), number(at + 2)};
-}
-
-void TextScanner::fail(const std::string& message) const {
-  throw BadDataError(name_ + ": line " + std::to_string(line_) + ": " + message);
-}
 
 std::string joined_lines(std::string_view text) {
   std::string joined(text);
@@ -105,12 +89,12 @@ std::string joined_lines(std::string_view text) {
 // The first index of 7, 7/1, 7//2 or 7/1/2, from 0; negative ones count back from the last vertex.
 std::uint32_t vertex_of(const TextScanner& line, std::size_t word, std::size_t vertex_count) {
   const std::string_view text = line.words()[word].substr(0, line.words()[word].find('/'));
-  long long index = 0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), index);
-  if (result.ec != std::errc() || result.ptr != text.data() + text.size() || index == 0)
+  const auto index = number_in<long long>(text);
+  if (!index || *index == 0)
     line.fail("\"" + std::string(line.words()[word].substr(0, 40)) + "\" names no vertex");
-  const long long at = index > 0 ? index - 1 : static_cast<long long>(vertex_count) + index;
-  if (at < 0 || at > 0xFFFFFFFELL) line.fail("vertex " + std::to_string(index) + " does not exist");
+  const long long at = *index > 0 ? *index - 1 : static_cast<long long>(vertex_count) + *index;
+  if (at < 0 || at > 0xFFFFFFFELL)
+    line.fail("vertex " + std::to_string(*index) + " does not exist");
   return static_cast<std::uint32_t>(at);
 }
 
@@ -125,11 +109,6 @@ static_assert(std::endian::native == std::endian::little, "binary STL is read as
 
 constexpr std::size_t kHeader = 84, kTriangle = 50, kNormal = 12;
 
-bool is_word(std::string_view word, std::string_view lower_case) {
-  return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
-                    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a + 32 : a) == b; });
-}
-
 void append(TriangleMesh& mesh, const Eigen::Vector3d& corner) {
   mesh.vertices.push_back(corner);
   if (mesh.vertices.size() % 3 != 0) return;
@@ -139,18 +118,17 @@ void append(TriangleMesh& mesh, const Eigen::Vector3d& corner) {
 
 // The triangles that a binary file says to hold.
 std::uint64_t claimed(std::string_view bytes) {
-  std::uint32_t count = 0;
-  if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, 4);
-  return count;
+  return bytes.size() >= kHeader ? whole_at(bytes, kHeader - 4, 4, false) : 0;
 }
 
 // Binary files may begin with "solid" as well: the text must have a facet, too.
 bool is_text(std::string_view bytes, const std::string& name) {
   if (bytes.size() >= kHeader && bytes.size() == kHeader + kTriangle * claimed(bytes)) return false;
   TextScanner line(bytes.substr(0, 4096), name);
-  if (!line.next_line('\0') || !is_word(line.words()[0], "solid")) return false;
-  const bool more = line.next_line('\0');
-  return more && (is_word(line.words()[0], "facet") || is_word(line.words()[0], "endsolid"));
+  if (!line.next_line('\0') || lower_case(line.words()[0]) != "solid") return false;
+  if (!line.next_line('\0')) return false;
+  const std::string next = lower_case(line.words()[0]);
+  return next == "facet" || next == "endsolid";
 }
 
 TriangleMesh from_text(std::string_view bytes, const std::string& name) {
@@ -159,11 +137,11 @@ TriangleMesh from_text(std::string_view bytes, const std::string& name) {
   std::size_t loop_begin = 0;
   bool ended = false;
   while (line.next_line('\0')) {
-    const std::string_view word = line.words()[0];
-    ended = is_word(word, "endsolid");
-    if (is_word(word, "facet")) loop_begin = mesh.vertices.size();
-    if (is_word(word, "vertex")) append(mesh, line.vector(1));
-    if (is_word(word, "endloop") && mesh.vertices.size() != loop_begin + 3)
+    const std::string word = lower_case(line.words()[0]);
+    ended = word == "endsolid";
+    if (word == "facet") loop_begin = mesh.vertices.size();
+    if (word == "vertex") append(mesh, line.vector(1));
+    if (word == "endloop" && mesh.vertices.size() != loop_begin + 3)
       line.fail("a facet has not three vertices");
   }
   if (!ended) line.fail("the text ends without \"endsolid\": truncated");

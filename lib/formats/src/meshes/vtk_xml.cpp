@@ -10,9 +10,9 @@
 #include <cstring>
 #include <map>
 
-#include "organbake/core/base64.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "xml_parser.h"
 
 namespace organbake {
@@ -219,12 +219,9 @@ void VtkXmlFile::fail(const std::string& message) const { throw BadDataError(pat
 std::size_t VtkXmlFile::count(const XmlAttributes& attributes, const std::string& name) const {
   const auto written = attributes.find(name);
   if (written == attributes.end()) return 0;
-  std::size_t number = 0;
-  const char* const end = written->second.data() + written->second.size();
-  const auto [rest, error] = std::from_chars(written->second.data(), end, number);
-  if (error != std::errc() || rest != end)
-    fail(name + " is \"" + written->second + "\", which is no count");
-  return number;
+  const auto number = number_in<std::size_t>(written->second);
+  if (!number) fail(name + " is \"" + written->second + "\", which is no count");
+  return *number;
 }
 
 std::string VtkXmlFile::field_text(std::string_view name) const {
@@ -292,10 +289,8 @@ VtkXmlNumbers VtkXmlFile::numbers(const VtkXmlArray& array,
 std::vector<double> VtkXmlNumbers::as_doubles() const {
   std::vector<double> all(count);
   with_scalar_type(type, [&](auto zero) {
-    for (std::size_t i = 0; i < count; ++i) {
-      std::memcpy(&zero, &bytes[i * sizeof zero], sizeof zero);
-      all[i] = static_cast<double>(zero);
-    }
+    for (std::size_t i = 0; i < count; ++i)
+      all[i] = static_cast<double>(bytes_as<decltype(zero)>(&bytes[i * sizeof zero]));
   });
   return all;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "meshes/mesh_readers.h"
+#include "organbake/core/text.h"
 #include "organbake/formats/vtk_xml.h"
 
 namespace organbake {
@@ -50,9 +51,8 @@ VtkCells cells_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* 
   return {ends, list, points, name};
 }
 
-bool named_as_colors(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+bool named_as_colors(const std::string& written) {
+  const std::string name = lower_case(written);
   return name.find("color") != name.npos || name.find("colour") != name.npos ||
          name.starts_with("rgb");
 }

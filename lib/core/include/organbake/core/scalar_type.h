@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 namespace organbake {
 
@@ -26,29 +30,13 @@ enum class ScalarType {
 // Calls use(zero) with a zero of the C++ type and returns what it returns.
 template <typename Use>
 decltype(auto) with_scalar_type(ScalarType type, Use&& use) {
-  switch (type) {
-    case ScalarType::int8:
-      return use(std::int8_t{});
-    case ScalarType::uint8:
-      return use(std::uint8_t{});
-    case ScalarType::int16:
-      return use(std::int16_t{});
-    case ScalarType::uint16:
-      return use(std::uint16_t{});
-    case ScalarType::int32:
-      return use(std::int32_t{});
-    case ScalarType::uint32:
-      return use(std::uint32_t{});
-    case ScalarType::int64:
-      return use(std::int64_t{});
-    case ScalarType::uint64:
-      return use(std::uint64_t{});
-    case ScalarType::float32:
-      return use(float{});
-    case ScalarType::float64:
-      break;
-  }
-  return use(double{});
+  // In the order of the list above.
+  using Zero = std::variant<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t,
+                            std::uint32_t, std::int64_t, std::uint64_t, float, double>;
+  static const Zero kZeros[] = {std::int8_t{},  std::uint8_t{},  std::int16_t{}, std::uint16_t{},
+                                std::int32_t{}, std::uint32_t{}, std::int64_t{}, std::uint64_t{},
+                                float{},        double{}};
+  return std::visit(std::forward<Use>(use), kZeros[static_cast<std::size_t>(type)]);
 }
 
 inline std::size_t bytes_of(ScalarType type) {
@@ -57,6 +45,26 @@ inline std::size_t bytes_of(ScalarType type) {
 
 inline bool is_floating_point(ScalarType type) {
   return with_scalar_type(type, [](auto zero) { return std::is_floating_point_v<decltype(zero)>; });
+}
+
+// The number whose bytes begin there, in the machine's order or the other.
+template <class Number>
+Number bytes_as(const void* bytes, bool swapped = false) {
+  std::byte raw[sizeof(Number)];
+  std::memcpy(raw, bytes, sizeof raw);
+  if (swapped) std::reverse(std::begin(raw), std::end(raw));
+  Number number;
+  std::memcpy(&number, raw, sizeof raw);
+  return number;
+}
+
+// The whole number of up to four bytes from place `at` on.
+template <class Bytes>
+std::uint32_t whole_at(const Bytes& bytes, std::size_t at, std::size_t count, bool big_endian) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    value = value << 8 | static_cast<unsigned char>(bytes[at + (big_endian ? i : count - 1 - i)]);
+  return value;
 }
 
 // Turns round the bytes of each of `count` numbers of that type: big-endian ↔ little-endian.

@@ -13,6 +13,9 @@
 
 namespace organbake {
 
+// What programs call one thing.
+using Names = std::initializer_list<const char*>;
+
 // The matrices, numbers and words that a calibration keeps under names.
 struct NamedMatrices {
   struct Matrix {
@@ -27,9 +30,9 @@ struct NamedMatrices {
       faults;  // why what has this name is no matrix, whole sentences
 
   // The first of these names that is there. Throws BadDataError where it is, but is no matrix.
-  const Matrix* find(std::initializer_list<const char*> names) const;
-  std::optional<double> number(std::initializer_list<const char*> names) const;
-  const NamedMatrices* part(std::initializer_list<const char*> names) const;
+  const Matrix* find(Names names) const;
+  std::optional<double> number(Names names) const;
+  const NamedMatrices* part(Names names) const;
 };
 
 // Adds what an OpenCV file storage (YAML, JSON or XML), or an .ini of sections, holds: its
@@ -42,31 +45,31 @@ void add_opencv_text(const std::string& text, const std::filesystem::path& path,
                      NamedMatrices& found);
 
 // What programs call the left eye's.
-inline constexpr std::initializer_list<const char*> kLeftCameraMatrix = {"k1",
-                                                                         "m1",
-                                                                         "cameramatrix1",
-                                                                         "cm1",
-                                                                         "cameramatrixl",
-                                                                         "kl",
-                                                                         "ml",
-                                                                         "cameramatrixleft",
-                                                                         "leftcameramatrix",
-                                                                         "kleft",
-                                                                         "intrinsic1"};
-inline constexpr std::initializer_list<const char*> kDistortion = {"distortioncoefficients",
-                                                                   "distcoeffs",
-                                                                   "d",
-                                                                   "distortion",
-                                                                   "distortioncoeffs",
-                                                                   "distcoeff",
-                                                                   "distcoef",
-                                                                   "kc",
-                                                                   "dist"};
-inline constexpr std::initializer_list<const char*> kLeftDistortion = {
+inline constexpr Names kLeftCameraMatrix = {"k1",
+                                            "m1",
+                                            "cameramatrix1",
+                                            "cm1",
+                                            "cameramatrixl",
+                                            "kl",
+                                            "ml",
+                                            "cameramatrixleft",
+                                            "leftcameramatrix",
+                                            "kleft",
+                                            "intrinsic1"};
+inline constexpr Names kDistortion = {"distortioncoefficients",
+                                      "distcoeffs",
+                                      "d",
+                                      "distortion",
+                                      "distortioncoeffs",
+                                      "distcoeff",
+                                      "distcoef",
+                                      "kc",
+                                      "dist"};
+inline constexpr Names kLeftDistortion = {
     "d1", "distcoeffs1",    "distortioncoefficients1", "distcoeffsl",
     "dl", "distcoeffsleft", "leftdistcoeffs",          "dist1",
     "kc1"};
-inline constexpr std::initializer_list<const char*> kRightDistortion = {
+inline constexpr Names kRightDistortion = {
     "d2", "distcoeffs2",     "distortioncoefficients2", "distcoeffsr",
     "dr", "distcoeffsright", "rightdistcoeffs",         "dist2",
     "kc2"};

@@ -39,4 +39,7 @@ void check_mesh(const TriangleMesh& mesh, const std::string& name);
 // The areas of all of them, mm², in that order.
 std::vector<double> component_areas(const TriangleMesh& mesh);
 
+// Leaves the vertices that faces have, in the order in which these name them first.
+void drop_unused_vertices(TriangleMesh& mesh);
+
 }  // namespace organbake

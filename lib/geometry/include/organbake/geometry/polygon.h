@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Faces as files hold them: polygons, strips, and vertices that stand there once for each face.
+// Meshes as files hold them: polygons, strips, vertices that stand there once for each face, and
+// colours of any scale.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,5 +34,17 @@ struct WeldSummary {
 // surface are left alone, so that bodies which touch stay apart. A merged vertex has the mean
 // colour. Faces that shrink to an edge are dropped. The mesh must be checked (check_mesh).
 WeldSummary weld(TriangleMesh& mesh);
+
+// How a file's colours are written. `number`: 0…1 if none exceeds 1, else 0…255, else 0…65535.
+enum class ColorScale { linear, number, byte, two_bytes };
+
+// Scene-linear colours of those that a file holds; all but linear ones are sRGB (IEC 61966-2-1).
+std::vector<Eigen::Vector3f> linear_colors(const std::vector<Eigen::Vector3d>& written,
+                                           ColorScale scale);
+
+// The colour of each of `vertex_count` vertices: the mean of its faces'; black without a face.
+std::vector<Eigen::Vector3f> vertex_from_face_colors(
+    const std::vector<Face>& faces, const std::vector<Eigen::Vector3f>& face_colors,
+    std::size_t vertex_count);
 
 }  // namespace organbake

@@ -2,7 +2,7 @@
 #pragma once
 
 // Meshes made: spheres of triangles, edges halved until they are short enough, points spread
-// evenly.
+// evenly; and the place of a triangle that is nearest to a point.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +33,11 @@ struct RefinedMesh {
 // most_faces.
 RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm,
                          std::size_t most_faces = 50'000'000);
+
+// Barycentric weights of the point of triangle abc nearest to p (Ericson, Real-Time Collision
+// Detection, 5.1.5). A triangle that is an edge or a point gives the nearest of what it is.
+Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
 // Points spread evenly by area over a mesh: point i lies in the i-th of equal slices of the area
 // (stratification), at random in its face; one random stream a point. Keeps a reference to the

@@ -132,29 +132,34 @@ void check_option(const Option& option, const OptionValue& value, const std::str
 // As parse_option reads it; numbers in their shortest exact form.
 std::string option_text(const OptionValue& value);
 
-// How the C++ types of options map to values.
-template <class T>
-struct OptionType {
-  static_assert(std::is_integral_v<T>, "no option of this type");
-  static constexpr OptionKind kind =
-      std::is_same_v<T, bool> ? OptionKind::boolean : OptionKind::integer;
-  using Stored = std::conditional_t<std::is_same_v<T, bool>, bool, std::int64_t>;
-  static OptionValue to_value(T value) { return static_cast<Stored>(value); }
+// How the C++ types of options map to values: most by the type that stands for them there.
+template <class T, class Stored, OptionKind kKind>
+struct OptionTypeAs {
+  static constexpr OptionKind kind = kKind;
+  static OptionValue to_value(const T& value) { return static_cast<Stored>(value); }
   static T from_value(const OptionValue& value) { return static_cast<T>(std::get<Stored>(value)); }
 };
-template <>
-struct OptionType<double> {
-  static constexpr OptionKind kind = OptionKind::number;
-  static OptionValue to_value(double value) { return value; }
-  static double from_value(const OptionValue& value) { return std::get<double>(value); }
+template <class T>
+struct OptionType : OptionTypeAs<T, std::int64_t, OptionKind::integer> {
+  static_assert(std::is_integral_v<T>, "no option of this type");
 };
 template <>
-struct OptionType<float> {
-  static constexpr OptionKind kind = OptionKind::number;
+struct OptionType<bool> : OptionTypeAs<bool, bool, OptionKind::boolean> {};
+template <>
+struct OptionType<double> : OptionTypeAs<double, double, OptionKind::number> {};
+template <>
+struct OptionType<float> : OptionTypeAs<float, double, OptionKind::number> {
   // Through the float's shortest decimal: users see 0.42, not 0.41999998688697815.
   static OptionValue to_value(float value);
-  static float from_value(const OptionValue& v) { return static_cast<float>(std::get<double>(v)); }
 };
+template <>
+struct OptionType<std::string> : OptionTypeAs<std::string, std::string, OptionKind::text> {};
+template <>
+struct OptionType<std::filesystem::path>
+    : OptionTypeAs<std::filesystem::path, std::string, OptionKind::path> {};
+template <>
+struct OptionType<std::vector<std::string>>
+    : OptionTypeAs<std::vector<std::string>, std::vector<std::string>, OptionKind::texts> {};
 // Nothing is the word "auto": the stage finds the value.
 template <>
 struct OptionType<std::optional<double>> {
@@ -168,49 +173,21 @@ struct OptionType<std::optional<double>> {
     return number ? std::optional(*number) : std::nullopt;
   }
 };
-template <>
-struct OptionType<std::string> {
-  static constexpr OptionKind kind = OptionKind::text;
-  static OptionValue to_value(const std::string& value) { return value; }
-  static std::string from_value(const OptionValue& value) { return std::get<std::string>(value); }
-};
-template <>
-struct OptionType<std::filesystem::path> {
-  static constexpr OptionKind kind = OptionKind::path;
-  static OptionValue to_value(const std::filesystem::path& value) { return value.string(); }
-  static std::filesystem::path from_value(const OptionValue& value) {
-    return std::get<std::string>(value);
-  }
-};
-template <>
-struct OptionType<std::vector<std::string>> {
-  static constexpr OptionKind kind = OptionKind::texts;
-  static OptionValue to_value(const std::vector<std::string>& value) { return value; }
-  static std::vector<std::string> from_value(const OptionValue& value) {
-    return std::get<std::vector<std::string>>(value);
-  }
-};
 // Three components: std::array or an Eigen vector.
 template <class Vector, class Scalar>
 struct OptionTypeOfVector {
   static constexpr OptionKind kind =
       std::is_integral_v<Scalar> ? OptionKind::integers : OptionKind::vector;
   static OptionValue to_value(const Vector& vector) {
+    using Number = OptionType<std::conditional_t<std::is_integral_v<Scalar>, double, Scalar>>;
     std::vector<double> values;
-    for (int i = 0; i < 3; ++i) {
-      if constexpr (std::is_same_v<Scalar, float>) {
-        values.push_back(std::get<double>(OptionType<float>::to_value(vector[i])));
-      } else {
-        values.push_back(static_cast<double>(vector[i]));
-      }
-    }
+    for (int i = 0; i < 3; ++i) values.push_back(std::get<double>(Number::to_value(vector[i])));
     return values;
   }
   static Vector from_value(const OptionValue& value) {
     Vector vector;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
       vector[i] = static_cast<Scalar>(std::get<std::vector<double>>(value)[i]);
-    }
     return vector;
   }
 };

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A bundle for other programs: its surface with textures, pictures cut out of their ground, and a
+// page that plays it.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -11,6 +16,7 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/exports.h"
 #include "organbake/geometry/triangle_mesh.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 
@@ -67,5 +73,43 @@ struct TexturedSurfaceOptions {
 // is asked of a bundle that does not know its light.
 TexturedMesh textured_surface(const Bundle& bundle, const TexturedSurfaceOptions& options,
                               const RunContext& context = {});
+
+// What one camera of a bundle sees, cut out of its ground.
+struct CutOut {
+  Rgb8Image color;                  // sRGB, not multiplied by alpha; black where alpha is 0
+  std::vector<std::uint8_t> alpha;  // how much of the pixel the organ covers
+  std::vector<float> depth_mm;      // planar z; 0 where the pixel's centre sees nothing
+};
+
+// Colours and depths are the maps'. The outline is the base layer's, over 4 × 4 rays a pixel; what
+// the maps leave out beside it (they keep nothing that they see at a grazing angle) is filled from
+// there, so that the organ ends where its surface does. base: base_surface() of the bundle, `scene`
+// its search tree. Spreads over TBB's threads.
+CutOut cut_out(const CameraMaps& maps, const PosedCamera& camera, const TriangleMesh& base,
+               const RayScene& scene);
+
+// White where the organ covers at least half of a pixel: an 8-bit PNG.
+std::string mask_png(const CutOut& picture);
+// Whole counts of unit_mm in 16 bits, 0 for nothing.
+std::string depth_png(const CutOut& picture, double unit_mm);
+// The finest unit of 1, 2 or 5 · 10ⁿ mm in which that depth fits into 16 bits.
+double depth_unit_mm(double largest_depth_mm);
+
+// What a page is made of beside the organ, as it lies in share/organbake/web.
+struct WebPlayer {
+  // page.html, page.css, organ.js and webgl.js, painter.js, headset.js and page.js
+  std::string page, style, loader, script;
+  std::vector<std::byte> module, shaders;  // organ.wasm, organ.glsl
+};
+
+// Throws NoInputError for what is missing; of the module it says how it is built.
+WebPlayer read_web_player(const std::filesystem::path& folder);
+
+// One self-contained page in which the organ can be looked at and poked. Throws as web_pack() does.
+std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunContext& context = {});
+
+// A bundle as the player in a page reads it (bundle/bundle_pack.h), the same bytes for any number
+// of threads. Throws BadDataError for a bundle too large for it, CancelledError.
+std::vector<std::byte> web_pack(const Bundle& bundle, const RunContext& context = {});
 
 }  // namespace organbake
