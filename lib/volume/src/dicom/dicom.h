@@ -48,7 +48,6 @@ struct DicomSlice {
   int frame = 0;  // of pixels.frames, from 0
   std::string series_uid, series_number, series_description;
   std::string frame_of_reference_uid;  // of the space that the places are in
-  std::string acquisition;             // number of the acquisition within the series
   std::string modality;
   bool is_localizer = false;
   int columns = 0, rows = 0;

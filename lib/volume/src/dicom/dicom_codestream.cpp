@@ -23,16 +23,12 @@ using Bytes = std::span<const std::byte>;
 
 unsigned byte_at(Bytes bytes, std::size_t at) { return std::to_integer<unsigned>(bytes[at]); }
 
-std::uint32_t big_endian(Bytes bytes, std::size_t at, int count) {
-  std::uint32_t value = 0;
-  for (int i = 0; i < count; ++i) value = value << 8 | byte_at(bytes, at + i);
-  return value;
+std::uint32_t big_endian(Bytes bytes, std::size_t at, std::size_t count) {
+  return whole_at(bytes, at, count, true);
 }
 
-std::uint32_t little_endian(Bytes bytes, std::size_t at, int count) {
-  std::uint32_t value = 0;
-  for (int i = count - 1; i >= 0; --i) value = value << 8 | byte_at(bytes, at + i);
-  return value;
+std::uint32_t little_endian(Bytes bytes, std::size_t at, std::size_t count) {
+  return whole_at(bytes, at, count, false);
 }
 
 [[noreturn]] void refuse(const DicomSlice& slice, const std::string& why) {
@@ -323,8 +319,7 @@ std::vector<std::byte> decompress(const DicomSlice& slice, DicomCoding coding) {
   keep_off_the_terminal();
   std::vector<std::byte> stream = read_codestream(slice, coding);
   if (stream.size() % 2) stream.push_back(std::byte{0});  // fragments are even by PS3.5
-  const std::size_t bytes =
-      static_cast<std::size_t>(slice.columns) * slice.rows * (slice.pixels.bits_allocated / 8);
+  const std::size_t bytes = slice.stored_bytes();
   constexpr std::size_t kStrongestCompression = 2000;  // an empty image as JPEG 2000
   if (bytes / kStrongestCompression > stream.size())
     throw BadDataError(slice.file, "truncated: " + std::to_string(stream.size()) +

@@ -315,8 +315,7 @@ Volume grid_of_planes(const std::vector<ContouredRegion>& regions, const Eigen::
     constexpr double kCoarser = 1.2;
     fine *= kCoarser;
   }
-  checked_grid_size(count, name);
-  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
+  set_calculated_size(grid, count, name);
   grid.origin_mm =
       axes * Eigen::Vector3d(box.min().x() - 2 * fine, box.min().y() - 2 * fine, slices.first_mm);
   return grid;
@@ -372,7 +371,9 @@ void set_slabs(std::vector<ContouredRegion>& regions, const std::vector<bool>& c
 }  // namespace
 
 Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& options) {
-  std::vector<ContouredRegion> regions = read_regions(DicomDocument(file), file);
+  const DicomDocument document(file);
+  document.check();
+  std::vector<ContouredRegion> regions = read_regions(document, file);
   std::vector<LabelName> names;
   for (std::size_t i = 0; i < regions.size(); ++i) {
     names.push_back({regions[i].number, regions[i].name, static_cast<int>(i)});

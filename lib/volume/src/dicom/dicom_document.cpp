@@ -6,17 +6,14 @@
 
 #include <sys/mman.h>
 #include <unistd.h>
-#include <vtkAlgorithm.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCommand.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
 #include <vtkDICOMUtilities.h>
-#include <vtkExecutive.h>
 #include <vtkNew.h>
 #include <zlib.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -45,43 +42,13 @@ std::string own_words(const char* text) {
   return words.empty() ? "VTK could not read it" : words;
 }
 
-}  // namespace
-
-VtkErrorLog::VtkErrorLog() : observer_(vtkCallbackCommand::New()) {
-  observer_->SetClientData(this);
-  observer_->SetCallback(&VtkErrorLog::remember);
+// VTK reports errors as events, and prints them when nobody listens. The first one's own words are
+// kept. (What is deep inside VTK can still write to its process-wide log.)
+void remember(vtkObject*, unsigned long event, void* fault, void* text) {
+  auto& first = *static_cast<std::string*>(fault);
+  if (event == vtkCommand::ErrorEvent && first.empty())
+    first = own_words(static_cast<const char*>(text));
 }
-
-VtkErrorLog::~VtkErrorLog() {
-  // Watched objects may outlive the log; they keep the command, which must then do nothing.
-  observer_->SetCallback(nullptr);
-  observer_->Delete();
-}
-
-vtkCommand* VtkErrorLog::observer() const { return observer_; }
-
-void VtkErrorLog::watch(vtkAlgorithm* algorithm) {
-  watch_object(algorithm);
-  watch_object(algorithm->GetExecutive());
-}
-
-void VtkErrorLog::watch_object(vtkObject* object) {
-  object->AddObserver(vtkCommand::ErrorEvent, observer_);
-  object->AddObserver(vtkCommand::WarningEvent, observer_);
-}
-
-void VtkErrorLog::remember(vtkObject*, unsigned long event, void* log, void* text) {
-  auto* self = static_cast<VtkErrorLog*>(log);
-  if (event == vtkCommand::ErrorEvent && self->first_.empty()) {
-    self->first_ = own_words(static_cast<const char*>(text));
-  }
-}
-
-void VtkErrorLog::throw_if_any(const std::filesystem::path& file) const {
-  if (!empty()) throw BadDataError(file, first_);
-}
-
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -91,18 +58,11 @@ constexpr std::size_t kLargestInflated = std::size_t{1} << 28;  // of one slice
 const std::string kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 const std::string kExplicit = "1.2.840.10008.1.2.1";  // what it is once inflated
 
-std::uint32_t number(const std::string& bytes, std::size_t at, int count) {
-  std::uint32_t value = 0;
-  for (int i = count - 1; i >= 0; --i)
-    value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
-  return value;
-}
-
 // Where the data set begins, by the meta group's own length, its first element.
 std::optional<std::size_t> end_of_meta(const std::string& bytes) {
-  if (bytes.size() < kPreamble + 12 || bytes.compare(128, 4, "DICM") != 0) return std::nullopt;
+  if (bytes.size() < kPreamble + 12 || !starts_dicom(bytes)) return std::nullopt;
   if (bytes.compare(kPreamble, 8, std::string("\2\0\0\0UL\4\0", 8)) != 0) return std::nullopt;
-  const std::size_t end = kPreamble + 12 + number(bytes, kPreamble + 8, 4);
+  const std::size_t end = kPreamble + 12 + whole_at(bytes, kPreamble + 8, 4, false);
   return end <= bytes.size() ? std::optional(end) : std::nullopt;
 }
 
@@ -124,14 +84,6 @@ std::optional<std::string> inflated(const std::string& bytes, std::size_t from) 
   return state == Z_STREAM_END ? std::optional(std::move(out)) : std::nullopt;
 }
 
-std::string start_of(const fs::path& file) {
-  std::string start(kLongestMeta, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(stream.gcount()));
-  return start;
-}
-
 bool write_all(int descriptor, const std::string& bytes) {
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t written = ::write(descriptor, bytes.data() + at, bytes.size() - at);
@@ -144,7 +96,7 @@ bool write_all(int descriptor, const std::string& bytes) {
 // The file with its data set inflated and its transfer syntax renamed; the shorter name is filled
 // up with the zeros that UIDs are padded with.
 std::optional<std::string> as_explicit(const fs::path& file) {
-  const std::string start = start_of(file);
+  const std::string start = beginning_of(file, kLongestMeta);
   if (start.find(kDeflatedSyntax) == std::string::npos) return std::nullopt;
   const auto meta = end_of_meta(start);
   if (!meta || start.find(kDeflatedSyntax) >= *meta) return std::nullopt;
@@ -162,6 +114,14 @@ std::optional<std::string> as_explicit(const fs::path& file) {
 
 }  // namespace
 
+std::string beginning_of(const fs::path& file, std::size_t bytes) {
+  std::string start(bytes, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  return start;
+}
+
 ReadableDicom::ReadableDicom(const fs::path& file) : path_(file) {
   const auto bytes = as_explicit(file);
   if (!bytes) return;
@@ -174,18 +134,24 @@ ReadableDicom::~ReadableDicom() {
   if (memory_ >= 0) ::close(memory_);
 }
 
-DicomDocument::DicomDocument(const std::filesystem::path& file) : readable_(file) {
-  if (const std::string flaw = flaw_of_dicom(readable_.path()); !flaw.empty())
-    throw BadDataError(file, flaw);
+DicomDocument::DicomDocument(const fs::path& file)
+    : file_(file), readable_(file), fault_(flaw_of_dicom(readable_.path())) {
+  if (!fault_.empty()) return;
+  vtkNew<vtkCallbackCommand> listener;
+  listener->SetClientData(&fault_);
+  listener->SetCallback(remember);
   vtkNew<vtkDICOMParser> parser;
-  VtkErrorLog errors;
-  errors.watch_object(parser);
+  parser->AddObserver(vtkCommand::ErrorEvent, listener);
+  parser->AddObserver(vtkCommand::WarningEvent, listener);
   parser->SetMetaData(data_);
   parser->SetFileName(readable_.path().c_str());
   parser->Update();
-  errors.throw_if_any(file);
   pixel_offset_ = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(0, parser->GetFileOffset()));
   pixel_bytes_ = parser->GetPixelDataFound() ? parser->GetPixelDataVL() : 0;
+}
+
+void DicomDocument::check() const {
+  if (!fault_.empty()) throw BadDataError(file_, fault_);
 }
 
 std::string DicomDocument::text(vtkDICOMTag tag) const { return dicom_text(data_->Get(tag)); }
@@ -193,33 +159,17 @@ std::string DicomDocument::text(vtkDICOMTag tag) const { return dicom_text(data_
 std::string dicom_text(const vtkDICOMValue& value) { return trimmed(value.AsString()); }
 
 DicomMaskKind dicom_mask_kind(const std::filesystem::path& file) {
-  vtkNew<vtkDICOMMetaData> data;
-  vtkNew<vtkDICOMParser> parser;
-  VtkErrorLog errors;
-  errors.watch_object(parser);
-  const ReadableDicom readable(file);
-  if (!flaw_of_dicom(readable.path()).empty()) return DicomMaskKind::none;
-  parser->SetMetaData(data);
-  parser->SetFileName(readable.path().c_str());
-  parser->Update();
-  const std::string kind = dicom_text(data->Get(DC::SOPClassUID));
-  if (kind == "1.2.840.10008.5.1.4.1.1.66.4" || kind == "1.2.840.10008.5.1.4.1.1.66.7") {
+  const std::string kind = DicomDocument(file).text(DC::SOPClassUID);
+  if (kind == "1.2.840.10008.5.1.4.1.1.66.4" || kind == "1.2.840.10008.5.1.4.1.1.66.7")
     return DicomMaskKind::segmentation;
-  }
   return kind == "1.2.840.10008.5.1.4.1.1.481.3" ? DicomMaskKind::contours : DicomMaskKind::none;
 }
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 constexpr int kMostFrames = 65535;
 constexpr const char* kDirectoryClass = "1.2.840.10008.1.3.10";
-
-std::string as_text(const vtkDICOMValue& read) { return trimmed(read.AsString(), " "); }
-
-std::string text(vtkDICOMMetaData& data, vtkDICOMTag tag) { return as_text(data.Get(tag)); }
 
 int integer(vtkDICOMMetaData& data, vtkDICOMTag tag, int otherwise) {
   return data.Has(tag) ? data.Get(tag).AsInt() : otherwise;
@@ -258,19 +208,20 @@ int as_stored(int value, bool is_signed) {
   return is_signed ? static_cast<std::int16_t>(bits) : bits;
 }
 
-DicomPixels pixels_from(vtkDICOMMetaData& data, vtkDICOMParser& parser) {
+DicomPixels pixels_from(const DicomDocument& document) {
+  vtkDICOMMetaData& data = document.data();
   DicomPixels pixels;
-  pixels.transfer_syntax = text(data, DC::TransferSyntaxUID);
+  pixels.transfer_syntax = document.text(DC::TransferSyntaxUID);
   pixels.big_endian = pixels.transfer_syntax == "1.2.840.10008.1.2.2";
-  pixels.photometric = text(data, DC::PhotometricInterpretation);
+  pixels.photometric = document.text(DC::PhotometricInterpretation);
   pixels.bits_allocated = integer(data, DC::BitsAllocated, 16);
   pixels.bits_stored = integer(data, DC::BitsStored, pixels.bits_allocated);
   pixels.is_signed = integer(data, DC::PixelRepresentation, 0) != 0;
   pixels.samples = integer(data, DC::SamplesPerPixel, 1);
   pixels.frames = integer(data, DC::NumberOfFrames, 1);
-  pixels.present = parser.GetPixelDataFound() && parser.GetPixelDataVL() > 0;
-  pixels.offset = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(0, parser.GetFileOffset()));
-  pixels.bytes = parser.GetPixelDataVL();
+  pixels.present = document.pixel_bytes() > 0;
+  pixels.offset = document.pixel_offset();
+  pixels.bytes = document.pixel_bytes();
   if (data.Has(DC::PixelPaddingValue)) {
     const int value = data.Get(DC::PixelPaddingValue).AsInt();
     const int first = as_stored(value, pixels.is_signed);
@@ -296,32 +247,29 @@ void read_what_tells_apart(vtkDICOMMetaData& data, DicomSlice& slice) {
       {"acquisition time", DC::FrameReferenceDateTime},
       {"image type", DC::ImageType}};
   for (const auto& [what, tag] : kTelling) {
-    const std::string value = as_text(of_frame(data, slice, tag));
+    const std::string value = dicom_text(of_frame(data, slice, tag));
     if (!value.empty()) slice.told_apart_by.emplace_back(what, value);
   }
 }
 
-DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::path& file) {
+DicomSlice slice_from(const DicomDocument& document, const fs::path& file) {
   DicomSlice slice;
   slice.file = file;
-  slice.series_uid = text(data, DC::SeriesInstanceUID);
-  slice.series_number = text(data, DC::SeriesNumber);
-  slice.frame_of_reference_uid = text(data, DC::FrameOfReferenceUID);
-  slice.series_description = text(data, DC::SeriesDescription);
-  slice.acquisition = text(data, DC::AcquisitionNumber);
-  slice.modality = text(data, DC::Modality);
-  slice.is_localizer = text(data, DC::ImageType).find("LOCALIZER") != std::string::npos;
-  slice.rows = data.Get(DC::Rows).AsInt();
-  slice.columns = data.Get(DC::Columns).AsInt();
-  slice.pixels = pixels_from(data, parser);
+  slice.series_uid = document.text(DC::SeriesInstanceUID);
+  slice.series_number = document.text(DC::SeriesNumber);
+  slice.frame_of_reference_uid = document.text(DC::FrameOfReferenceUID);
+  slice.series_description = document.text(DC::SeriesDescription);
+  slice.modality = document.text(DC::Modality);
+  slice.is_localizer = document.text(DC::ImageType).find("LOCALIZER") != std::string::npos;
+  slice.rows = document.data().Get(DC::Rows).AsInt();
+  slice.columns = document.data().Get(DC::Columns).AsInt();
+  slice.pixels = pixels_from(document);
   return slice;
 }
 
 // vtk-dicom's own test also knows files without the preamble, but wants 256 bytes.
 bool is_dicom(const fs::path& file) {
-  std::array<char, 132> first{};
-  std::ifstream(file, std::ios::binary).read(first.data(), first.size());
-  return std::string_view(first.data() + 128, 4) == "DICM" ||
+  return starts_dicom(beginning_of(file, kPreamble)) ||
          vtkDICOMUtilities::IsDICOMFile(file.c_str());
 }
 
@@ -342,7 +290,7 @@ void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice) {
   const vtkDICOMValue& intercept = of_frame(data, slice, DC::RescaleIntercept);
   if (slope.IsValid()) slice.slope = slope.AsDouble();
   if (intercept.IsValid()) slice.intercept = intercept.AsDouble();
-  const std::string kind = as_text(of_frame(data, slice, DC::FrameType));
+  const std::string kind = dicom_text(of_frame(data, slice, DC::FrameType));
   slice.is_localizer |= kind.find("LOCALIZER") != std::string::npos;
   read_geometry(data, slice);
   read_what_tells_apart(data, slice);
@@ -353,46 +301,33 @@ ScannedFile scan_dicom_file(const fs::path& file) {
   scanned.file = file;
   scanned.is_dicom = is_dicom(file);
   if (!scanned.is_dicom) return scanned;
-  vtkNew<vtkDICOMMetaData> data;
-  vtkNew<vtkDICOMParser> parser;
-  VtkErrorLog errors;
-  errors.watch_object(parser);
-  const ReadableDicom readable(file);
-  if (const std::string flaw = flaw_of_dicom(readable.path()); !flaw.empty()) {
-    scanned.damaged = true;
-    scanned.reason = flaw;
-    return scanned;
-  }
-  parser->SetMetaData(data);
-  parser->SetFileName(readable.path().c_str());
-  parser->Update();
-  if (!errors.empty()) {
-    scanned.damaged = true;
-    scanned.reason = errors.first();
-  } else if (data->Has(DC::Rows) && data->Has(DC::Columns)) {
-    scanned.slice = slice_from(*data, *parser, file);
-    read_frame(*data, 0, *scanned.slice);
-    const int frames = scanned.slice->pixels.frames;
-    if (!can_hold(readable.path(), frames)) {
-      scanned.slice.reset();
-      scanned.damaged = true;
-      scanned.reason = "claims " + std::to_string(frames) + " frames, which it cannot hold";
-      return scanned;
-    }
-    for (int frame = 1; frame < std::min(frames, kMostFrames); ++frame) {
-      DicomSlice& later = scanned.later_frames.emplace_back(*scanned.slice);
-      later.told_apart_by.clear();
-      later.has_geometry = false;
-      read_frame(*data, frame, later);
-    }
-  } else {
+  const DicomDocument document(file);
+  vtkDICOMMetaData& data = document.data();
+  scanned.reason = document.fault();
+  scanned.damaged = !scanned.reason.empty();
+  if (scanned.damaged) return scanned;
+  if (!data.Has(DC::Rows) || !data.Has(DC::Columns)) {
     // A report or a directory has no rows; a CT slice without them was cut off.
-    const std::string kind = text(*data, DC::SOPClassUID);
+    const std::string kind = document.text(DC::SOPClassUID);
     const bool other = !kind.empty() && kind != kCtImageStorage;
-    const bool directory = text(*data, DC::MediaStorageSOPClassUID) == kDirectoryClass;
+    const bool directory = document.text(DC::MediaStorageSOPClassUID) == kDirectoryClass;
     scanned.damaged = !other && !directory;
     scanned.reason = scanned.damaged ? "ends before its image" : "holds no image";
+    return scanned;
   }
+  DicomSlice first = slice_from(document, file);
+  read_frame(data, 0, first);
+  const int frames = first.pixels.frames;
+  scanned.damaged = !can_hold(document.readable(), frames);
+  if (scanned.damaged) {
+    scanned.reason = "claims " + std::to_string(frames) + " frames, which it cannot hold";
+    return scanned;
+  }
+  scanned.slice = first;
+  first.told_apart_by.clear();
+  first.has_geometry = false;
+  for (int frame = 1; frame < std::min(frames, kMostFrames); ++frame)
+    read_frame(data, frame, scanned.later_frames.emplace_back(first));
   return scanned;
 }
 

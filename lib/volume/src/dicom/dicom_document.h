@@ -4,7 +4,6 @@
 
 #include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>
-#include <vtkDICOMParser.h>
 #include <vtkDICOMValue.h>
 #include <vtkNew.h>
 #include <filesystem>
@@ -12,42 +11,7 @@
 
 #include "dicom/dicom.h"
 
-class vtkAlgorithm;
-class vtkCallbackCommand;
-class vtkCommand;
-class vtkObject;
-
 namespace organbake {
-
-// VTK reports errors as events and prints them when nobody listens. This listens: what the watched
-// objects say is kept, and the caller turns it into a BadDataError. (Parsers
-// deep inside VTK can still write to VTK's process-wide log.)
-class VtkErrorLog {
- public:
-  VtkErrorLog();
-  ~VtkErrorLog();
-  VtkErrorLog(const VtkErrorLog&) = delete;
-  VtkErrorLog& operator=(const VtkErrorLog&) = delete;
-
-  // Watches the algorithm and its executive, which reports a failed request in its own name.
-  void watch(vtkAlgorithm* algorithm);
-  // Watches an object outside any pipeline.
-  void watch_object(vtkObject* object);
-  // For readers that take an observer for their inner parser (vtkXMLReader).
-  vtkCommand* observer() const;
-
-  bool empty() const { return first_.empty(); }
-  // The first error's own words, without VTK's file, line and address; empty when there was none.
-  const std::string& first() const { return first_; }
-  // Throws BadDataError with the first error, if there was one.
-  void throw_if_any(const std::filesystem::path& file) const;
-
- private:
-  static void remember(vtkObject* caller, unsigned long event, void* log, void* text);
-
-  vtkCallbackCommand* observer_;
-  std::string first_;
-};
 
 // A DICOM file as vtk-dicom's parser can read it. It does not know the deflated transfer syntax
 // (PS3.5, A.5): such a file is inflated into memory that has a path as long as this object lives,
@@ -70,18 +34,23 @@ class ReadableDicom {
 // All data elements of one DICOM file but its pixels, of which it knows where they begin.
 class DicomDocument {
  public:
-  // Throws BadDataError for a file that is damaged.
+  // Throws nothing for what is in the file: of one that is damaged fault() tells what is wrong.
   explicit DicomDocument(const std::filesystem::path& file);
 
+  const std::string& fault() const { return fault_; }
+  // Throws BadDataError for a file that is damaged.
+  void check() const;
   vtkDICOMMetaData& data() const { return *data_; }
   std::string text(vtkDICOMTag tag) const;
-  // Of the pixels' first byte, in `readable`, and their number.
+  // Of the pixels' first byte, in `readable`, and their number; 0 = there are none.
   std::uint64_t pixel_offset() const { return pixel_offset_; }
   std::uint32_t pixel_bytes() const { return pixel_bytes_; }
   const std::filesystem::path& readable() const { return readable_.path(); }
 
  private:
+  std::filesystem::path file_;
   ReadableDicom readable_;
+  std::string fault_;
   vtkNew<vtkDICOMMetaData> data_;
   std::uint64_t pixel_offset_ = 0;
   std::uint32_t pixel_bytes_ = 0;
@@ -91,7 +60,10 @@ class DicomDocument {
 // its own functional groups say it, those that all frames share, or the file.
 void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice);
 
-// A value's text without the spaces that pad it.
+// A value's text without the blanks that pad it.
 std::string dicom_text(const vtkDICOMValue& value);
+
+// The first bytes of a file, as many as there are; none of one that cannot be read.
+std::string beginning_of(const std::filesystem::path& file, std::size_t bytes);
 
 }  // namespace organbake

@@ -2,17 +2,14 @@
 // What a folder, a disc's DICOMDIR (PS3.10, PS3.3 F) or one file holds of images, sorted into
 // series, and the one series among them that is a CT volume.
 #include <vtkDICOMItem.h>
-#include <vtkDICOMMetaData.h>
-#include <vtkDICOMParser.h>
 #include <vtkDICOMValue.h>
-#include <vtkNew.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -48,13 +45,10 @@ fs::path entry_of(const fs::path& folder, const std::string& name) {
 // Whether a file is the directory of a DICOM disc (DICOMDIR), by its content.
 bool is_dicom_directory(const fs::path& file) {
   // The meta group, of a few hundred bytes, names what the file is.
-  std::array<char, 512> first{};
-  std::ifstream stream(file, std::ios::binary);
-  stream.read(first.data(), first.size());
-  const std::string_view bytes(first.data(), static_cast<std::size_t>(stream.gcount()));
-  if (bytes.size() < 132 || bytes.substr(128, 4) != "DICM") return false;
+  const std::string bytes = beginning_of(file, 512);
+  if (!starts_dicom(bytes)) return false;
   const std::size_t at = bytes.find(kDirectoryStorage);
-  if (at == std::string_view::npos) return false;
+  if (at == bytes.npos) return false;
   // UIDs of images begin alike: 1.2.840.10008.1.3.10 must end there.
   const char next =
       at + kDirectoryStorage.size() < bytes.size() ? bytes[at + kDirectoryStorage.size()] : '\0';
@@ -63,17 +57,10 @@ bool is_dicom_directory(const fs::path& file) {
 
 // The images that a DICOMDIR lists, relative to its folder, in its order. Throws BadDataError.
 std::vector<fs::path> images_of_directory(const fs::path& file) {
-  if (const std::string flaw = flaw_of_dicom(file); !flaw.empty()) throw BadDataError(file, flaw);
-  vtkNew<vtkDICOMMetaData> data;
-  vtkNew<vtkDICOMParser> parser;
-  VtkErrorLog errors;
-  errors.watch_object(parser);
-  parser->SetMetaData(data);
-  parser->SetFileName(file.c_str());
-  parser->Update();
-  errors.throw_if_any(file);
+  const DicomDocument document(file);
+  document.check();
   std::vector<fs::path> images;
-  const vtkDICOMValue& records = data->Get(DC::DirectoryRecordSequence);
+  const vtkDICOMValue& records = document.data().Get(DC::DirectoryRecordSequence);
   for (std::size_t i = 0; i < records.GetNumberOfValues(); ++i) {
     const vtkDICOMValue& parts = records.GetItem(i).Get(DC::ReferencedFileID);
     fs::path image;
@@ -104,16 +91,13 @@ fs::path as_on_disc(const fs::path& root, const fs::path& listed) {
 
 }  // namespace
 
-namespace fs = std::filesystem;
-
 std::string named_files(const std::vector<fs::path>& files) {
   constexpr std::size_t kNamed = 4;
-  std::string names;
-  for (std::size_t i = 0; i < std::min(files.size(), kNamed); ++i) {
-    names += (i ? ", " : "") + files[i].filename().string();
-  }
-  if (files.size() > kNamed) names += " and " + std::to_string(files.size() - kNamed) + " more";
-  return names;
+  const std::span named = std::span(files).first(std::min(files.size(), kNamed));
+  const std::string names =
+      joined(named, ", ", [](const fs::path& file) { return file.filename().string(); });
+  if (files.size() <= kNamed) return names;
+  return names + " and " + std::to_string(files.size() - kNamed) + " more";
 }
 
 namespace {
@@ -199,8 +183,6 @@ DicomFolder scan_dicom_file_or_directory(const fs::path& file) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 // Slices that can form one volume agree in these, directions to a thousandth.
 using GridKey = std::tuple<int, int, std::array<long, 8>>;
 
@@ -238,17 +220,15 @@ std::string images_text(std::size_t count) {
 std::vector<DicomSlice> largest_group(std::vector<DicomSlice> slices, Strays& strays) {
   std::map<GridKey, std::vector<DicomSlice>> groups;
   for (DicomSlice& slice : slices) groups[key_of(slice)].push_back(std::move(slice));
-  auto most = groups.begin();
-  for (auto it = groups.begin(); it != groups.end(); ++it) {
-    if (it->second.size() > most->second.size()) most = it;
-  }
-  for (auto it = groups.begin(); it != groups.end(); ++it) {
-    if (it == most) continue;
-    for (const DicomSlice& slice : it->second) {
+  if (groups.empty()) return {};
+  const auto most =
+      std::ranges::max_element(groups, {}, [](const auto& group) { return group.second.size(); });
+  std::vector<DicomSlice> largest = std::move(most->second);
+  groups.erase(most);
+  for (const auto& [key, others] : groups)
+    for (const DicomSlice& slice : others)
       strays["of another size, direction or pixel spacing"].push_back(slice.file);
-    }
-  }
-  return most == groups.end() ? std::vector<DicomSlice>{} : std::move(most->second);
+  return largest;
 }
 
 void sort_out(std::vector<DicomSlice> images, DicomSeries& series) {
@@ -284,9 +264,7 @@ bool comes_before(const DicomSeries& a, const DicomSeries& b) {
 }
 
 std::string all_lines(const std::vector<DicomSeries>& all) {
-  std::string text;
-  for (const DicomSeries& series : all) text += (text.empty() ? "" : "; ") + series.line();
-  return text;
+  return joined(all, "; ", [](const DicomSeries& series) { return series.line(); });
 }
 
 const DicomSeries& wanted_series(const std::vector<DicomSeries>& all, const std::string& wanted,

@@ -3,16 +3,11 @@
 // air, in parallel. In, slices; out, voxels of 16 bits, or real ones where these do not do.
 #include "dicom/dicom.h"
 
-#include <vtkDICOMReader.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkType.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
-#include <optional>
+#include <type_traits>
 
 #include "dicom/dicom_document.h"
 #include "files/volume_files.h"
@@ -71,33 +66,24 @@ void check_room(const DicomSlice& slice) {
 }
 
 // Bits above the stored ones are no part of the value: overlays once lived there.
-template <typename Stored>
-void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
-  const int spare = static_cast<int>(8 * sizeof(Stored)) - bits_stored;
-  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
-    Stored value;
-    std::memcpy(&value, &bytes[at], sizeof(Stored));
-    value = static_cast<Stored>(static_cast<Stored>(value << spare) >> spare);
-    std::memcpy(&bytes[at], &value, sizeof(Stored));
-  }
-}
-
 StoredPixels with_stored_bits(std::vector<std::byte> bytes, const DicomPixels& pixels) {
-  StoredPixels stored = {ScalarType::int16, std::move(bytes)};
-  if (pixels.bits_allocated == 8) {
-    stored.type = pixels.is_signed ? ScalarType::int8 : ScalarType::uint8;
-    pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
-                     : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
-  } else {
-    stored.type = pixels.is_signed ? ScalarType::int16 : ScalarType::uint16;
-    pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
-                     : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
-  }
-  return stored;
+  const ScalarType type = pixels.bits_allocated == 8
+                              ? (pixels.is_signed ? ScalarType::int8 : ScalarType::uint8)
+                              : (pixels.is_signed ? ScalarType::int16 : ScalarType::uint16);
+  const int spare = pixels.bits_allocated - pixels.bits_stored;
+  with_scalar_type(type, [&](auto value) {
+    if constexpr (std::is_integral_v<decltype(value)>) {
+      for (std::size_t at = 0; at < bytes.size(); at += sizeof value) {
+        std::memcpy(&value, &bytes[at], sizeof value);
+        value = static_cast<decltype(value)>(static_cast<decltype(value)>(value << spare) >> spare);
+        std::memcpy(&bytes[at], &value, sizeof value);
+      }
+    }
+  });
+  return {type, std::move(bytes)};
 }
 
-// One frame of several: vtk-dicom would read them all.
-StoredPixels read_native_frame(const DicomSlice& slice) {
+StoredPixels read_native(const DicomSlice& slice) {
   const ReadableDicom readable(slice.file);
   std::vector<std::byte> bytes(slice.stored_bytes());
   ByteStream stream(readable.path(), ByteStream::Coding::raw,
@@ -109,67 +95,6 @@ StoredPixels read_native_frame(const DicomSlice& slice) {
   if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16)
     swap_bytes(bytes.data(), bytes.size() / 2, ScalarType::uint16);
   return with_stored_bits(std::move(bytes), slice.pixels);
-}
-
-// Nothing for bits, strings and objects.
-std::optional<ScalarType> type_of_vtk(int vtk_type) {
-  constexpr bool kWideLong = sizeof(long) == 8;
-  switch (vtk_type) {
-    case VTK_CHAR:
-    case VTK_SIGNED_CHAR:
-      return ScalarType::int8;
-    case VTK_UNSIGNED_CHAR:
-      return ScalarType::uint8;
-    case VTK_SHORT:
-      return ScalarType::int16;
-    case VTK_UNSIGNED_SHORT:
-      return ScalarType::uint16;
-    case VTK_INT:
-      return ScalarType::int32;
-    case VTK_UNSIGNED_INT:
-      return ScalarType::uint32;
-    case VTK_LONG:
-      return kWideLong ? ScalarType::int64 : ScalarType::int32;
-    case VTK_UNSIGNED_LONG:
-      return kWideLong ? ScalarType::uint64 : ScalarType::uint32;
-    case VTK_LONG_LONG:
-    case VTK_ID_TYPE:
-      return ScalarType::int64;
-    case VTK_UNSIGNED_LONG_LONG:
-      return ScalarType::uint64;
-    case VTK_FLOAT:
-      return ScalarType::float32;
-    case VTK_DOUBLE:
-      return ScalarType::float64;
-    default:
-      return std::nullopt;
-  }
-}
-
-StoredPixels read_native(const DicomSlice& slice) {
-  if (slice.pixels.frames > 1) return read_native_frame(slice);
-  const ReadableDicom readable(slice.file);
-  vtkNew<vtkDICOMReader> reader;
-  VtkErrorLog errors;
-  errors.watch(reader);
-  reader->SetFileName(readable.path().c_str());
-  reader->SetMemoryRowOrderToFileNative();  // the first row stays the first
-  reader->AutoRescaleOff();                 // done below, in one pass with the move to the volume
-  reader->Update();
-  errors.throw_if_any(slice.file);
-  vtkImageData& image = *reader->GetOutput();
-  const int* size = image.GetDimensions();
-  const auto type = type_of_vtk(image.GetScalarType());
-  if (reader->GetErrorCode() != 0 || size[0] != slice.columns || size[1] != slice.rows ||
-      size[2] != 1 || image.GetNumberOfScalarComponents() != 1 || !type) {
-    throw BadDataError(slice.file, "its pixels cannot be decoded");
-  }
-  const auto* first = static_cast<const std::byte*>(image.GetScalarPointer());
-  return {*type, {first, first + static_cast<std::size_t>(size[0]) * size[1] * bytes_of(*type)}};
-}
-
-StoredPixels read_compressed(const DicomSlice& slice, DicomCoding coding) {
-  return with_stored_bits(decompress(slice, coding), slice.pixels);
 }
 
 double padding_hu(const DicomSlice& slice) {
@@ -214,17 +139,9 @@ class SliceConversion {
 
  private:
   int stored_at(std::size_t i) const {
-    const std::byte* at = &stored_.bytes[i * width_];
-    std::int16_t wide;
-    switch (stored_.type) {
-      case ScalarType::int8:
-        return static_cast<std::int8_t>(*at);
-      case ScalarType::uint8:
-        return std::to_integer<int>(*at);
-      default:
-        std::memcpy(&wide, at, sizeof wide);
-        return stored_.type == ScalarType::uint16 ? static_cast<std::uint16_t>(wide) : wide;
-    }
+    return with_scalar_type(stored_.type, [&](auto zero) {
+      return static_cast<int>(bytes_as<decltype(zero)>(&stored_.bytes[i * width_]));
+    });
   }
   bool is_padding(std::size_t i) const {
     if (!padded_) return false;
@@ -270,8 +187,9 @@ bool decode_into(Volume& volume, std::span<const DicomSlice> slices, const Index
     context.throw_if_cancelled();
     if (!all_fit) return;
     const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);
-    StoredPixels stored =
-        coding == DicomCoding::native ? read_native(slices[k]) : read_compressed(slices[k], coding);
+    StoredPixels stored = coding == DicomCoding::native
+                              ? read_native(slices[k])
+                              : with_stored_bits(decompress(slices[k], coding), slices[k].pixels);
     if (!SliceConversion(slices[k], std::move(stored)).run(window, volume, k)) all_fit = false;
   });
   return all_fit;

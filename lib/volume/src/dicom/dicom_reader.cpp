@@ -24,8 +24,8 @@ constexpr int kSlicesAtATime = 16;
 Volume scanned_grid(const DicomStack& stack, const fs::path& folder) {
   const DicomSlice& first = stack.slices.front();
   Volume grid;
-  grid.size = {first.columns, first.rows, static_cast<int>(stack.slices.size())};
-  checked_voxel_count({grid.size[0], grid.size[1], grid.size[2]}, folder.string());
+  const auto slices = static_cast<std::int64_t>(stack.slices.size());
+  set_size(grid, {first.columns, first.rows, slices}, folder.string());
   Eigen::Matrix3d axes;
   axes << first.row_axis * first.pixel_mm.x(), first.column_axis * first.pixel_mm.y(),
       first.normal() * stack.spacing_mm;
@@ -89,8 +89,7 @@ Volume upright_grid(const PlaneStack& stack, const Volume& first, double spacing
   const std::array<std::int64_t, 3> size = {
       first.size[0] + static_cast<std::int64_t>(std::ceil(most.x()) - corner.x()),
       first.size[1] + static_cast<std::int64_t>(std::ceil(most.y()) - corner.y()), slices};
-  checked_voxel_count(size, name);
-  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(size[axis]);
+  set_size(grid, size, name);
   return grid;
 }
 

@@ -292,6 +292,7 @@ Volume one_layer(const Segmentation& seg, int number) {
 
 Segmentation read_segmentation(const fs::path& file, const VolumeReadOptions& options) {
   const DicomDocument document(file);
+  document.check();
   Segmentation seg;
   seg.kind = document.text(DC::SegmentationType);
   if (seg.kind.empty()) seg.kind = "BINARY";

@@ -106,13 +106,8 @@ class Walker {
 
  private:
   std::uint32_t number(std::uint64_t at, int count, const Coding& coding) {
-    const std::string_view bytes = window_.at(at, static_cast<std::size_t>(count));
-    std::uint32_t value = 0;
-    for (int i = 0; i < count; ++i) {
-      const auto byte = static_cast<unsigned char>(bytes[coding.big_endian ? i : count - 1 - i]);
-      value = value << 8 | byte;
-    }
-    return value;
+    const auto size = static_cast<std::size_t>(count);
+    return whole_at(window_.at(at, size), 0, size, coding.big_endian);
   }
 
   std::uint32_t tag_at(std::uint64_t at, const Coding& coding) {

@@ -17,9 +17,8 @@
 #include "organbake/core/error.h"
 
 namespace organbake {
-namespace {
-
 namespace fs = std::filesystem;
+namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;
 // Deflate's largest ratio is 1032; the slack covers headers. bzip2 packs runs far tighter.
@@ -189,20 +188,13 @@ ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset
   const std::uint64_t bytes = fs::file_size(file, error);
   if (error) throw NoInputError(file, "cannot be opened: " + error.message());
   const std::uint64_t left = bytes - std::min<std::uint64_t>(bytes, offset);
-  switch (coding) {
-    case Coding::raw:
-      source_ = std::make_unique<FileSource>(file, offset);
-      most_possible_bytes_ = left;
-      break;
-    case Coding::deflate:
-      source_ = std::make_unique<InflateSource>(file, offset);
-      most_possible_bytes_ = left * kDeflateRatio;
-      break;
-    case Coding::bzip2:
-      source_ = std::make_unique<Bunzip2Source>(file, offset);
-      most_possible_bytes_ = left * kBzip2Ratio;
-      break;
-  }
+  if (coding == Coding::raw) source_ = std::make_unique<FileSource>(file, offset);
+  if (coding == Coding::deflate) source_ = std::make_unique<InflateSource>(file, offset);
+  if (coding == Coding::bzip2) source_ = std::make_unique<Bunzip2Source>(file, offset);
+  const std::uint64_t most_ratio = coding == Coding::raw       ? 1
+                                   : coding == Coding::deflate ? kDeflateRatio
+                                                               : kBzip2Ratio;
+  most_possible_bytes_ = left * most_ratio;
 }
 
 ByteStream::ByteStream(fs::path file, std::unique_ptr<ByteSource> source,
@@ -228,8 +220,6 @@ void ByteStream::fail_truncated() const {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::int64_t kMostParts = 65535;
 
@@ -339,6 +329,20 @@ std::vector<fs::path> files_of_pattern(const std::string& pattern, const fs::pat
         std::snprintf(file.data(), file.size(), name.c_str(), static_cast<int>(number));
     file.resize(static_cast<std::size_t>(length));
     files.push_back(header.parent_path() / file);
+  }
+  return files;
+}
+
+std::vector<fs::path> listed_files(const std::string& named, const fs::path& header, char mark,
+                                   std::initializer_list<std::string_view> fields) {
+  if (!named.starts_with("LIST")) return files_of_pattern(named, header);
+  std::vector<fs::path> files;
+  HeaderText text(header);
+  bool behind = false;
+  for (std::string line; text.next_line(line);) {
+    if (behind && !trimmed(line).empty()) files.push_back(header.parent_path() / trimmed(line));
+    const std::string field = lower_case(trimmed(line.substr(0, line.find(mark))));
+    behind |= std::find(fields.begin(), fields.end(), field) != fields.end();
   }
   return files;
 }

@@ -20,31 +20,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class MetaHeader {
+class MetaHeader : public HeaderFields {
  public:
-  explicit MetaHeader(const fs::path& path) : path_(path), text_(path) {
+  explicit MetaHeader(const fs::path& path) : HeaderFields(path) {
+    HeaderText text(path);
     std::string line;
     // ElementDataFile is the last key by definition: the voxels may follow it.
-    while (!has("elementdatafile") && text_.next_line(line)) {
+    while (!has("elementdatafile") && text.next_line(line)) {
       const std::size_t equals = line.find('=');
       if (equals == std::string::npos) continue;
-      keys_[lower_case(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+      fields_[lower_case(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
     }
     if (!has("elementdatafile")) fail("has no ElementDataFile: not a MetaImage");
+    data_offset_ = text.offset();
   }
 
-  bool has(const std::string& key) const { return keys_.count(key) > 0; }
-  std::string get(const std::string& key, const std::string& otherwise = {}) const {
-    const auto found = keys_.find(key);
-    return found == keys_.end() ? otherwise : found->second;
-  }
   bool flag(const std::string& key) const { return lower_case(get(key)) == "true"; }
   // The first of several spellings that is there, as `count` numbers.
   std::vector<double> vector(std::initializer_list<const char*> spellings,
                              std::size_t count) const {
     for (const char* key : spellings) {
       if (!has(key)) continue;
-      std::vector<double> values = numbers(get(key), path_.string() + ": " + key);
+      std::vector<double> values = numbers(get(key), place(key));
       if (values.size() != count)
         fail(std::string(key) + " needs " + std::to_string(count) + " numbers, not " +
              std::to_string(values.size()));
@@ -52,26 +49,10 @@ class MetaHeader {
     }
     return {};
   }
-  // What follows ElementDataFile, line by line, when that is a list.
-  std::vector<std::string> lines_behind() const {
-    HeaderText text(path_);
-    std::vector<std::string> lines;
-    bool behind = false;
-    for (std::string line; text.next_line(line);) {
-      const std::string key = lower_case(trimmed(line.substr(0, line.find('='))));
-      if (behind && !trimmed(line).empty()) lines.push_back(trimmed(line));
-      behind |= key == "elementdatafile";
-    }
-    return lines;
-  }
-  std::uint64_t data_offset() const { return text_.offset(); }
-  const fs::path& path() const { return path_; }
-  [[noreturn]] void fail(const std::string& message) const { throw BadDataError(path_, message); }
+  std::uint64_t data_offset() const { return data_offset_; }
 
  private:
-  fs::path path_;
-  HeaderText text_;
-  std::map<std::string, std::string> keys_;
+  std::uint64_t data_offset_ = 0;
 };
 
 VoxelEncoding encoding_of(const MetaHeader& header) {
@@ -98,16 +79,15 @@ struct MetaGrid {
 };
 
 MetaGrid place(const MetaHeader& header, Volume& volume) {
-  const auto size = integers(header.get("dimsize"), header.path().string() + ": DimSize");
+  const auto size = integers(header.get("dimsize"), header.place("DimSize"));
   const std::size_t dims = size.size();
   if (header.get("ndims", "3") != std::to_string(dims) || (dims != 3 && dims != 4)) {
     header.fail("has " + header.get("ndims", std::to_string(dims)) +
                 " dimensions; a 3-D volume is needed");
   }
   MetaGrid grid;
-  grid.voxels = checked_voxel_count({size[0], size[1], size[2]}, header.path().string());
+  grid.voxels = set_size(volume, {size[0], size[1], size[2]}, header.path().string());
   grid.times = dims == 4 ? size[3] : 1;
-  for (std::size_t i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(size[i]);
 
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   const auto matrix = header.vector({"transformmatrix", "rotation", "orientation"}, dims * dims);
@@ -132,7 +112,7 @@ MetaGrid place(const MetaHeader& header, Volume& volume) {
 std::uint64_t after_own_header(const MetaHeader& header, const fs::path& file,
                                std::uint64_t voxel_bytes) {
   if (!header.has("headersize")) return 0;
-  const auto skip = integers(header.get("headersize"), header.path().string() + ": HeaderSize");
+  const auto skip = integers(header.get("headersize"), header.place("HeaderSize"));
   if (skip.size() != 1) header.fail("HeaderSize needs one number");
   if (skip[0] >= 0) return static_cast<std::uint64_t>(skip[0]);
   // −1: whatever stands before the last voxels is a header.
@@ -140,20 +120,10 @@ std::uint64_t after_own_header(const MetaHeader& header, const fs::path& file,
   return all - std::min(all, voxel_bytes);
 }
 
-// "LIST" with a file name a line below, or a pattern of names.
-std::vector<fs::path> listed_files(const MetaHeader& header, const std::string& name) {
-  if (name.rfind("LIST", 0) != 0) return files_of_pattern(name, header.path());
-  std::vector<fs::path> files;
-  for (const std::string& line : header.lines_behind()) {
-    files.push_back(header.path().parent_path() / line);
-  }
-  return files;
-}
-
 ByteStream open_parts(const MetaHeader& header, const std::string& name, ByteStream::Coding coding,
                       std::uint64_t voxel_bytes) {
   std::vector<VoxelPart> parts;
-  const std::vector<fs::path> files = listed_files(header, name);
+  const std::vector<fs::path> files = listed_files(name, header.path(), '=', {"elementdatafile"});
   if (files.empty() || voxel_bytes % files.size() != 0) {
     header.fail("names " + std::to_string(files.size()) +
                 " files, over which its voxels cannot be spread evenly");
@@ -256,8 +226,7 @@ Shear place(const VtkXmlFile& file, const std::array<std::int64_t, 6>& extent, V
     first[axis] = static_cast<double>(extent[2 * axis]);
     origin[axis] = at[axis];
   }
-  checked_voxel_count(size, name);
-  for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(size[axis]);
+  set_size(volume, size, name);
   // VTK's origin is where index 0 would lie, even when the extent begins elsewhere.
   return set_grid_or_shear(volume, axes, origin + axes * first, name);
 }
@@ -273,7 +242,7 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   Volume volume;
   const Shear shear = place(file, extent, volume, path.string());
   const VtkXmlArray& scalars = scalars_of(piece, file);
-  const auto count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] * volume.size[2];
+  const std::size_t count = IndexBox::whole(volume).voxels();
   const VtkXmlNumbers values = file.numbers(scalars, count);
   const VoxelEncoding encoding{values.type, false, 1, 0};
   volume.voxels.resize(count);

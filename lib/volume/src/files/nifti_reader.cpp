@@ -5,10 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <map>
 #include <string>
 #include <string_view>
@@ -17,6 +15,7 @@
 #include "files/volume_files.h"
 #include "grid/grids.h"
 #include "organbake/core/error.h"
+#include "organbake/core/files.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -72,12 +71,7 @@ class HeaderBytes {
   }
   template <typename T>
   T get(std::size_t offset) const {
-    std::array<std::byte, sizeof(T)> raw;
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), sizeof(T), raw.begin());
-    if (swapped) std::reverse(raw.begin(), raw.end());
-    T value;
-    std::memcpy(&value, raw.data(), sizeof(T));
-    return value;
+    return bytes_as<T>(&bytes_[offset], swapped);
   }
   // Consecutive numbers of type T as the target's elements.
   template <typename T, typename Target, std::size_t N>
@@ -184,14 +178,8 @@ VoxelEncoding NiftiHeader::encoding() const {
 }
 
 double NiftiHeader::millimetres_per_unit() const {
-  switch (units & 7) {
-    case 1:
-      return 1000;
-    case 3:
-      return 0.001;
-    default:
-      return 1;  // millimetres, or not said
-  }
+  const int unit = units & 7;
+  return unit == 1 ? 1000 : unit == 3 ? 0.001 : 1;  // metres, micrometres; millimetres or not said
 }
 
 NiftiAffine NiftiHeader::sform() const {
@@ -239,13 +227,11 @@ std::vector<LabelName> read_nifti_labels(ByteStream& stream, std::uint64_t& left
     const std::size_t close = xml.find('>', at), key = xml.find(kKey, at);
     at += kElement.size();
     if (close == std::string::npos || key > close) continue;
-    int label = 0;
-    const char* first = xml.data() + key + kKey.size();
-    const auto [end, error] = std::from_chars(first, xml.data() + close, label);
+    const std::size_t number = key + kKey.size();
+    const auto label =
+        number_in<int>(xml.substr(number, xml.find_first_not_of("0123456789", number) - number));
     const std::string name = element_text(xml, close + 1);
-    if (error == std::errc() && end != first && label > 0 && !name.empty()) {
-      names.push_back({label, name});
-    }
+    if (label && *label > 0 && !name.empty()) names.push_back({*label, name});
   }
   return names;
 }
@@ -277,13 +263,11 @@ fs::path voxel_file(const fs::path& header) {
 }
 
 ByteStream opened(const fs::path& path) {
-  std::array<std::byte, 2> first{};
-  ByteStream(path).read(first);
-  const bool gzip = first[0] == std::byte{0x1f} && first[1] == std::byte{0x8b};
+  const bool gzip = read_beginning(path, 2) == "\x1f\x8b";
   return ByteStream(path, gzip ? ByteStream::Coding::deflate : ByteStream::Coding::raw);
 }
 
-void set_size(const NiftiHeader& header, Volume& volume) {
+void set_dimensions(const NiftiHeader& header, Volume& volume) {
   const std::int64_t dimensions = header.dim[0];
   bool fit = dimensions >= 3 && dimensions <= 7;
   for (std::size_t i = 5; fit && i <= static_cast<std::size_t>(dimensions); ++i) {
@@ -293,8 +277,7 @@ void set_size(const NiftiHeader& header, Volume& volume) {
     throw BadDataError(header.name + ": has " + std::to_string(dimensions) +
                        " dimensions; a 3-D volume is needed, or several over time");
   }
-  checked_voxel_count({header.dim[1], header.dim[2], header.dim[3]}, header.name);
-  for (std::size_t i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(header.dim[i + 1]);
+  set_size(volume, {header.dim[1], header.dim[2], header.dim[3]}, header.name);
 }
 
 std::string sizes_text(const Eigen::Vector3d& sizes) {
@@ -368,34 +351,6 @@ void place(const NiftiHeader& header, const VolumeReadOptions& options, Volume& 
                             header.name);
 }
 
-struct PlacedGrid {
-  const Volume& grid;
-  const Shear& shear;
-};
-
-Volume read_one(const NiftiHeader& header, const fs::path& header_path, const PlacedGrid& placed,
-                std::int64_t time, const VolumeReadOptions& options) {
-  if (options.grid_only && !placed.shear) return placed.grid;
-  ByteStream stream = opened(header.voxels_apart ? voxel_file(header_path) : header_path);
-  const VoxelEncoding encoding = header.encoding();
-  const auto& [nx, ny, nz] = placed.grid.size;
-  const std::uint64_t voxels = static_cast<std::uint64_t>(nx) * static_cast<std::uint64_t>(ny) *
-                               static_cast<std::uint64_t>(nz);
-  stream.skip(static_cast<std::uint64_t>(header.data_offset) +
-              static_cast<std::uint64_t>(time) * voxels * bytes_of(encoding.type));
-  Volume volume = placed.grid;
-  if (options.region && !placed.shear) {
-    const IndexBox box = voxels_of_region(volume, *options.region, header.name);
-    decode_box(stream, encoding, box, volume);
-    return volume;
-  }
-  decode_voxels(stream, encoding, volume);
-  // Reading past the voxels makes the decompressor check its sum over all that came before.
-  std::byte beyond;
-  if (time + 1 == header.time_points()) stream.read({&beyond, 1});
-  return straightened(std::move(volume), placed.shear, options, header.name);
-}
-
 }  // namespace
 
 Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
@@ -407,7 +362,7 @@ Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
     throw BadDataError(path, "its voxels are said to start at byte " + to_text(header.data_offset));
   }
   Volume volume;
-  set_size(header, volume);
+  set_dimensions(header, volume);
   Shear shear;
   place(header, options, volume, shear);
   const TimePoints times = {header.time_points(), header.time_step()};
@@ -417,7 +372,12 @@ Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
     volume.label_names = read_nifti_labels(stream, left);
   }
   return read_one_of(times, options, header.name, [&](std::int64_t time) {
-    return read_one(header, header_path, {volume, shear}, time, options);
+    if (options.grid_only && !shear) return volume;
+    ByteStream voxels = opened(header.voxels_apart ? voxel_file(header_path) : header_path);
+    voxels.skip(static_cast<std::uint64_t>(header.data_offset));
+    const VoxelLayout layout = {
+        .encoding = header.encoding(), .time = time, .times = times.count, .may_go_on = true};
+    return decode_region(std::move(voxels), layout, options, shear, header.name, volume);
   });
 }
 

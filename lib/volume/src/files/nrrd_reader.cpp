@@ -16,84 +16,52 @@
 namespace organbake {
 namespace {
 
-// The fields of a NRRD header, and what they mean for reading the voxels. All members throw
-// BadDataError naming the file and the field.
-class NrrdHeader {
- public:
-  explicit NrrdHeader(const std::filesystem::path& path);
+namespace fs = std::filesystem;
 
-  const std::filesystem::path& path() const { return path_; }
-  bool has(const std::string& field) const { return fields_.count(field) > 0; }
-  // The field's text, lower-case names; empty when it is missing.
-  std::string get(const std::string& field) const;
-  std::int64_t integer(const std::string& field, std::int64_t otherwise) const;
+// The fields of a NRRD header, and what they mean for reading the voxels.
+class NrrdHeader : public HeaderFields {
+ public:
+  explicit NrrdHeader(const fs::path& path);
+
   // A note ("key:=value"), to which the standard gives no meaning, but some programs do; empty when
   // it is missing. Its key keeps its case.
   std::string note(const std::string& key) const;
+  int note_number(const std::string& key, int otherwise) const;
 
   VoxelEncoding encoding() const;
   bool is_text() const;
   // Opens the data, wherever it is, at its first voxel; `bytes` = what the voxels take.
   ByteStream open_data(std::uint64_t bytes) const;
-  [[noreturn]] void fail(const std::string& message) const;
 
  private:
   ByteStream::Coding coding() const;
-  // Files that the voxels are spread over; none when they lie in one.
-  std::vector<std::filesystem::path> data_files(const std::string& name) const;
 
-  std::filesystem::path path_;
-  std::map<std::string, std::string> fields_, notes_;
+  std::map<std::string, std::string> notes_;
   std::uint64_t data_offset_ = 0;
 };
 
-namespace fs = std::filesystem;
-
+// The names that the standard gives each type.
 ScalarType type_of(const NrrdHeader& header) {
-  static const std::map<std::string, ScalarType> kTypes = {
-      {"signed char", ScalarType::int8},
-      {"int8", ScalarType::int8},
-      {"int8_t", ScalarType::int8},
-      {"uchar", ScalarType::uint8},
-      {"unsigned char", ScalarType::uint8},
-      {"uint8", ScalarType::uint8},
-      {"uint8_t", ScalarType::uint8},
-      {"short", ScalarType::int16},
-      {"short int", ScalarType::int16},
-      {"signed short", ScalarType::int16},
-      {"signed short int", ScalarType::int16},
-      {"int16", ScalarType::int16},
-      {"int16_t", ScalarType::int16},
-      {"ushort", ScalarType::uint16},
-      {"unsigned short", ScalarType::uint16},
-      {"unsigned short int", ScalarType::uint16},
-      {"uint16", ScalarType::uint16},
-      {"uint16_t", ScalarType::uint16},
-      {"int", ScalarType::int32},
-      {"signed int", ScalarType::int32},
-      {"int32", ScalarType::int32},
-      {"int32_t", ScalarType::int32},
-      {"uint", ScalarType::uint32},
-      {"unsigned int", ScalarType::uint32},
-      {"uint32", ScalarType::uint32},
-      {"uint32_t", ScalarType::uint32},
-      {"longlong", ScalarType::int64},
-      {"long long", ScalarType::int64},
-      {"long long int", ScalarType::int64},
-      {"signed long long", ScalarType::int64},
-      {"signed long long int", ScalarType::int64},
-      {"int64", ScalarType::int64},
-      {"int64_t", ScalarType::int64},
-      {"ulonglong", ScalarType::uint64},
-      {"unsigned long long", ScalarType::uint64},
-      {"unsigned long long int", ScalarType::uint64},
-      {"uint64", ScalarType::uint64},
-      {"uint64_t", ScalarType::uint64},
-      {"float", ScalarType::float32},
-      {"double", ScalarType::float64}};
-  const auto type = kTypes.find(lower_case(header.get("type")));
-  if (type == kTypes.end()) header.fail("type \"" + header.get("type") + "\" is not read");
-  return type->second;
+  static const std::pair<ScalarType, std::vector<const char*>> kNames[] = {
+      {ScalarType::int8, {"signed char", "int8", "int8_t"}},
+      {ScalarType::uint8, {"uchar", "unsigned char", "uint8", "uint8_t"}},
+      {ScalarType::int16,
+       {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
+      {ScalarType::uint16,
+       {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
+      {ScalarType::int32, {"int", "signed int", "int32", "int32_t"}},
+      {ScalarType::uint32, {"uint", "unsigned int", "uint32", "uint32_t"}},
+      {ScalarType::int64,
+       {"longlong", "long long", "long long int", "signed long long", "signed long long int",
+        "int64", "int64_t"}},
+      {ScalarType::uint64,
+       {"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"}},
+      {ScalarType::float32, {"float"}},
+      {ScalarType::float64, {"double"}}};
+  const std::string written = lower_case(header.get("type"));
+  for (const auto& [type, names] : kNames)
+    if (std::find(names.begin(), names.end(), written) != names.end()) return type;
+  header.fail("type \"" + header.get("type") + "\" is not read");
 }
 
 // A `line skip` counts lines of the data file as it lies on disk, before any decompression.
@@ -108,14 +76,14 @@ std::uint64_t after_lines(const fs::path& file, std::uint64_t offset, std::int64
   return offset;
 }
 
-NrrdHeader::NrrdHeader(const fs::path& path) : path_(path) {
+NrrdHeader::NrrdHeader(const fs::path& path) : HeaderFields(path) {
   HeaderText text(path);
   std::string line;
   if (!text.next_line(line) || line.rfind("NRRD000", 0) != 0) fail("is not NRRD");
   // An empty line ends the header of an attached file; a detached header may end with the file.
   while (text.next_line(line) && !line.empty()) {
     if (line[0] == '#') continue;
-    if (get(has("data file") ? "data file" : "datafile").rfind("LIST", 0) == 0) break;
+    if (get("data file", get("datafile")).starts_with("LIST")) break;
     const std::size_t colon = line.find(':');
     if (colon == std::string::npos) fail("header line \"" + line.substr(0, 80) + "\" has no colon");
     if (line.compare(colon, 2, ":=") == 0) {
@@ -127,21 +95,14 @@ NrrdHeader::NrrdHeader(const fs::path& path) : path_(path) {
   data_offset_ = text.offset();
 }
 
-std::string NrrdHeader::get(const std::string& field) const {
-  const auto found = fields_.find(field);
-  return found == fields_.end() ? std::string() : found->second;
-}
-
 std::string NrrdHeader::note(const std::string& key) const {
   const auto found = notes_.find(key);
   return found == notes_.end() ? std::string() : found->second;
 }
 
-std::int64_t NrrdHeader::integer(const std::string& field, std::int64_t otherwise) const {
-  if (!has(field)) return otherwise;
-  const auto values = integers(get(field), path_.string() + ": " + field);
-  if (values.size() != 1) fail(field + " needs one number");
-  return values[0];
+int NrrdHeader::note_number(const std::string& key, int otherwise) const {
+  const std::string text = note(key);
+  return text.empty() ? otherwise : static_cast<int>(one_integer(text, key));
 }
 
 VoxelEncoding NrrdHeader::encoding() const {
@@ -166,26 +127,11 @@ ByteStream::Coding NrrdHeader::coding() const {
   fail("encoding \"" + encoding + "\" is not read; use raw, gzip, bzip2 or ascii");
 }
 
-std::vector<fs::path> NrrdHeader::data_files(const std::string& name) const {
-  if (name.rfind("LIST", 0) != 0) {
-    return name.find('%') == std::string::npos ? std::vector<fs::path>{}
-                                               : files_of_pattern(name, path_);
-  }
-  // The names stand behind the field, a line each.
-  std::vector<fs::path> files;
-  HeaderText text(path_);
-  bool behind = false;
-  for (std::string line; text.next_line(line);) {
-    if (behind && !trimmed(line).empty()) files.push_back(path_.parent_path() / trimmed(line));
-    const std::string field = lower_case(line.substr(0, line.find(':')));
-    behind |= field == "data file" || field == "datafile";
-  }
-  return files;
-}
-
 ByteStream NrrdHeader::open_data(std::uint64_t bytes) const {
-  const std::string name = has("data file") ? get("data file") : get("datafile");
-  const std::vector<fs::path> files = data_files(name);
+  const std::string name = get("data file", get("datafile"));
+  std::vector<fs::path> files;  // that the voxels are spread over; none when they lie in one
+  if (name.starts_with("LIST") || name.find('%') != name.npos)
+    files = listed_files(name, path_, ':', {"data file", "datafile"});
   if (!files.empty()) {
     if (bytes % files.size() != 0 || has("line skip") || has("lineskip") || is_text()) {
       fail("spreads its voxels unevenly over " + std::to_string(files.size()) +
@@ -222,8 +168,6 @@ ByteStream NrrdHeader::open_data(std::uint64_t bytes) const {
   return again;
 }
 
-void NrrdHeader::fail(const std::string& message) const { throw BadDataError(path_, message); }
-
 using AxisVector = std::optional<Eigen::Vector3d>;  // nothing for an axis that is not in space
 
 // "(1,0,0) (0,1,0) none (0,0,1)"
@@ -238,8 +182,7 @@ std::vector<AxisVector> space_directions(const NrrdHeader& header) {
     }
     const std::size_t close = text.find(')', at);
     if (close == std::string::npos) header.fail("space directions lack a bracket");
-    const auto values =
-        numbers(text.substr(at, close + 1 - at), header.path().string() + ": space directions");
+    const auto values = numbers(text.substr(at, close + 1 - at), header.place("space directions"));
     if (values.size() != 3) header.fail("space directions need three numbers each");
     directions.push_back(Eigen::Vector3d(values[0], values[1], values[2]));
     at = close + 1;
@@ -314,7 +257,7 @@ void check_units(const NrrdHeader& header) {
 
 Eigen::Matrix3d axes_without_directions(const NrrdHeader& header,
                                         const std::vector<std::size_t>& axes, Volume& volume) {
-  const auto spacings = numbers(header.get("spacings"), header.path().string() + ": spacings");
+  const auto spacings = numbers(header.get("spacings"), header.place("spacings"));
   if (spacings.empty()) {
     volume.warnings.push_back("the NRRD header has no spacings; 1 mm was assumed");
     return Eigen::Matrix3d::Identity();
@@ -325,7 +268,7 @@ Eigen::Matrix3d axes_without_directions(const NrrdHeader& header,
 
 NrrdAxes place(const NrrdHeader& header, Volume& volume, Shear& shear) {
   const std::string name = header.path().string();
-  const auto sizes = integers(header.get("sizes"), name + ": sizes");
+  const auto sizes = integers(header.get("sizes"), header.place("sizes"));
   if (static_cast<std::int64_t>(sizes.size()) != header.integer("dimension", -1)) {
     header.fail("has " + std::to_string(sizes.size()) + " sizes for dimension " +
                 header.get("dimension"));
@@ -333,16 +276,13 @@ NrrdAxes place(const NrrdHeader& header, Volume& volume, Shear& shear) {
   const std::vector<AxisVector> directions = space_directions(header);
   const NrrdAxes all = axes_of(header, sizes, directions);
   const std::vector<std::size_t>& axes = all.in_space;
-  checked_voxel_count({sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, name);
+  set_size(volume, {sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, name);
   check_units(header);
 
   Eigen::Matrix3d columns;
   if (directions.empty()) columns = axes_without_directions(header, axes, volume);
-  for (int i = 0; i < 3; ++i) {
-    volume.size[i] = static_cast<int>(sizes[axes[i]]);
-    if (!directions.empty()) columns.col(i) = *directions[axes[i]];
-  }
-  const auto origin = numbers(header.get("space origin"), name + ": space origin");
+  for (int i = 0; i < 3 && !directions.empty(); ++i) columns.col(i) = *directions[axes[i]];
+  const auto origin = numbers(header.get("space origin"), header.place("space origin"));
   if (!origin.empty() && origin.size() != 3) header.fail("space origin needs three numbers");
   const Eigen::Vector3d lps = lps_from_space(header, volume);
   const Eigen::Vector3d at =
@@ -359,14 +299,8 @@ std::vector<LabelName> segments_of(const NrrdHeader& header) {
     std::string name = header.note(segment + "Name");
     if (name.empty()) name = header.note(segment + "ID");
     if (name.empty()) return names;
-    const auto number = [&](const char* key, int otherwise) {
-      const std::string text = header.note(segment + key);
-      if (text.empty()) return otherwise;
-      const auto values = integers(text, header.path().string() + ": " + segment + key);
-      if (values.size() != 1) header.fail(segment + key + " needs one number");
-      return static_cast<int>(values[0]);
-    };
-    names.push_back({number("LabelValue", i + 1), name, number("Layer", 0)});
+    names.push_back({header.note_number(segment + "LabelValue", i + 1), name,
+                     header.note_number(segment + "Layer", 0)});
   }
 }
 
@@ -379,10 +313,8 @@ Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& opt
   const NrrdAxes axes = place(header, volume, shear);
   volume.label_names = segments_of(header);
   const VoxelEncoding encoding = header.encoding();
-  const std::uint64_t count =
-      checked_voxel_count({volume.size[0], volume.size[1], volume.size[2]}, path.string());
-  const std::uint64_t bytes =
-      count * static_cast<std::uint64_t>(axes.volumes) * bytes_of(encoding.type);
+  const std::uint64_t bytes = IndexBox::whole(volume).voxels() *
+                              static_cast<std::uint64_t>(axes.volumes) * bytes_of(encoding.type);
   const auto read_one = [&](std::int64_t which) {
     return decode_region(header.open_data(bytes),
                          {encoding, header.is_text(), which, axes.volumes, axes.interleaved},

@@ -23,6 +23,7 @@
 #include "organbake/volume/labels.h"
 
 namespace organbake {
+namespace fs = std::filesystem;
 namespace {
 
 // The label of each name is its channel, counted from 1. Classes count from 0, the background;
@@ -89,8 +90,6 @@ Volume read_one_of(const TimePoints& times, const VolumeReadOptions& options,
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::uint64_t kMostUnpackedBytes = std::uint64_t{1} << 34;  // 16 GiB
 constexpr std::size_t kMostFiles = 100'000;
 constexpr int kNumberDigits = 6;
@@ -148,8 +147,6 @@ std::vector<std::byte> content_of(void* zip, const Entry& entry, const fs::path&
 
 }  // namespace
 
-bool starts_zip(std::string_view first_bytes) { return first_bytes.starts_with("PK\x03\x04"); }
-
 UnzippedFolder::UnzippedFolder(const fs::path& zip) : zip_(zip) {
   const std::unique_ptr<void, CloseZip> open(unzOpen64(zip.c_str()));
   if (!open) damaged(zip);
@@ -187,8 +184,6 @@ std::string UnzippedFolder::about_the_zip(const std::string& message) const {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 bool starts_nifti(std::string_view first) {
   // The header's own size, 348 (or 540 in NIfTI-2), in either byte order.
   for (const std::string_view size :
@@ -215,13 +210,11 @@ Volume read_zip(const fs::path& path, const VolumeReadOptions& options, const Ru
 
 Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& options,
                             const RunContext& context) {
-  std::array<std::byte, 512> bytes{};
-  const std::size_t count = ByteStream(path).read(bytes);
-  if (count == 0) throw BadDataError(path, "is empty");
-  const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
-  const std::string ending = lower_case(path.extension().string());
+  const std::string first = read_beginning(path, 512);
+  if (first.empty()) throw BadDataError(path, "is empty");
+  const std::string ending = lower_ending(path);
   if (starts_zip(first)) return read_zip(path, options, context);
-  const bool is_dicom = count >= 132 && first.substr(128, 4) == "DICM";
+  const bool is_dicom = starts_dicom(first);
   if (!is_dicom && !options.series.empty()) {
     throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
                      " is a file; only a DICOM folder has series");
@@ -242,8 +235,7 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
         return read_dicom(path, options, context);
     }
   }
-  if (ending == ".vti" || first.find("<VTKFile") != std::string_view::npos)
-    return read_vti(path, options);
+  if (ending == ".vti" || first.find("<VTKFile") != first.npos) return read_vti(path, options);
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
   if (first.starts_with("# vtk DataFile")) {
     throw BadDataError(path,
@@ -256,20 +248,19 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
                      "(.nrrd, .nhdr), VTI, or a folder or zip of DICOM files is needed");
 }
 
-bool starts_dicom(const fs::path& file) {
-  std::array<std::byte, 132> bytes{};
-  const std::size_t count = ByteStream(file).read(bytes);
-  const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
-  return count == bytes.size() && first.substr(128) == "DICM";
+// The regular files of a folder that `takes` takes, in the order of their names.
+template <class Takes>
+std::vector<fs::path> files_in(const fs::path& folder, const Takes& takes) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && takes(entry.path())) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
 }
 
 std::vector<fs::path> dicom_files_in(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && starts_dicom(entry.path())) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  return files_in(folder,
+                  [](const fs::path& file) { return starts_dicom(read_beginning(file, 132)); });
 }
 
 // The segmentation or the contours in a folder that is given as a mask; empty when it holds none.
@@ -296,12 +287,7 @@ std::string mask_name(const fs::path& file) {
 }
 
 std::vector<fs::path> files_of_masks(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && !mask_name(entry.path()).empty()) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  return files_in(folder, [](const fs::path& file) { return !mask_name(file).empty(); });
 }
 
 Volume read_folder_of_masks(const fs::path& folder, const VolumeReadOptions& options,

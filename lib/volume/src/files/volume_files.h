@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -81,6 +83,11 @@ struct VoxelPart {
 // Throws BadDataError naming `header` when that is no such thing or asks for too many files.
 std::vector<std::filesystem::path> files_of_pattern(const std::string& pattern,
                                                     const std::filesystem::path& header);
+// The same, or the files whose names stand behind the header's field, a line each, where `named` is
+// "LIST". `fields`: what that field may be called, in small letters; `mark` follows its name.
+std::vector<std::filesystem::path> listed_files(const std::string& named,
+                                                const std::filesystem::path& header, char mark,
+                                                std::initializer_list<std::string_view> fields);
 
 // The parts one after another, `bytes_each` of each once it is decompressed. Reading throws
 // BadDataError naming the part that is too short.
@@ -112,7 +119,29 @@ class HeaderText {
   std::uint64_t offset_ = 0;
 };
 
-std::string lower_case(std::string_view text);
+// The fields of a MetaImage or NRRD header by their names in small letters. All throw BadDataError
+// naming the file and the field.
+class HeaderFields {
+ public:
+  explicit HeaderFields(const std::filesystem::path& path) : path_(path) {}
+
+  const std::filesystem::path& path() const { return path_; }
+  bool has(const std::string& field) const { return fields_.contains(field); }
+  // A field's text; `otherwise` when it is missing.
+  std::string get(const std::string& field, const std::string& otherwise = {}) const;
+  std::int64_t integer(const std::string& field, std::int64_t otherwise) const;
+  // Where a field is from, for errors.
+  std::string place(const std::string& field) const { return path_.string() + ": " + field; }
+  [[noreturn]] void fail(const std::string& message) const;
+
+ protected:
+  // One number under this name.
+  std::int64_t one_integer(const std::string& text, const std::string& field) const;
+
+  std::filesystem::path path_;
+  std::map<std::string, std::string> fields_;
+};
+
 // Numbers separated by spaces; brackets and commas count as spaces.
 std::vector<double> numbers(const std::string& text, const std::string& field);
 std::vector<std::int64_t> integers(const std::string& text, const std::string& field);
@@ -171,6 +200,7 @@ struct VoxelLayout {
   bool is_text = false;
   std::int64_t time = 0, times = 1;  // this volume of so many
   bool interleaved = false;          // the volumes' values stand side by side, voxel by voxel
+  bool may_go_on = false;            // other data may follow the voxels
 };
 
 // The whole of what a header announced, text or binary, or the part of it that options.region
@@ -219,7 +249,12 @@ Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& opt
 // component. VTK has no word for the patient's axes; its world is taken as LPS millimetres.
 Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& options = {});
 
-bool starts_zip(std::string_view first_bytes);
+inline bool starts_zip(std::string_view first_bytes) {
+  return first_bytes.starts_with("PK\x03\x04");
+}
+inline bool starts_dicom(std::string_view first_bytes) {
+  return first_bytes.size() >= 132 && first_bytes.substr(128, 4) == "DICM";
+}
 
 // The files of a zip, side by side in a folder that goes with this object, whatever folders they
 // were in: what a PACS or a browser packs a series into. Folders, macOS's companions (__MACOSX,

@@ -25,13 +25,11 @@ std::vector<Number> parse(const std::string& text, const std::string& field) {
   std::size_t at = 0;
   while ((at = text.find_first_not_of(kSeparators, at)) != std::string::npos) {
     const std::size_t end = std::min(text.find_first_of(kSeparators, at), text.size());
-    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
-    Number value{};
-    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end) {
+    const std::size_t first = at + (text[at] == '+' ? 1 : 0);
+    const auto value = number_in<Number>(std::string_view(text).substr(first, end - first));
+    if (!value)
       throw BadDataError(field + " \"" + text.substr(0, 80) + "\" is not a list of numbers");
-    }
-    values.push_back(value);
+    values.push_back(*value);
     at = end;
   }
   return values;
@@ -65,13 +63,22 @@ bool HeaderText::next_line(std::string& line) {
   return true;
 }
 
-std::string lower_case(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
-  }
-  return result;
+std::string HeaderFields::get(const std::string& field, const std::string& otherwise) const {
+  const auto found = fields_.find(field);
+  return found == fields_.end() ? otherwise : found->second;
 }
+
+std::int64_t HeaderFields::integer(const std::string& field, std::int64_t otherwise) const {
+  return has(field) ? one_integer(get(field), field) : otherwise;
+}
+
+std::int64_t HeaderFields::one_integer(const std::string& text, const std::string& field) const {
+  const auto values = integers(text, place(field));
+  if (values.size() != 1) fail(field + " needs one number");
+  return values[0];
+}
+
+void HeaderFields::fail(const std::string& message) const { throw BadDataError(path_, message); }
 
 std::vector<double> numbers(const std::string& text, const std::string& field) {
   return parse<double>(text, field);
@@ -329,7 +336,13 @@ Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeR
     return grid;
   }
   decode_voxels(stream, layout.encoding, grid);
-  if (is_last) expect_end(stream);
+  if (layout.may_go_on) {
+    // Reading past the voxels makes the decompressor check its sum over all that came before.
+    std::byte beyond;
+    if (is_last) stream.read({&beyond, 1});
+  } else if (is_last) {
+    expect_end(stream);
+  }
   return straightened(std::move(grid), shear, options, name);
 }
 

@@ -78,12 +78,20 @@ std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const s
   return static_cast<std::size_t>(count);
 }
 
-std::size_t checked_grid_size(const Eigen::Vector3d& size, const std::string& name) {
+std::size_t set_size(Volume& volume, const std::array<std::int64_t, 3>& size,
+                     const std::string& name) {
+  const std::size_t voxels = checked_voxel_count(size, name);
+  for (std::size_t axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(size[axis]);
+  return voxels;
+}
+
+std::size_t set_calculated_size(Volume& volume, const Eigen::Vector3d& size,
+                                const std::string& name) {
   constexpr double kFarthest = 1e15;  // beyond any grid, and well within an integer
   std::array<std::int64_t, 3> whole;
   for (int axis = 0; axis < 3; ++axis)
     whole[axis] = std::abs(size[axis]) < kFarthest ? static_cast<std::int64_t>(size[axis]) : -1;
-  return checked_voxel_count(whole, name);
+  return set_size(volume, whole, name);
 }
 
 namespace {
@@ -131,10 +139,8 @@ Volume upright_grid(const Volume& stored, const ShearedAffine& affine, const std
   }
   grid.origin_mm = affine.origin_mm;
   Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = low;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d side(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-    const Eigen::Vector3d world =
-        affine.origin_mm + affine.axes_mm * last_index(stored).cwiseProduct(side);
+  for (const Eigen::Vector3d& corner : corners_of(low, last_index(stored))) {
+    const Eigen::Vector3d world = affine.origin_mm + affine.axes_mm * corner;
     low = low.cwiseMin(grid.index_from_world(world));
     high = high.cwiseMax(grid.index_from_world(world));
   }
@@ -144,9 +150,9 @@ Volume upright_grid(const Volume& stored, const ShearedAffine& affine, const std
   const Eigen::Vector3d count = high - low + Eigen::Vector3d::Ones();
   // However long and thin a volume is, what a scanner shears stays of its own size.
   constexpr std::size_t kMostGrowth = 16, kAlwaysFits = 100'000;
-  if (checked_grid_size(count, name) > std::max(kMostGrowth * stored.voxel_count(), kAlwaysFits))
+  if (set_calculated_size(grid, count, name) >
+      std::max(kMostGrowth * stored.voxel_count(), kAlwaysFits))
     throw BadDataError(name + ": its axes are sheared so that no grid of its size holds it");
-  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = grid.world_from_index(low);
   return grid;
 }
@@ -180,7 +186,7 @@ Volume resampled(const Volume& stored, const ShearedAffine& affine, bool is_mask
   const Eigen::Matrix3d index_from_world = affine.axes_mm.inverse();
   const Eigen::Matrix3d linear = index_from_world * grid.direction * grid.spacing_mm.asDiagonal();
   const Eigen::Vector3d first = index_from_world * (grid.origin_mm - affine.origin_mm);
-  const std::size_t count = std::size_t(grid.size[0]) * grid.size[1] * grid.size[2];
+  const std::size_t count = IndexBox::whole(grid).voxels();
   if (stored.is_real()) {
     grid.reals.assign(count, static_cast<float>(outside));
   } else {

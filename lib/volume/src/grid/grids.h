@@ -38,8 +38,12 @@ inline Eigen::Vector3d lps_from_ras(const Eigen::Vector3d& point) {
 // Checks a header's sizes before memory is taken and returns the number of voxels: 1…65535 along
 // each axis, at most 2³¹ in all. Throws BadDataError.
 std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const std::string& name);
-// The same of sizes that were calculated: whole numbers, as far as they are numbers at all.
-std::size_t checked_grid_size(const Eigen::Vector3d& size, const std::string& name);
+// The same, and gives the volume this size.
+std::size_t set_size(Volume& volume, const std::array<std::int64_t, 3>& size,
+                     const std::string& name);
+// Of sizes that were calculated: whole numbers, as far as they are numbers at all.
+std::size_t set_calculated_size(Volume& volume, const Eigen::Vector3d& size,
+                                const std::string& name);
 
 // A file's affine whose axes are too far from perpendicular for any rectangular grid to stand for
 // it: axes_mm = columns, millimetres (LPS) per index.
@@ -66,6 +70,15 @@ Shear set_grid_or_shear(Volume& volume, const Eigen::Matrix3d& axes_mm,
 // volume of real numbers). Then cropped to the region asked for.
 Volume straightened(Volume stored, const Shear& shear, const VolumeReadOptions& options,
                     const std::string& name);
+
+// The eight corners of a box.
+inline std::array<Eigen::Vector3d, 8> corners_of(const Eigen::Vector3d& low,
+                                                 const Eigen::Vector3d& high) {
+  std::array<Eigen::Vector3d, 8> all;
+  for (int c = 0; c < 8; ++c)
+    for (int axis = 0; axis < 3; ++axis) all[c][axis] = (c >> axis & 1) ? high[axis] : low[axis];
+  return all;
+}
 
 // Continuous index in one grid → continuous index in another, by way of the world.
 class IndexMap {

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "organbake/core/error.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 
 namespace organbake {
@@ -30,13 +31,6 @@ std::vector<double> steps_of(const std::vector<double>& places) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < places.size(); ++i) steps.push_back(places[i] - places[i - 1]);
   return steps;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Whether every step is a whole number of gaps, whose last digit may be rounded.
@@ -320,10 +314,9 @@ PlacedPlanes placed(const PlaneStack& stack, const std::vector<Slab>& slabs, int
   // However sparse a file is, its grid is none of far more voxels than it has pixels.
   constexpr double kMostGrowth = 1000, kAlwaysFits = 5e7;
   const double pixels = static_cast<double>(columns) * rows * static_cast<double>(slabs.size());
-  checked_grid_size(size, name);
+  set_calculated_size(result.grid, size, name);
   if (size.prod() > std::max(kMostGrowth * pixels, kAlwaysFits))
     throw BadDataError(name + ": its frames lie too far apart for one grid");
-  for (int axis = 0; axis < 3; ++axis) result.grid.size[axis] = static_cast<int>(size[axis]);
   std::size_t lowest = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Eigen::Vector2i at = (corners[i] - low).cast<int>();

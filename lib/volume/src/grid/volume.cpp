@@ -156,13 +156,9 @@ bool same_grid(const Volume& a, const Volume& b) {
   if (a.size != b.size) return false;
   const double tolerance = 0.01 * std::min(a.spacing_mm.minCoeff(), b.spacing_mm.minCoeff());
   // The eight corners bound every voxel between them.
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d index;
-    for (int axis = 0; axis < 3; ++axis) {
-      index[axis] = (corner >> axis & 1) ? a.size[axis] - 1 : 0;
-    }
+  const Eigen::Vector3d last(a.size[0] - 1, a.size[1] - 1, a.size[2] - 1);
+  for (const Eigen::Vector3d& index : corners_of(Eigen::Vector3d::Zero(), last))
     if ((a.world_from_index(index) - b.world_from_index(index)).norm() > tolerance) return false;
-  }
   return true;
 }
 
@@ -195,43 +191,26 @@ void free_zeroed(void* memory, std::size_t bytes) noexcept {
   }
 }
 
-namespace {
-
-std::vector<double> six_numbers(const std::string& text, const std::string& where) {
-  std::string spaced = text;
-  std::replace(spaced.begin(), spaced.end(), ',', ' ');
+Region parse_region(const std::string& text, const std::string& where) {
   std::vector<double> values;
   try {
-    values = numbers(spaced, where);
+    values = numbers(text, where);
   } catch (const BadDataError&) {
     values.clear();  // a slip on the command line is a usage error, said below
   }
-  if (values.size() != 6) {
+  if (values.size() != 6)
     throw UsageError(where + ": '" + text +
                      "' is not possible; it takes two corners, x0,y0,z0,x1,y1,z1 in mm (LPS)");
-  }
-  return values;
-}
-
-}  // namespace
-
-Region parse_region(const std::string& text, const std::string& where) {
-  const std::vector<double> values = six_numbers(text, where);
   const Eigen::Vector3d a(values[0], values[1], values[2]), b(values[3], values[4], values[5]);
   const Region region = {a.cwiseMin(b), a.cwiseMax(b)};
-  if (!((region.max_mm - region.min_mm).minCoeff() > 0)) {
+  if (!((region.max_mm - region.min_mm).minCoeff() > 0))
     throw UsageError(where + ": '" + text + "' is a box without volume");
-  }
   return region;
 }
 
 std::optional<IndexBox> voxels_within(const Volume& grid, const Region& region) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d world;
-    for (int axis = 0; axis < 3; ++axis) {
-      world[axis] = (corner >> axis & 1) ? region.max_mm[axis] : region.min_mm[axis];
-    }
+  for (const Eigen::Vector3d& world : corners_of(region.min_mm, region.max_mm)) {
     const Eigen::Vector3d index = grid.index_from_world(world);
     low = low.cwiseMin(index);
     high = high.cwiseMax(index);

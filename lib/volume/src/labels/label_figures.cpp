@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "grid/grids.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/labels.h"
@@ -47,6 +48,16 @@ std::map<int, LabelBounds> bounds_by_label(const Volume& mask) {
   return found;
 }
 
+// Of the world, round the voxels between two indices.
+Region world_box(const Volume& grid, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  Region box = {Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
+  for (const Eigen::Vector3d& index : corners_of(low, high)) {
+    box.min_mm = box.min_mm.cwiseMin(grid.world_from_index(index));
+    box.max_mm = box.max_mm.cwiseMax(grid.world_from_index(index));
+  }
+  return box;
+}
+
 std::string point(const Eigen::Vector3d& p) {
   return "(" + to_text(p.x(), 1) + ", " + to_text(p.y(), 1) + ", " + to_text(p.z(), 1) + ")";
 }
@@ -74,16 +85,9 @@ std::vector<LabelFigures> label_figures(const Volume& mask) {
     }
     figures.voxels = bounds.voxels;
     figures.volume_ml = static_cast<double>(bounds.voxels) * voxel_ml;
-    const Eigen::Vector3d a = mask.world_from_index(bounds.low.cast<double>());
-    figures.min_mm = figures.max_mm = a;
-    for (int corner = 1; corner < 8; ++corner) {
-      Eigen::Vector3d index;
-      for (int axis = 0; axis < 3; ++axis) {
-        index[axis] = (corner >> axis & 1) ? bounds.high[axis] : bounds.low[axis];
-      }
-      figures.min_mm = figures.min_mm.cwiseMin(mask.world_from_index(index));
-      figures.max_mm = figures.max_mm.cwiseMax(mask.world_from_index(index));
-    }
+    const Region box = world_box(mask, bounds.low.cast<double>(), bounds.high.cast<double>());
+    figures.min_mm = box.min_mm;
+    figures.max_mm = box.max_mm;
     all.push_back(figures);
   }
   return all;
@@ -174,17 +178,10 @@ LabelBox bounding_box(const Volume& mask, int label) {
 
 Region region_around(const Volume& mask, const LabelBox& box) {
   constexpr double kAround_voxels = 2;
-  Region region = {Eigen::Vector3d::Constant(1e30), Eigen::Vector3d::Constant(-1e30)};
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3d index;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double last = box.first[axis] + box.size[axis] - 1;
-      index[axis] = (corner >> axis & 1) ? last + kAround_voxels : box.first[axis] - kAround_voxels;
-    }
-    region.min_mm = region.min_mm.cwiseMin(mask.world_from_index(index));
-    region.max_mm = region.max_mm.cwiseMax(mask.world_from_index(index));
-  }
-  return region;
+  const Eigen::Vector3d first(box.first[0], box.first[1], box.first[2]);
+  const Eigen::Vector3d last =
+      first + Eigen::Vector3d(box.size[0] - 1, box.size[1] - 1, box.size[2] - 1);
+  return world_box(mask, first.array() - kAround_voxels, last.array() + kAround_voxels);
 }
 
 }  // namespace organbake

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "files/volume_files.h"
@@ -32,12 +33,6 @@ std::vector<std::string> columns_of(const std::string& line, char mark) {
   return columns;
 }
 
-bool is_number(const std::string& word) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return error == std::errc() && end == word.data() + word.size();
-}
-
 std::vector<std::string> words_of(const std::string& line) {
   std::vector<std::string> words;
   for (std::size_t at = 0; (at = line.find_first_not_of(" \t,", at)) != std::string::npos;) {
@@ -46,13 +41,6 @@ std::vector<std::string> words_of(const std::string& line) {
     at = end;
   }
   return words;
-}
-
-std::optional<int> as_label(const std::string& text) {
-  int label = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), label);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return label;
 }
 
 // What parts a table's columns; none where blanks do, as in most.
@@ -76,7 +64,7 @@ std::optional<LabelColumns> titles_of(const std::string& line) {
   bool numbered = false;
   for (std::size_t i = 0; i < titles.size(); ++i) {
     const std::string title = lower_case(titles[i]);
-    if (as_label(title)) return std::nullopt;
+    if (number_in<int>(title)) return std::nullopt;
     const bool number = title == "index" || title == "id" || title == "number" ||
                         title == "value" || title == "key" || (title == "label" && i == 0);
     if (number && !numbered) found.number = i;
@@ -93,12 +81,12 @@ std::optional<LabelColumns> titles_of(const std::string& line) {
 std::optional<LabelName> label_of_row(const std::vector<std::string>& row,
                                       const LabelColumns& columns) {
   if (columns.number >= row.size()) return std::nullopt;
-  const std::optional<int> label = as_label(row[columns.number]);
+  const std::optional<int> label = number_in<int>(row[columns.number]);
   if (!label) return std::nullopt;
   std::string name;
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (i == columns.number || (columns.name && i != *columns.name)) continue;
-    if ((columns.name || !is_number(row[i])) && row[i].size() > name.size()) name = row[i];
+    if ((columns.name || !number_in<double>(row[i])) && row[i].size() > name.size()) name = row[i];
   }
   if (name.empty()) return std::nullopt;
   return LabelName{*label, name};
@@ -116,7 +104,7 @@ std::optional<LabelName> label_of(const std::string& line, const LabelColumns& c
   if (open != close) return LabelName{label, trimmed(rest.substr(open + 1, close - open - 1))};
   std::string name;
   for (const std::string& word : words_of(rest)) {
-    if (is_number(word) || word == "=" || word == ":") continue;
+    if (number_in<double>(word) || word == "=" || word == ":") continue;
     name += (name.empty() ? "" : " ") + word;
   }
   if (name.empty()) return std::nullopt;
@@ -142,10 +130,8 @@ LabelName label_of_entry(const std::string& key, const Json& json,
                          const std::filesystem::path& file) {
   LabelName label{0, key};
   std::vector<int> labels = numbers_of(json);
-  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), label.label);
-  if (json.is_string() && error == std::errc() && end == key.data() + key.size()) {
-    return {label.label, json.get<std::string>()};
-  }
+  const auto number = number_in<int>(key);
+  if (json.is_string() && number) return {*number, json.get<std::string>()};
   if (labels.empty()) {
     throw BadDataError(file, "its label \"" + key + "\" is " + json.dump().substr(0, 80) +
                                  "; a number, or a list of them, is needed");
@@ -215,10 +201,9 @@ std::vector<LabelName> read_label_names(const std::filesystem::path& file) {
 }
 
 std::string label_list(const std::vector<LabelName>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i) {
-    text += (i ? ", " : "") + std::to_string(names[i].label) + " " + names[i].name;
-  }
+  const std::string text =
+      joined(std::span(names).first(std::min(names.size(), kShown)), ", ",
+             [](const LabelName& one) { return std::to_string(one.label) + " " + one.name; });
   return names.size() > kShown ? text + ", …" : text;
 }
 
@@ -231,10 +216,9 @@ void throw_label_absent(const Volume& mask, int label) {
   const std::vector<LabelCount> labels = count_labels(mask);
   std::string message = "the mask has no label " + std::to_string(label);
   if (labels.empty()) throw BadDataError(message + "; it is empty");
-  message += "; it holds ";
-  for (std::size_t i = 0; i < std::min(labels.size(), kShown); ++i) {
-    message += (i ? ", " : "") + with_name(labels[i].label, mask.label_names);
-  }
+  message += "; it holds " +
+             joined(std::span(labels).first(std::min(labels.size(), kShown)), ", ",
+                    [&](const LabelCount& one) { return with_name(one.label, mask.label_names); });
   if (labels.size() > kShown) {
     message += " … " + std::to_string(labels.back().label) + " (" + std::to_string(labels.size()) +
                " labels; is this a CT?)";

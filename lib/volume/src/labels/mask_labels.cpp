@@ -4,7 +4,6 @@
 #include "labels/mask_labels.h"
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <set>
@@ -27,15 +26,15 @@ std::string plain(const std::string& name) {
   return text;
 }
 
+// Nothing for what is no number.
 std::optional<int> as_number(const std::string& text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size() || text.empty()) return std::nullopt;
-  if (error != std::errc() || value < 1 || value > kMostLabel) {
-    throw UsageError("the label is " + text + "; it must be 1…" + std::to_string(kMostLabel) +
-                     " (0 is the background)");
-  }
-  return value;
+  const std::size_t digits = text.starts_with('-') ? 1 : 0;
+  if (text.size() == digits || text.find_first_not_of("0123456789", digits) != text.npos)
+    return std::nullopt;
+  const auto value = number_in<int>(text);
+  if (value && *value >= 1 && *value <= kMostLabel) return value;
+  throw UsageError("the label is " + text + "; it must be 1…" + std::to_string(kMostLabel) +
+                   " (0 is the background)");
 }
 
 // A file may give its labels any numbers; voxels have but these.
@@ -107,9 +106,8 @@ std::pair<std::optional<ChosenLabel>, std::size_t> first_label(std::span<const s
                                                                const std::string& file) {
   constexpr std::size_t kMostCommas = 7;
   for (std::size_t count = std::min(parts.size(), kMostCommas + 1); count > 1; --count) {
-    std::string joined = parts[0];
-    for (const std::string& part : parts.subspan(1, count - 1)) joined += "," + part;
-    if (auto named = by_name(joined, names, file)) return {std::move(named), count};
+    const std::string name = joined(parts.first(count), ",");
+    if (auto named = by_name(name, names, file)) return {std::move(named), count};
   }
   return {one_label(parts[0], names, file), 1};
 }
@@ -126,11 +124,10 @@ void add(const ChosenLabel& one, std::vector<ChosenLabel>& chosen) {
 }
 
 std::string together(const std::vector<ChosenLabel>& chosen) {
-  std::string text;
-  for (const ChosenLabel& one : chosen) {
-    if (!one.name.empty()) text += (text.empty() ? "" : " and ") + one.name;
-  }
-  return text;
+  std::vector<std::string> names;
+  for (const ChosenLabel& one : chosen)
+    if (!one.name.empty()) names.push_back(one.name);
+  return joined(names, " and ");
 }
 
 bool holds_numbers_only(const std::string& label) {
