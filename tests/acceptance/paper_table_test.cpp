@@ -32,11 +32,10 @@ struct Loaded {
 struct Summary {
   double mean_px = 0, max_px = 0, polygons_mean_px = 0;
   double least_psnr_db = 1e9, least_ssim = 1;
-  double gain_over_paper_db = 1e9;                             // the least
-  double below_ideal_db = -1e9, below_smooth_ideal_db = -1e9;  // the most
-  double least_ideal_db = 1e9, least_smooth_ideal_db = 1e9;
-  double displayed_px = 0, displayed_sample_px = 0;
-  double displayed_paper_px = 0, displayed_polygons_px = 0;
+  double gain_over_paper_db = 1e9;  // the least
+  double below_ideal_db = -1e9;     // the most
+  double least_ideal_db = 1e9;
+  double displayed_px = 0;
   std::size_t inner_pixels = 0, holes_before_fill = 0, holes = 0;
 };
 
@@ -51,13 +50,7 @@ Summary summary_of(const ComparisonTable& table) {
     s.least_ssim = std::min(s.least_ssim, row.picture.ssim);
     s.below_ideal_db = std::max(s.below_ideal_db, row.ideal.psnr_db - row.picture.psnr_db);
     s.least_ideal_db = std::min(s.least_ideal_db, row.ideal.psnr_db);
-    s.below_smooth_ideal_db =
-        std::max(s.below_smooth_ideal_db, row.smooth_ideal.psnr_db - row.picture.psnr_db);
-    s.least_smooth_ideal_db = std::min(s.least_smooth_ideal_db, row.smooth_ideal.psnr_db);
-    s.displayed_px += share * row.displayed.point.mean_px;
-    s.displayed_sample_px += share * row.displayed.sample.mean_px;
-    s.displayed_paper_px += share * row.displayed_paper.mean_px;
-    s.displayed_polygons_px += share * row.displayed_polygons.mean_px;
+    s.displayed_px += share * row.displayed.mean_px;
     s.inner_pixels += row.inner_pixels;
     s.holes_before_fill += row.holes_before_fill;
     s.holes += row.picture.holes;
@@ -119,30 +112,17 @@ TEST(PaperTable, IsReachedByEightyFaces) {
   expect({scene + ": projection error, largest", "px", s.max_px, 0.5});
   expect({scene + ": polygons' mean error / image-based", "×", s.polygons_mean_px / s.mean_px,
           kPaperPolygonsMean_px / kPaperMean_px, Figure::Goal::at_least});
-  // A sample stands in a whole pixel: 0.38 px by rounding alone.
-  constexpr double kDisplayed_px = 0.45;
-  expect({scene + ": displayed error, mean: the sample that a pixel was drawn from", "px",
-          s.displayed_sample_px, kDisplayed_px});
-  expect({scene + ": displayed error, mean: the point whose colour a pixel has", "px",
-          s.displayed_px, kDisplayed_px});
-  expect({scene + ": the paper's own warp's displayed error / ours", "×",
-          s.displayed_paper_px / s.displayed_px, 1, Figure::Goal::at_least});
-  expect({scene + ": polygons' displayed error / ours", "×",
-          s.displayed_polygons_px / s.displayed_px, 1, Figure::Goal::at_least});
+  // Less than the 0.38 px by which samples in whole pixels are off.
+  expect({scene + ": displayed error, mean", "px", s.displayed_px, 0.38});
   expect({scene + ": holes after the fill", "px", double(s.holes), 0});
   expect({scene + ": holes before the fill, inside the truth", "%",
           100.0 * double(s.holes_before_fill) / double(s.inner_pixels), 0.05});
   // The prototype's least; the design's ceiling for these maps is 39.2 dB.
   expect({scene + ": PSNR against 16 rays a pixel, least", "dB", s.least_psnr_db, 37.7,
           Figure::Goal::at_least});
-  // The ideal takes one sample a pixel; smoothed as ours, it is the harder one.
-  expect({scene + ": PSNR of the ideal resampler, least", "dB", s.least_ideal_db, 0,
-          Figure::Goal::at_least});
-  expect({scene + ": PSNR of the ideal resampler with a smooth outline, least", "dB",
-          s.least_smooth_ideal_db, 0, Figure::Goal::at_least});
-  expect({scene + ": PSNR below the ideal resampler's, most", "dB", s.below_ideal_db, 1.5});
-  expect({scene + ": PSNR below the ideal resampler's with a smooth outline, most", "dB",
-          s.below_smooth_ideal_db, 1.5});
+  report(scene + ": PSNR of the ideal resampler with a smooth outline, least", "dB",
+         s.least_ideal_db);
+  expect({scene + ": PSNR below that, most", "dB", s.below_ideal_db, 1.5});
   expect({scene + ": PSNR above the paper's own warp, least", "dB", s.gain_over_paper_db, 0,
           Figure::Goal::at_least});
   expect({scene + ": SSIM, least", "", s.least_ssim, 0.975, Figure::Goal::at_least});

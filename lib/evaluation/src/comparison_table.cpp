@@ -196,17 +196,15 @@ class Comparer {
     DrawOptions telling = draw_options_;
     telling.keep_shown = true;
     const auto& positions = player_.proxy_positions();
-    paper_.draw(player_.bundle(), positions, view, telling, frame_);
+    paper_.draw(player_.bundle(), positions, view, draw_options_, frame_);
     row.paper = picture_errors(truth, inner);
-    row.displayed_paper = projection_.displayed(frame_, positions, view).point;
-    row.displayed_polygons = projection_.displayed_polygons(positions, view);
     player_.draw(view, telling, frame_);
     row.picture = picture_errors(truth, inner);
     row.displayed = projection_.displayed(frame_, positions, view);
     const Rgb8Image ideal =
-        ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
-    row.ideal = errors_of(ideal, truth);
-    row.smooth_ideal = errors_of(smoothed(ideal), truth);
+        smoothed(ideal_picture(player_.bundle(), truth_, positions, view, kBlack));
+    row.ideal = {compare_images(ideal, truth.color, truth.covered).psnr_db,
+                 structural_similarity(ideal, truth.color, truth.covered), 0};
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -241,10 +239,6 @@ class Comparer {
   }
 
  private:
-  PictureErrors errors_of(const Rgb8Image& picture, const TruthFrame& truth) const {
-    return {compare_images(picture, truth.color, truth.covered).psnr_db,
-            structural_similarity(picture, truth.color, truth.covered), 0};
-  }
   // Of frame_.
   PictureErrors picture_errors(const TruthFrame& truth, const std::vector<std::size_t>& inner) {
     // The outline's pixels show skin, too, where it covers a part of them only.
@@ -276,8 +270,7 @@ class Comparer {
 };
 
 Json errors_json(const PixelErrors& e) {
-  return {
-      {"mean_px", e.mean_px}, {"p99_px", e.p99_px}, {"max_px", e.max_px}, {"vertices", e.vertices}};
+  return {{"mean_px", e.mean_px}, {"max_px", e.max_px}, {"vertices", e.vertices}};
 }
 
 Json steps_json(const SeamSteps& s) {
@@ -348,11 +341,7 @@ std::string comparison_json(const ComparisonTable& table) {
          {"without_map", row.projection.without_map},
          {"image_based", errors_json(row.projection.image_based)},
          {"polygons", errors_json(row.projection.polygons)},
-         {"displayed",
-          {{"point", errors_json(row.displayed.point)},
-           {"sample", errors_json(row.displayed.sample)},
-           {"paper_warp", errors_json(row.displayed_paper)},
-           {"polygons", errors_json(row.displayed_polygons)}}},
+         {"displayed", errors_json(row.displayed)},
          {"psnr_db", row.picture.psnr_db},
          {"ssim", row.picture.ssim},
          {"inner_pixels", row.inner_pixels},
@@ -361,8 +350,6 @@ std::string comparison_json(const ComparisonTable& table) {
          {"paper_warp",
           {{"psnr_db", row.paper.psnr_db}, {"ssim", row.paper.ssim}, {"holes", row.paper.holes}}},
          {"ideal_resampler", {{"psnr_db", row.ideal.psnr_db}, {"ssim", row.ideal.ssim}}},
-         {"smooth_ideal_resampler",
-          {{"psnr_db", row.smooth_ideal.psnr_db}, {"ssim", row.smooth_ideal.ssim}}},
          {"edge_step_8bit", steps_json(row.seams)}});
   }
   return json_text({{"schema", "organbake/comparison/1"},
@@ -380,17 +367,16 @@ std::string comparison_text(const ComparisonTable& table) {
     const auto& polygons = row.projection.polygons;
     const double no_map = 100.0 * double(row.projection.without_map) /
                           double(std::max<std::size_t>(row.projection.visible, 1));
-    text += std::string(row.poked ? "poked" : "rest ") +
-            cell(to_text(row.angle_rad * (180 / std::numbers::pi), 1), 10) +
-            cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
-            cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
-            cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
-            cell("(" + to_text(row.paper.psnr_db, 2) + ", " + to_text(row.smooth_ideal.psnr_db, 2) +
-                     ")",
-                 22) +
-            cell(to_text(row.displayed.point.mean_px, 3), 14) +
-            cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
-            cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
+    text +=
+        std::string(row.poked ? "poked" : "rest ") +
+        cell(to_text(row.angle_rad * (180 / std::numbers::pi), 1), 10) +
+        cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
+        cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
+        cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
+        cell("(" + to_text(row.paper.psnr_db, 2) + ", " + to_text(row.ideal.psnr_db, 2) + ")", 22) +
+        cell(to_text(row.displayed.mean_px, 3), 14) + cell(std::to_string(row.picture.holes), 7) +
+        cell(to_text(row.seams.frame, 1), 10) + cell(to_text(row.seams.truth, 1), 8) +
+        cell(to_text(row.seams.excess, 1), 8) + "\n";
   }
   return text + "camera switches on the orbit: " + std::to_string(table.switches) +
          ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +

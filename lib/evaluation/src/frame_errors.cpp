@@ -28,14 +28,15 @@ Eigen::Vector3d on_face(const TriangleMesh& mesh, const std::vector<Eigen::Vecto
   return weights[0] * positions[a] + weights[1] * positions[b] + weights[2] * positions[c];
 }
 
+constexpr double kNotMeasured = -1;
+
 PixelErrors summarise(std::vector<double> errors) {
+  std::erase(errors, kNotMeasured);
   PixelErrors result;
   result.vertices = errors.size();
   if (errors.empty()) return result;
-  std::sort(errors.begin(), errors.end());
   result.mean_px = std::accumulate(errors.begin(), errors.end(), 0.0) / errors.size();
-  result.p99_px = errors[static_cast<std::size_t>(0.99 * (errors.size() - 1))];
-  result.max_px = errors.back();
+  result.max_px = *std::max_element(errors.begin(), errors.end());
   return result;
 }
 
@@ -125,7 +126,6 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
   const ViewWeights shares =
       view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm);
 
-  constexpr double kNotMeasured = -1;
   const std::size_t count = carried.size();
   std::vector<double> image_based(count, kNotMeasured), polygons(count, kNotMeasured);
   parallel_for(std::size_t{0}, count, [&](std::size_t v) {
@@ -144,65 +144,26 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
 
   ProjectionErrors result;
   result.visible = std::count(visible.begin(), visible.end(), true);
-  const auto measured = [&](std::vector<double> all) {
-    std::erase(all, kNotMeasured);
-    return summarise(std::move(all));
-  };
-  result.image_based = measured(std::move(image_based));
-  result.polygons = measured(std::move(polygons));
+  result.image_based = summarise(std::move(image_based));
+  result.polygons = summarise(std::move(polygons));
   result.without_map = result.visible - result.image_based.vertices;
   return result;
 }
 
-namespace {
-
-constexpr double kNotShown = -1;
-
-PixelErrors measured(std::vector<double> errors) {
-  std::erase(errors, kNotShown);
-  return summarise(std::move(errors));
-}
-
-Eigen::Vector2d center_of(std::size_t pixel, int width) {
-  return {static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5};
-}
-
-}  // namespace
-
-ProjectionComparison::Displayed ProjectionComparison::displayed(
-    const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
-    const View& view) const {
+PixelErrors ProjectionComparison::displayed(const Frame& frame,
+                                            const std::vector<Eigen::Vector3d>& proxy_positions,
+                                            const View& view) const {
   const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
-  std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
-  parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+  std::vector<double> errors(frame.shown.size(), kNotMeasured);
+  parallel_for(std::size_t{0}, errors.size(), [&](std::size_t i) {
     if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;
-    const auto error = [&](const Eigen::Vector3f& at_rest) {
-      const ShellBinding b = binder_.bind(at_rest.cast<double>());
-      const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
-      return (project(view.camera, p) - center_of(i, frame.color.width)).norm();
-    };
-    points[i] = error(frame.shown[i].point_mm);
-    samples[i] = error(frame.shown[i].sample_mm);
+    const ShellBinding b = binder_.bind(frame.shown[i].point_mm.cast<double>());
+    const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
+    const Eigen::Vector2d center(static_cast<double>(i % frame.color.width) + 0.5,
+                                 static_cast<double>(i / frame.color.width) + 0.5);
+    errors[i] = (project(view.camera, p) - center).norm();
   });
-  return {measured(std::move(points)), measured(std::move(samples))};
-}
-
-PixelErrors ProjectionComparison::displayed_polygons(
-    const std::vector<Eigen::Vector3d>& proxy_positions, const View& view) const {
-  const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
-  const TriangleMesh deformed = shell_.posed(proxy_positions);
-  std::vector<Eigen::Vector3d> flattened;
-  for (const OnFace& on : closest_)
-    flattened.push_back(on_face(deformed, deformed.vertices, on.face, on.weights));
-  const auto seen = truth_.seen_at_centers(flattened, view);
-  std::vector<double> errors(seen.size(), kNotShown);
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (seen[i].face == kNoFace) continue;
-    errors[i] = (project(view.camera, truth_.point(seen[i], carried)) -
-                 center_of(i, view.camera.intrinsics.width))
-                    .norm();
-  }
-  return measured(std::move(errors));
+  return summarise(std::move(errors));
 }
 
 namespace {

@@ -37,15 +37,12 @@ struct ComparisonRow {
   double angle_rad = 0;
   bool poked = false;
   ProjectionErrors projection;
-  // Of what the pixels show (ProjectionComparison::displayed); a sample's whole-pixel place alone
-  // costs 0.38 px.
-  ProjectionComparison::Displayed displayed;
-  PixelErrors displayed_paper, displayed_polygons;
+  PixelErrors displayed;  // of the skin that pixels show (ProjectionComparison::displayed)
   PictureErrors picture;
   PictureErrors paper;  // of the paper's own warp, its outline smoothed as the player's is
-  // Of the best picture that the maps allow, one sample a pixel (ideal_picture()); and with a
-  // smooth outline.
-  PictureErrors ideal, smooth_ideal;
+  // Of the best picture that the maps allow, one sample a pixel (ideal_picture()), its outline
+  // smoothed likewise.
+  PictureErrors ideal;
   // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
   // before the fill.
   std::size_t inner_pixels = 0, holes_before_fill = 0;

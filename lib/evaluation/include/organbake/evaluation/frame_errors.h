@@ -17,7 +17,7 @@
 namespace organbake {
 
 struct PixelErrors {
-  double mean_px = 0, p99_px = 0, max_px = 0;
+  double mean_px = 0, max_px = 0;
   std::size_t vertices = 0;  // that were measured; of a displayed error, pixels
 };
 
@@ -44,17 +44,10 @@ class ProjectionComparison {
                            const View& view) const;
 
   // How far the skin that a frame's pixels show belongs from their centres: each pixel of
-  // Cover::samples in a frame drawn with keep_shown, its point at rest bound, carried and projected
-  // anew.
-  struct Displayed {
-    PixelErrors point;   // whose colour the pixel has
-    PixelErrors sample;  // that it was drawn from, whole pixels and all
-  };
-  Displayed displayed(const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
-                      const View& view) const;
-  // The same for the polygon method: the surface flattened onto the shell's.
-  PixelErrors displayed_polygons(const std::vector<Eigen::Vector3d>& proxy_positions,
-                                 const View& view) const;
+  // Cover::samples in a frame drawn with keep_shown, the point at rest whose colour it has bound,
+  // carried and projected anew.
+  PixelErrors displayed(const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
+                        const View& view) const;
 
  private:
   struct OnFace {
