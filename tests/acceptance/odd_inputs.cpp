@@ -148,33 +148,4 @@ PosedCamera camera_round(RandomStream& random, const Bounds& box, int size) {
   return camera;
 }
 
-std::string damaged(std::string bytes, RandomStream& random) {
-  const std::uint64_t changes = 1 + random.below(8);
-  for (std::uint64_t i = 0; i < changes && !bytes.empty(); ++i) {
-    // Headers are short and full of meaning: half of the damage goes there.
-    constexpr std::uint64_t kHeader = 400;
-    const std::uint64_t reach =
-        chance(random, 0.5) ? std::min<std::uint64_t>(kHeader, bytes.size()) : bytes.size();
-    const std::size_t at = random.below(reach);
-    switch (random.below(5)) {
-      case 0:
-        bytes[at] = char(random());
-        break;
-      case 1:
-        bytes[at] ^= char(1 << random.below(8));
-        break;
-      case 2:
-        bytes.resize(at);
-        break;
-      case 3:
-        bytes.insert(at, bytes.substr(at, 1 + random.below(64)));
-        break;
-      case 4:
-        bytes.erase(at, 1 + random.below(64));
-        break;
-    }
-  }
-  return bytes;
-}
-
 }  // namespace organbake

@@ -53,7 +53,7 @@ bool sound(const TriangleMesh& mesh) {
   return analyse_topology(mesh).boundary_edges == 0 && signed_volume(mesh) > 0;
 }
 
-double probe_isosurface(RandomStream& random, const ProbeFolder&) {
+double probe_isosurface(RandomStream& random) {
   const int tissue =
       chance(random, 0.8) ? int(random.uniform(-999, 3000)) : int(random.uniform(-32768, 32767));
   const Volume ct = any_volume(random, tissue, -1000);
@@ -80,7 +80,7 @@ double probe_isosurface(RandomStream& random, const ProbeFolder&) {
   return sound(mesh) ? outside / (2 * ct.spacing_mm.maxCoeff()) : 2;
 }
 
-double probe_label_surface(RandomStream& random, const ProbeFolder&) {
+double probe_label_surface(RandomStream& random) {
   IsosurfaceOptions options;
   options.label = 1 + int(random.below(3));
   const Volume mask = any_volume(random, chance(random, 0.9) ? options.label : 4, 0);
@@ -95,48 +95,16 @@ double probe_label_surface(RandomStream& random, const ProbeFolder&) {
   return sound(mesh) ? std::abs(signed_volume(mesh) / wanted - 1) / 0.1 : 2;
 }
 
-double probe_decimate(RandomStream& random, const ProbeFolder&) {
-  const TriangleMesh surface = any_organ(random);
-  DecimateOptions options;
-  options.method = DecimateMethod(random.below(4));
-  options.faces = chance(random, 0.1) ? random.below(5) : 4 + random.below(200);
-  options.objective = chance(random, 0.3) ? DecimateObjective::max : DecimateObjective::rms;
-  if (chance(random, 0.05)) options.max_error_mm = any_size(random, -3, 2);
-  const DecimateResult summary = decimate(surface, options);
-  check_mesh(summary.proxy, "proxy");
-  expect_finite(summary.proxy, "a vertex of the proxy");
-  expect_finite(summary.rms_mm + summary.max_mm + summary.reverse_rms_mm, "the proxy's distance");
-  if (options.max_error_mm <= 0 && summary.proxy.faces.size() > options.faces) return 2;
-  const bool must_stay_whole = options.method != DecimateMethod::cluster;
-  const bool torn = analyse_topology(surface).closed_manifold() &&
-                    !analyse_topology(summary.proxy).closed_manifold();
-  return must_stay_whole && torn ? 2 : 0;
-}
-
 }  // namespace
 
 std::vector<Probe> surface_probes() {
   return {
       {"isosurface", "two voxels outside the volume; open or inward surfaces", probe_isosurface},
       {"mask", "a tenth of the label's volume", probe_label_surface},
-      {"decimate", "a torn proxy, too many faces", probe_decimate},
   };
 }
 
 namespace {
-
-PlacementOptions any_placement(RandomStream& random) {
-  PlacementOptions options;
-  options.count = 1 + int(random.below(12));
-  options.map_size = 16 + int(random.below(48));
-  options.field_of_view_rad = chance(random, 0.05) ? odd_number(random) : random.uniform(0.05, 2);
-  options.margin = random.uniform(0, 0.3);
-  if (chance(random, 0.3)) {
-    options.cone = ViewingCone{any_direction(random), random.uniform(0.01, 1.57)};
-    if (chance(random, 0.1)) options.cone->axis = any_point(random, 1);
-  }
-  return options;
-}
 
 TriangleMesh proxy_of(const TriangleMesh& surface, RandomStream& random) {
   DecimateOptions options;
@@ -170,23 +138,7 @@ double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
   return worst_mm;
 }
 
-double probe_place(RandomStream& random, const ProbeFolder&) {
-  const TriangleMesh surface = any_organ(random);
-  const PlacementOptions options = any_placement(random);
-  const Placement placement = place_cameras(surface, options);
-  double outside = 0;
-  for (const PosedCamera& camera : placement.cameras) {
-    camera.intrinsics.check();
-    for (const Face& face : surface.faces) {
-      const Eigen::Vector2d pixel = project(camera, surface.vertices[face[0]]);
-      expect_finite(pixel.sum(), "a vertex in a virtual camera");
-      outside = std::max({outside, -pixel.minCoeff(), pixel.maxCoeff() - options.map_size});
-    }
-  }
-  return outside / (1e-3 * options.map_size);
-}
-
-double probe_capture(RandomStream& random, const ProbeFolder&) {
+double probe_capture(RandomStream& random) {
   const TriangleMesh surface = any_organ(random);
   TriangleMesh proxy = chance(random, 0.7) ? proxy_of(surface, random) : any_organ(random);
   const double by = chance(random, 0.3) ? any_size(random, -1, 1) : 1;
@@ -214,7 +166,7 @@ double probe_capture(RandomStream& random, const ProbeFolder&) {
   return worst_mm / (1e-6 * scene.diagonal());
 }
 
-double probe_deform(RandomStream& random, const ProbeFolder&) {
+double probe_deform(RandomStream& random) {
   const TriangleMesh proxy = proxy_of(sound_organ(random), random);
   MechanicsOptions mechanics;
   mechanics.young_modulus_kpa = any_size(random, -1, 4);
@@ -268,7 +220,7 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
 
 // Hands that pull and poke an organ as far as a pointer goes in a window, in jumps: no tool may
 // make it lose its state.
-double probe_pulls(RandomStream& random, const ProbeFolder&) {
+double probe_pulls(RandomStream& random) {
   const TriangleMesh surface = sound_organ(random);
   const TriangleMesh proxy = proxy_of(surface, random);
   const double diagonal_mm = bounds(proxy).diagonal();
@@ -311,7 +263,7 @@ double probe_pulls(RandomStream& random, const ProbeFolder&) {
   return farthest / (4 * diagonal_mm);
 }
 
-double probe_warp(RandomStream& random, const ProbeFolder&) {
+double probe_warp(RandomStream& random) {
   const Bundle bundle = any_bundle(random);
   Warper warper(bundle), other(bundle);
   const Bounds box = bounds(bundle.proxy);
@@ -347,7 +299,6 @@ double probe_warp(RandomStream& random, const ProbeFolder&) {
 
 std::vector<Probe> bundle_probes() {
   return {
-      {"place", "a thousandth of the map, by which a vertex lies outside it", probe_place},
       {"capture", "a millionth of the scene between macro + micro and the surface", probe_capture},
       {"deform", "ten times the organ's size, by which a vertex moved", probe_deform},
       {"pulls", "four times the organ's size, by which a vertex moved", probe_pulls},

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -33,18 +32,13 @@ TriangleMesh any_organ(RandomStream& random);
 // Looks at the middle of the box from outside, so that it is in the picture.
 PosedCamera camera_round(RandomStream& random, const Bounds& box, int size);
 
-// Some bytes changed, cut off, doubled or put in between.
-std::string damaged(std::string bytes, RandomStream& random);
-
-using ProbeFolder = std::filesystem::path;
-
 // Puts one stage to an input drawn from a random stream, often an adversarial one.
 struct Probe {
   const char* name;     // letters and digits
   const char* allowed;  // what an error of 1 means
   // The result's error as a share of what is allowed; 0 where there is nothing to measure. Throws
-  // an organbake::Error when the input is refused, NotFinite. `folder` is for files.
-  double (*run)(RandomStream& random, const ProbeFolder& folder);
+  // an organbake::Error when the input is refused, NotFinite.
+  double (*run)(RandomStream& random);
 };
 
 // Thrown by a probe that got a result with numbers that are none.
@@ -55,10 +49,10 @@ struct NotFinite : std::runtime_error {
 void expect_finite(double value, const char* what);
 void expect_finite(const TriangleMesh& mesh, const char* what);
 
-// Of stages that make surfaces; bundles of them, and what plays those; photographs; files.
+// Of stages that make surfaces; bundles of them, and what plays those; photographs. Damaged files
+// and meshes are tests/fuzz's.
 std::vector<Probe> surface_probes();
 std::vector<Probe> bundle_probes();
 std::vector<Probe> photo_probes();
-std::vector<Probe> file_probes();
 
 }  // namespace organbake

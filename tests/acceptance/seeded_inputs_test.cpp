@@ -9,7 +9,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "probes.h"
 #include "promises.h"
@@ -30,7 +29,7 @@ constexpr time_t kMostSeconds = 60;
 
 std::vector<Probe> all_probes() {
   std::vector<Probe> all;
-  for (const auto& probes : {surface_probes(), bundle_probes(), photo_probes(), file_probes()})
+  for (const auto& probes : {surface_probes(), bundle_probes(), photo_probes()})
     all.insert(all.end(), probes.begin(), probes.end());
   return all;
 }
@@ -76,12 +75,12 @@ struct Ending {
   std::string fault;
 };
 
-Ending end_of(const Probe& probe, std::uint64_t seed, const ProbeFolder& folder) {
+Ending end_of(const Probe& probe, std::uint64_t seed) {
   const Watch watch(probe, seed);
   RandomStream random(seed);
   Ending ending;
   try {
-    ending.error = probe.run(random, folder);
+    ending.error = probe.run(random);
     if (!std::isfinite(ending.error)) return {false, 0, "the error itself is not finite"};
     if (ending.error > 1) ending.fault = to_text(ending.error, 3) + " × " + probe.allowed;
   } catch (const NotFinite& error) {
@@ -99,12 +98,11 @@ struct SeededInputs : testing::TestWithParam<Probe> {};
 
 TEST_P(SeededInputs, EndRightOrRefused) {
   const Probe& probe = GetParam();
-  const TemporaryFolder folder;
   const ThreadLimit one_thread(1);
   const auto [first, count] = asked_seeds(360, 720);
   double refused = 0, worst = 0, failures = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const Ending ending = end_of(probe, seed, folder.path());
+    const Ending ending = end_of(probe, seed);
     refused += ending.refused;
     worst = std::max(worst, ending.error);
     failures += !ending.fault.empty();
@@ -116,9 +114,7 @@ TEST_P(SeededInputs, EndRightOrRefused) {
 }
 
 TEST_P(SeededInputs, AreTheSameAgain) {
-  const TemporaryFolder folder;
-  const Ending once = end_of(GetParam(), 1, folder.path()),
-               again = end_of(GetParam(), 1, folder.path());
+  const Ending once = end_of(GetParam(), 1), again = end_of(GetParam(), 1);
   EXPECT_EQ(once.error, again.error);
   EXPECT_EQ(once.refused, again.refused);
   EXPECT_EQ(once.fault, again.fault);

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "measuring/agreement.h"
 #include "measuring/scenes.h"
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/image/srgb.h"
-#include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/volume/read_volume.h"
@@ -21,26 +19,6 @@
 
 namespace organbake {
 namespace {
-
-constexpr double kRadius_mm = 40;
-
-IsosurfaceOptions ball_options(bool refine) {
-  IsosurfaceOptions options;
-  options.iso_hu = kBallHalfWay_hu;
-  options.refine = refine;
-  return options;
-}
-
-TEST(Isosurface, OfThickSlicesIsAsExactAsLinearCrossings) {
-  const Volume ct = scan_ball(kRadius_mm, {0.7, 0.7, 3});
-  const double linear = linear_crossing_rms_mm(ct, kRadius_mm);
-  const auto error = [&](bool refine) {
-    return radial_rms_mm(extract_isosurface(ct, ball_options(refine)).mesh, kRadius_mm);
-  };
-  expect({"ball, 0.7×0.7×3 mm: radial RMS / exact linear crossings'", "×", error(false) / linear,
-          1.02});
-  expect({"the same with --refine: radial RMS", "mm", error(true), 0.05});
-}
 
 // What the Image Biomarker Standardisation Initiative agreed on for a figure of its digital
 // phantom.

@@ -7,6 +7,7 @@
 
 #include "dicom/dicom.h"
 #include "fuzz/readers.h"
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/dataset/dataset.h"
@@ -85,7 +86,8 @@ void read_labelled(Bytes bytes, const InputFolder& folder) {
 
 template <Name kName>
 void read_surface(Bytes bytes, const InputFolder& folder) {
-  read_mesh(folder.file(kName.text, bytes));
+  for (const Eigen::Vector3d& vertex : read_mesh(folder.file(kName.text, bytes)).vertices)
+    expect_invariant(vertex.allFinite(), "a vertex is no place");
 }
 
 // Headers whose voxels lie in other files.
@@ -142,7 +144,9 @@ void read_codestream_of_frame(Bytes bytes, const InputFolder& folder) {
 
 // Told by the first bytes; all that a picture's file says is looked at.
 void read_any_picture(Bytes bytes, const InputFolder& folder) {
-  read_picture(folder.file("picture", bytes));
+  const Rgb8Image picture = read_picture(folder.file("picture", bytes)).color;
+  expect_invariant(picture.pixels.size() == std::size_t(3) * picture.width * picture.height,
+                   "a picture of another size than it says");
 }
 
 // A bundle's map, whose camera says how large it may be.
@@ -155,7 +159,9 @@ constexpr int kWidth = 64, kHeight = 48;  // of the pictures that cameras are fo
 
 void read_posed(Bytes bytes, const InputFolder& folder) {
   const std::filesystem::path file = folder.file("cameras.json", bytes);
-  read_camera_file(file);
+  const std::string read = cameras_to_json(read_camera_file(file));
+  expect_invariant(read == cameras_to_json(cameras_from_json(read, "again")),
+                   "cameras do not come back as they were written");
   read_intrinsics(file, "b.png", kWidth, kHeight);
 }
 
@@ -199,7 +205,10 @@ void read_lighting(Bytes bytes, const InputFolder&) {
 
 void read_mechanics(Bytes bytes, const InputFolder&) {
   constexpr std::size_t kVertices = 4;
-  mechanics_from_json(text_of(bytes), "mechanics.json", kVertices);
+  const std::string read =
+      mechanics_to_json(mechanics_from_json(text_of(bytes), "mechanics.json", kVertices));
+  expect_invariant(read == mechanics_to_json(mechanics_from_json(read, "again", kVertices)),
+                   "mechanics do not come back as they were written");
 }
 
 void read_dataset(Bytes bytes, const InputFolder&) {

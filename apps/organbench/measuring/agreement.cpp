@@ -13,7 +13,6 @@
 #include "measuring/agreement.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/quantile.h"
-#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {
@@ -40,21 +39,10 @@ double range_error_percent(const Plane& log_range, const Plane& truth) {
   return 100 * sum / static_cast<double>(truth.size());
 }
 
-Rgb8Image with_noise(Rgb8Image image, double levels, std::uint64_t seed) {
-  RandomStream random(seed);
-  for (std::uint8_t& value : image.pixels)
-    value = static_cast<std::uint8_t>(
-        std::lround(std::clamp(value + levels * random.normal(), 0.0, 255.0)));
-  return image;
-}
-
-Ray texel_ray(const PosedCamera& camera, std::size_t texel) {
-  const std::size_t width = std::size_t(camera.intrinsics.width);
-  return CameraRays(camera).through(double(texel % width) + 0.5, double(texel / width) + 0.5);
-}
-
 Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm) {
-  const Ray ray = texel_ray(camera, texel);
+  const std::size_t width = std::size_t(camera.intrinsics.width);
+  const Ray ray =
+      CameraRays(camera).through(double(texel % width) + 0.5, double(texel / width) + 0.5);
   return ray.origin + depth_mm * ray.direction;
 }
 

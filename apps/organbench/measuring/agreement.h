@@ -11,7 +11,6 @@
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
-#include "organbake/raycast/ray_scene.h"
 #include "organbake/shading/grid.h"
 
 // What suites and trials hold results against.
@@ -24,11 +23,7 @@ double radial_rms_mm(const TriangleMesh& mesh, double radius_mm);
 // Mean relative error of a range, one scale fitted; both are logarithms of ranges.
 double range_error_percent(const Plane& log_range, const Plane& truth);
 
-// A picture with noise of so many levels (of 255, one standard deviation) in every value.
-Rgb8Image with_noise(Rgb8Image image, double levels, std::uint64_t seed);
-
-// Through the middle of a texel, counted row by row; z = 1 in camera space.
-Ray texel_ray(const PosedCamera& camera, std::size_t texel);
+// Seen through the middle of a texel, counted row by row, at a planar depth.
 Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm);
 
 // Depths that were found, beside the true ones of the same pixels, of as many frames as one scale

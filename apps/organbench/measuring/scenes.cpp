@@ -23,20 +23,6 @@
 
 namespace organbake {
 
-CaptureScenario capture_scenario(int cameras, int map_size, int subdivisions) {
-  CaptureScenario scene;
-  scene.surface = OrganPhantom({}).surface(subdivisions);
-  scene.proxy = decimate(scene.surface, {}).proxy;
-  scene.cameras = place_cameras(scene.surface, {.count = cameras, .map_size = map_size}).cameras;
-  return scene;
-}
-
-std::filesystem::path empty_folder(const std::filesystem::path& folder) {
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
 using Eigen::Vector3d;
 
 Vector3d random_direction(RandomStream& random) {

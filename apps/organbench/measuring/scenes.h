@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <filesystem>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -19,17 +18,6 @@
 #include "organbake/viewpoints/placement.h"
 
 namespace organbake {
-
-// The phantom organ of 20 · 4^subdivisions faces, coloured, its proxy, and virtual cameras round
-// it.
-struct CaptureScenario {
-  TriangleMesh surface, proxy;
-  std::vector<PosedCamera> cameras;
-};
-CaptureScenario capture_scenario(int cameras, int map_size, int subdivisions = 6);
-
-// An empty folder, made anew.
-std::filesystem::path empty_folder(const std::filesystem::path& folder);
 
 Eigen::Vector3d random_direction(RandomStream& random);  // unit
 

@@ -5,12 +5,13 @@
 
 #include "bench.h"
 #include "measuring/agreement.h"
-#include "measuring/scenes.h"
 #include "organbake/bundle/stored_maps.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
+#include "organbake/decimate/decimate.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/phantom/phantom.h"
+#include "organbake/viewpoints/placement.h"
 #include "peers/peers.h"
 
 namespace organbake {
@@ -18,9 +19,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// The phantom organ, coloured, its proxy, and virtual cameras round it.
+struct CaptureScenario {
+  TriangleMesh surface, proxy;
+  std::vector<PosedCamera> cameras;
+};
+
 CaptureScenario scene_of(const Bench& bench, int cameras, int map_size) {
   bench.now("preparing the phantom, its proxy and cameras");
-  return capture_scenario(cameras, map_size, bench.quick() ? 5 : 6);
+  CaptureScenario scene;
+  scene.surface = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
+  scene.proxy = decimate(scene.surface, {}).proxy;
+  scene.cameras = place_cameras(scene.surface, {.count = cameras, .map_size = map_size}).cameras;
+  return scene;
+}
+
+fs::path empty_folder(const fs::path& folder) {
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  return folder;
 }
 
 // What OpenEXR gets to write, made beforehand.

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "bench.h"
-#include "measuring/agreement.h"
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
@@ -53,6 +52,15 @@ class StereoCases {
 struct SpoiltPair {
   Rgb8Image left, right;
 };
+
+// Of so many levels, one standard deviation.
+Rgb8Image with_noise(Rgb8Image image, double levels, std::uint64_t seed) {
+  RandomStream random(seed);
+  for (std::uint8_t& value : image.pixels)
+    value = static_cast<std::uint8_t>(
+        std::lround(std::clamp(value + levels * random.normal(), 0.0, 255.0)));
+  return image;
+}
 
 cv::Mat pixels_of(Rgb8Image& image) {
   return {image.height, image.width, CV_8UC3, image.pixels.data()};
