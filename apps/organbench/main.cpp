@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 struct Command {
   BenchOptions options;
-  std::vector<std::string> suites;  // or diff and two runs
+  std::vector<std::string> suites;
   std::string out;
   bool quick = false, thorough = false;
   ManualFlags manuals;
@@ -82,26 +82,6 @@ int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
   return static_cast<int>(failed ? ExitCode::batch_partial : ExitCode::ok);
 }
 
-RunReport read_run(const std::string& path) {
-  const fs::path file =
-      fs::is_directory(path) ? fs::path(path) / "organbench.json" : fs::path(path);
-  check_json_file(file, "bench");
-  return nlohmann::json::parse(read_text_file(file)).get<RunReport>();
-}
-
-int run_diff(const Command& command) {
-  const Comparison comparison =
-      compare_runs(read_run(command.suites.at(1)), read_run(command.suites.at(2)));
-  const char* words[] = {"same  ", "better", "WORSE "};
-  for (const Change& c : comparison.changes) {
-    std::printf("%s  %6.3f×  %10.4g → %10.4g  %s\n", words[static_cast<int>(c.kind)],
-                c.before != 0 ? c.after / c.before : 1.0, c.before, c.after, c.what.c_str());
-  }
-  for (const std::string& what : comparison.only_one)
-    std::printf("only in one: %s\n", what.c_str());
-  return static_cast<int>(comparison.regressed() ? ExitCode::quality_gate : ExitCode::ok);
-}
-
 OptionList option_list(Command& c) {
   OptionList list;
   list.add("out", &c.out,
@@ -132,8 +112,7 @@ CommandManual manual_of(const OptionList& options) {
       .description =
           "Measures what organbake(1) and organplay(1) do: how much error remains in how much "
           "time, beside other programs on the same input. It tells its figures, and writes them as "
-          "organbench.json into the folder of -o. 'organbench diff EARLIER LATER' "
-          "compares two such folders.",
+          "organbench.json into the folder of -o.",
       .options = manual_options(options),
       .sections = {{.title = "suites", .text = "Without a name, all of them run."},
                    exit_status_section()},
@@ -148,9 +127,7 @@ CommandManual manual_of(const OptionList& options) {
 std::string help(const OptionList& options) {
   std::string text =
       std::string("organbench: ") + kSummary +
-      "\n\nusage: organbench [SUITE…] -o DIR [OPTIONS]   (no SUITE: all of them)\n"
-      "       organbench diff EARLIER LATER          (two runs: folders, or their JSON files; "
-      "ends with 3 on a regression)\n\nSuites:\n";
+      "\n\nusage: organbench [SUITE…] -o DIR [OPTIONS]   (no SUITE: all of them)\n\nSuites:\n";
   for (const Suite& suite : all_suites()) {
     text += "  " + std::string(suite.name) + std::string(14 - std::string(suite.name).size(), ' ') +
             suite.summary + "\n";
@@ -175,9 +152,7 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   if (c.quick && c.thorough) throw UsageError("--quick and --thorough: give one of them");
   c.options.effort = c.effort();
   c.options.threads = c.shared.threads;
-  if (c.suites.empty() || c.suites.front() != "diff") return run_suites(c, stop_asked);
-  if (c.suites.size() != 3) throw UsageError("diff takes two runs: organbench diff EARLIER LATER");
-  return run_diff(c);
+  return run_suites(c, stop_asked);
 }
 
 int run(int argc, char** argv) {

@@ -8,7 +8,7 @@
 
 #include "measuring/measurement.h"
 
-// What one run found: as organbench.json, as lines to read, and beside an earlier run.
+// What one run found: as organbench.json, and as lines to read.
 namespace organbake {
 
 // How much is asked of all suites together: a first look in two minutes at small inputs; the whole
@@ -41,9 +41,7 @@ struct RunReport {
   std::vector<SuiteReport> suites;
 };
 
-// A run as organbench.json (schema "bench") and back: nlohmann::json(report),
-// json.get<RunReport>(). Of what is not valid JSON of that schema, get() throws
-// nlohmann::json::exception.
+// A run as organbench.json (schema "bench"): nlohmann::json(report).
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Spread, median, least, most)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Timing, runs, wall_ms, cpu_ms, peak_mb)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Quantity, name, unit, value)
@@ -59,53 +57,24 @@ inline void to_json(nlohmann::json& json, const Figure& f) {
   json = {{"what", f.what},     {"unit", f.unit}, {"value", f.value},
           {"target", f.target}, {"goal", f.goal}, {"met", f.met()}};
 }
-inline void from_json(const nlohmann::json& json, Figure& f) {
-  f = {json.at("what"), json.at("unit"), json.at("value"), json.at("target"), json.at("goal")};
+inline void to_json(nlohmann::json& json, const SuiteResult& r) {
+  json = {
+      {"points", r.points}, {"figures", r.figures}, {"skipped", r.skipped}, {"failure", r.failure}};
 }
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuiteResult, points, figures, skipped, failure)
 
 inline void to_json(nlohmann::json& json, const RunReport::SuiteReport& suite) {
   json = suite.result;
   json.update({{"name", suite.name}, {"summary", suite.summary}, {"seconds", suite.seconds}});
 }
-inline void from_json(const nlohmann::json& json, RunReport::SuiteReport& suite) {
-  suite = {json.at("name"), json.at("summary"), json.at("seconds"), json.get<SuiteResult>()};
-}
-
 inline void to_json(nlohmann::json& json, const RunReport& report) {
   json = {{"schema", "organbake/bench/1"},
           {"effort", report.effort},
           {"machine", report.machine},
           {"suites", report.suites}};
 }
-inline void from_json(const nlohmann::json& json, RunReport& report) {
-  report = {json.at("effort"), json.at("machine").get<std::map<std::string, std::string>>(),
-            json.at("suites").get<std::vector<RunReport::SuiteReport>>()};
-}
-
 // Lines for people: what each who competes took, with its errors; figures beside their targets;
 // what was left out.
 std::string suite_text(const RunReport::SuiteReport& suite);
-
-// What became of one point or figure from one run to the next.
-struct Change {
-  enum class Kind { same, better, worse };
-
-  std::string what;
-  double before = 0, after = 0;
-  Kind kind = Kind::same;
-};
-
-struct Comparison {
-  std::vector<Change> changes;        // of everything that both runs hold
-  std::vector<std::string> only_one;  // what one of them lacks
-  bool regressed() const;
-};
-
-// Times count as changed when the spreads of the two runs don't touch and the medians differ by
-// more than 5 %; errors when they differ by more than 1 %; both relative to the earlier run.
-Comparison compare_runs(const RunReport& before, const RunReport& after);
 
 // What a reader must know to compare figures: processor, cores, memory, compiler, versions of the
 // libraries that do the work or compete.
