@@ -14,6 +14,7 @@
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/cache.h"
+#include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/runner.h"
 #include "organbake/pipelines/stage.h"
@@ -21,11 +22,12 @@
 namespace organbake {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 struct BakeFlags {
-  std::filesystem::path output, cache;
+  fs::path output, cache;
   std::string from, to, quality, repair, unit, space;
   std::vector<std::string> settings;
   bool force = false, dry_run = false, explain = false, strict = false, report = true, web = false;
@@ -108,7 +110,7 @@ int show_plan(const Plan& plan, const std::vector<Forecast>& forecasts, bool exp
   }
   for (const LeftOut& item : plan.left_out) text += item.what + ": left out, " + item.why + "\n";
   text.pop_back();
-  session.print_result(text, {{"stages", steps}, {"left_out", left_out_json(plan)}});
+  session.print_result(text, {{"stages", steps}, {"left_out", left_out_json(plan.left_out)}});
   return 0;
 }
 
@@ -125,7 +127,7 @@ Json result_json(const BakeFlags& flags, const std::vector<StepResult>& steps, c
           {"state", state},
           {"stages", stages},
           {"warnings", warnings_of(steps)},
-          {"left_out", left_out_json(plan)}};
+          {"left_out", left_out_json(plan.left_out)}};
 }
 
 StepListener listener(const BakeFlags& flags, Terminal& terminal) {
@@ -176,19 +178,41 @@ BakeRun run_of(const std::vector<StepResult>& steps, double seconds) {
   return run;
 }
 
+// Writes what a bundle is exported to: a folder, or of the format `web` the page itself. The
+// formats' libraries are heavy, so a module does it.
+void write_export(const fs::path& bundle, const ExportOptions& options, const fs::path& output,
+                  Session& session) {
+  const bool is_page = options.format == ExportFormat::web;
+  is_page ? check_output_file(output, ".html") : check_output_folder(output);
+  if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
+  AtomicFolder folder(output);
+  const Stage stage{.name = "export"};
+  const RunContext context = session.context(stage.name);
+  context.progress(0);
+  const StageReport report =
+      run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
+  context.progress(1);
+  if (is_page) return write_file_atomically(output, read_file(folder.path() / kWebPageFile));
+  std::vector<std::string> files;
+  for (const fs::path& file : list_files(folder.path())) files.push_back(file.generic_string());
+  write_file_atomically(folder.path() / "report.json",
+                        folder_report(stage_report_json(stage, report), files));
+  folder.commit();
+}
+
 // A bundle that a bake left alone keeps the page of the bake that made it.
 void write_page(const BakeFlags& flags, const BakeRun& run, bool unchanged) {
   const BundleReader reader(flags.output);
-  const std::filesystem::path page = page_beside(flags.output);
+  const fs::path page = page_beside(flags.output);
   const std::optional<BakeRun> first = unchanged ? run_of_page(page, reader) : std::nullopt;
   if (first && !flags.web) return;
-  const bool has_player = flags.web || std::filesystem::exists(player_page_beside(flags.output));
+  const bool has_player = flags.web || fs::exists(player_page_beside(flags.output));
   const std::string player = has_player ? player_link(flags.output, page) : "";
   write_file_atomically(page, bundle_page(reader, first.value_or(run), player));
 }
 
 // Pages that this bake leaves alone, one that was killed may have begun.
-void sweep_pages(const std::filesystem::path& bundle) {
+void sweep_pages(const fs::path& bundle) {
   AtomicFolder::sweep(page_beside(bundle));
   AtomicFolder::sweep(player_page_beside(bundle));
 }
@@ -199,15 +223,17 @@ void write_pages(const BakeFlags& flags, const BakeRun& run, const std::string& 
   const bool unchanged = state == "unchanged";
   sweep_pages(flags.output);
   if (flags.report) write_page(flags, run, unchanged);
-  const std::filesystem::path player = player_page_beside(flags.output);
-  if (flags.web && !(unchanged && std::filesystem::exists(player)))
-    write_player_page(flags.output, player, session);
+  const fs::path player = player_page_beside(flags.output);
+  if (!flags.web || (unchanged && fs::exists(player))) return;
+  ExportOptions page;
+  page.format = ExportFormat::web;
+  write_export(flags.output, page, player, session);
 }
 
 // What is there may be replaced by another bake while it is looked at.
 void check_target(const BakeFlags& flags, const Plan& plan, const RunContext& context) {
   std::optional<FileLock> lock;
-  if (std::filesystem::exists(flags.output)) lock.emplace(output_lock(flags.output), context);
+  if (fs::exists(flags.output)) lock.emplace(output_lock(flags.output), context);
   flags.to.empty() ? check_output_folder(flags.output)
                    : check_stage_target(*plan.steps.back().stage, flags.output);
 }
@@ -276,7 +302,7 @@ int run_bake(const Arguments& arguments, Session& session) {
 }
 
 int run_report(const Arguments& arguments, Session& session) {
-  std::filesystem::path output;
+  fs::path output;
   OptionList options;
   options.add("output", &output,
               {.help = "the page; else BUNDLE_report.html beside the bundle",
@@ -289,17 +315,15 @@ int run_report(const Arguments& arguments, Session& session) {
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake report' needs a bundle");
   const BundleReader reader(words->front());
-  const std::filesystem::path beside = page_beside(words->front());
+  const fs::path beside = page_beside(words->front());
   if (output.empty()) output = beside;
   check_output_file(output, ".html");
-  const bool has_player = std::filesystem::exists(player_page_beside(words->front()));
+  const bool has_player = fs::exists(player_page_beside(words->front()));
   const std::string player = has_player ? player_link(words->front(), output) : "";
   write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader), player));
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }
-
-namespace fs = std::filesystem;
 
 int run_export(const Arguments& arguments, Session& session) {
   ExportOptions asked;
@@ -318,34 +342,6 @@ int run_export(const Arguments& arguments, Session& session) {
   write_export(words->front(), asked, output, session);
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
-}
-
-namespace fs = std::filesystem;
-
-void write_export(const fs::path& bundle, const ExportOptions& options, const fs::path& output,
-                  Session& session) {
-  const bool is_page = options.format == ExportFormat::web;
-  is_page ? check_output_file(output, ".html") : check_output_folder(output);
-  if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
-  AtomicFolder folder(output);
-  const Stage stage{.name = "export"};
-  const RunContext context = session.context(stage.name);
-  context.progress(0);
-  const StageReport report =
-      run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
-  context.progress(1);
-  if (is_page) return write_file_atomically(output, read_file(folder.path() / kWebPageFile));
-  std::vector<std::string> files;
-  for (const fs::path& file : list_files(folder.path())) files.push_back(file.generic_string());
-  write_file_atomically(folder.path() / "report.json",
-                        folder_report(stage_report_json(stage, report), files));
-  folder.commit();
-}
-
-void write_player_page(const fs::path& bundle, const fs::path& page, Session& session) {
-  ExportOptions options;
-  options.format = ExportFormat::web;
-  write_export(bundle, options, page, session);
 }
 
 }  // namespace organbake

@@ -21,7 +21,7 @@
 namespace organbake {
 namespace fs = std::filesystem;
 
-void add_case_flags(OptionList& list, CaseFlags& flags) {
+void add_case_flags(OptionList& list, BatchOptions& flags) {
   list.add("recipe", &flags.recipe,
            {.help = "what to bake every case with: a file, or one of 'organbake recipes' by name",
             .suggestions = known_recipe_names(),
@@ -41,12 +41,11 @@ void add_case_flags(OptionList& list, CaseFlags& flags) {
       .add("memory", &flags.memory_mb,
            {.help = "what the cases under way may need; 0 = what this machine has",
             .unit = "MB",
-            .min = 0,
-            .max = 1e9})
+            .range = {0, 1e9}})
       .add("cache", &flags.cache, {.help = "folder of the cache", .value = "DIR"});
 }
 
-std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, BatchOptions& flags,
                                   const std::string& command) {
   if (words.empty()) {
     throw UsageError("'organbake " + command + "' needs a table of cases, files, or a pattern");
@@ -57,8 +56,8 @@ std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFla
   return cases_of_words(words, flags.input);
 }
 
-std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,
-                                       const RunContext& context) {
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases,
+                                       const BatchOptions& flags, const RunContext& context) {
   std::vector<CaseEstimate> estimates;
   for (const BatchCase& one : cases) {
     context.throw_if_cancelled();
@@ -91,32 +90,28 @@ void make_batch_folder(const fs::path& folder) {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr auto kReplace = Json::error_handler_t::replace;  // file names need not be UTF-8
 
 struct BatchFlags {
-  CaseFlags cases;
+  BatchOptions cases;
   std::string shard, progress = "text";
-  int jobs = 1, gather = 0;
-  bool keep_going = true;
+  int gather = 0;
 };
 
 OptionList batch_flag_list(BatchFlags& flags) {
   OptionList list;
   add_case_flags(list, flags.cases);
-  list.add("jobs", &flags.jobs,
+  list.add("jobs", &flags.cases.jobs,
            {.help = "cases at once, as far as memory allows; they share the threads",
-            .min = 1,
-            .max = 1024})
+            .range = {1, 1024}})
       .add("shard", &flags.shard,
            {.help = "only every N-th case, from the I-th on", .value = "I/N"})
       .add("gather", &flags.gather,
            {.help = "bake nothing: join the results of N shards to one table and page",
-            .min = 0,
-            .max = 1'000'000})
-      .add("keep_going", &flags.keep_going, {.help = "go on when a case failed"})
+            .range = {0, 1'000'000}})
+      .add("keep_going", &flags.cases.keep_going, {.help = "go on when a case failed"})
       .add("progress", &flags.progress,
            {.help = "how to tell on stderr what goes on: for people, or a JSON object a line",
             .choices = {"text", "json"}});
@@ -175,34 +170,26 @@ void tell_people(const BatchProgress& now, Terminal& terminal) {
   terminal.log(row.exit_code == 0 ? LogLevel::info : LogLevel::warning, text);
 }
 
-Batch::Listener listener(const std::string& progress, Terminal& terminal) {
+std::function<void(const BatchProgress&)> listener(const std::string& progress,
+                                                   Terminal& terminal) {
   if (progress == "json") return tell_program;
   return [&terminal](const BatchProgress& now) { tell_people(now, terminal); };
 }
 
-BatchOptions options_of(const BatchFlags& flags, Session& session) {
-  const CaseFlags& cases = flags.cases;
+// The cases under way share the machine, or what is given of it.
+void share_out(BatchOptions& cases, const Session& session) {
   const int available =
       session.threads() > 0 ? session.threads() : int(std::thread::hardware_concurrency());
-  return {.recipe = cases.recipe,
-          .output = cases.output,
-          .cache = cases.cache,
-          .settings = cases.settings,
-          .jobs = flags.jobs,
-          .threads = std::max(1, available / flags.jobs),
-          .memory_mb = cases.memory_mb > 0 ? cases.memory_mb : machine_memory().available_mb,
-          .keep_going = flags.keep_going,
-          .pictures = cases.pictures,
-          .web = cases.web,
-          .strict = cases.strict};
+  cases.threads = std::max(1, available / cases.jobs);
+  if (cases.memory_mb <= 0) cases.memory_mb = machine_memory().available_mb;
 }
 
 // Nobody needs an estimate of what has the machine to itself.
-std::vector<double> memory_needed(const std::vector<BatchCase>& cases, const BatchFlags& flags,
+std::vector<double> memory_needed(const std::vector<BatchCase>& cases, const BatchOptions& flags,
                                   const RunContext& context) {
   std::vector<double> memory_mb(cases.size());
   if (flags.jobs == 1) return memory_mb;
-  const std::vector<CaseEstimate> estimates = estimates_of(cases, flags.cases, context);
+  const std::vector<CaseEstimate> estimates = estimates_of(cases, flags, context);
   std::transform(estimates.begin(), estimates.end(), memory_mb.begin(),
                  [](const CaseEstimate& estimate) { return estimate.memory_mb; });
   return memory_mb;
@@ -247,9 +234,10 @@ int bake_cases(const std::vector<std::string>& words, BatchFlags& flags, Session
   const FileLock lock(batch_lock(output, stem), context);
   const auto [cases, left_out] =
       cases_of_spans(given, flags.cases.recipe, flags.cases.settings, output, context);
-  Batch batch(options_of(flags, session), cases, memory_needed(cases, flags, context),
-              listener(flags.progress, session.terminal()), context);
-  std::vector<BatchRow> rows = batch.run();
+  share_out(flags.cases, session);
+  std::vector<BatchRow> rows =
+      bake_batch(flags.cases, cases, memory_needed(cases, flags.cases, context),
+                 listener(flags.progress, session.terminal()), context);
   rows.insert(rows.end(), left_out.begin(), left_out.end());
   write_reports(output / stem, flags.cases.recipe.filename().string(), rows, session);
   context.throw_if_cancelled();

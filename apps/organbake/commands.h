@@ -9,8 +9,7 @@
 
 #include "organbake/core/run_context.h"
 #include "organbake/options/options.h"
-#include "organbake/pipelines/batch_cases.h"
-#include "organbake/pipelines/export_options.h"
+#include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/stage.h"
 #include "session.h"
 
@@ -37,7 +36,6 @@ int run_completions(const Arguments& arguments, Session& session);
 // What `organbake inspect` tells of a file or folder, read with inspect_options().
 StageReport inspect(const std::filesystem::path& path, const StageOptions& reading,
                     Session& session);
-std::vector<std::string> material_names();
 
 // The commands that are no stages, in the order in which help lists them.
 struct Verb {
@@ -52,36 +50,20 @@ std::span<const Verb> all_verbs();
 inline constexpr std::size_t kMostCaseWords = 1'000'000;
 
 // What `batch` and `plan` are told about the cases alike.
-struct CaseFlags {
-  std::filesystem::path recipe, output, cache;
-  std::string input = "ct";
-  std::vector<std::string> settings;
-  bool pictures = true, web = false, strict = false;
-  double memory_mb = 0;
-};
-void add_case_flags(OptionList& list, CaseFlags& flags);
+void add_case_flags(OptionList& list, BatchOptions& flags);
 
 // The cases that the words name. Throws UsageError for what is missing: words, --recipe or -o.
-std::vector<BatchCase> read_cases(const std::vector<std::string>& words, CaseFlags& flags,
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, BatchOptions& flags,
                                   const std::string& command);
 // What each is thought to need.
-std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,
-                                       const RunContext& context);
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases,
+                                       const BatchOptions& flags, const RunContext& context);
 
 // Creates the batch's folder with its logs. Throws IoError, also for a bundle's folder, which other
 // files would damage.
 void make_batch_folder(const std::filesystem::path& folder);
 // Throws IoError when a table of cases among the words would be overwritten by `file`.
 void check_spares_tables(const std::vector<std::string>& words, const std::filesystem::path& file);
-
-// Writes what a bundle is exported to: a folder, or of the format `web` the page itself. The
-// formats' libraries are heavy, so a module does it. Throws NoInputError for no bundle, UsageError
-// where the output cannot be, and what the export throws.
-void write_export(const std::filesystem::path& bundle, const ExportOptions& options,
-                  const std::filesystem::path& output, Session& session);
-// The page that holds the bundle and its player.
-void write_player_page(const std::filesystem::path& bundle, const std::filesystem::path& page,
-                       Session& session);
 
 // A stage's module that cannot be loaded, in the loader's words.
 struct UnloadableModule {

@@ -153,8 +153,6 @@ int run_inspect(const Arguments& arguments, Session& session) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 using Warnings = std::vector<std::string>;
 
 bool is_empty(const CameraMaps& maps) {

@@ -65,10 +65,7 @@ std::string overview(const Session& session) {
 }
 
 [[noreturn]] void unknown_command(const std::string& name) {
-  std::vector<std::string> names;
-  for (const Stage& stage : all_stages()) names.push_back(stage.name);
-  for (const Verb& verb : all_verbs()) names.emplace_back(verb.name);
-  throw UsageError("unknown command '" + name + "'" + suggestion(name, names) +
+  throw UsageError("unknown command '" + name + "'" + suggestion(name, command_names()) +
                    " (--help lists all)");
 }
 

@@ -109,6 +109,10 @@ std::string label_to_take(const PatientCase& one) {
   return line.substr(0, line.find_first_of(" :"));
 }
 
+std::vector<std::string> material_names() {
+  return find_stage("capture")->make_options().list.find("material")->traits.choices;
+}
+
 // The material that the label's name holds ("kidney_left"), or plain for another organ; a liver's
 // where the label has no name.
 std::string material_of(const PatientCase& one) {
@@ -313,8 +317,6 @@ int run_recipes(const Arguments& arguments, Session& session) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 // Rows of the sheet, read as a page: names in the order of its swatches.
 std::string listed(const std::vector<std::string>& names, int columns) {
   std::string text;
@@ -334,10 +336,6 @@ void draw_sheet(const SwatchOptions& options, const fs::path& output, Session& s
 
 }  // namespace
 
-std::vector<std::string> material_names() {
-  return find_stage("capture")->make_options().list.find("material")->traits.choices;
-}
-
 int run_materials(const Arguments& arguments, Session& session) {
   fs::path output;
   SwatchOptions sheet;
@@ -347,9 +345,8 @@ int run_materials(const Arguments& arguments, Session& session) {
            {.help = "a picture of all, a ball of 120 mm each, in the order of the list",
             .value = "FILE",
             .short_flag = "-o"})
-      .add("columns", &sheet.columns, {.help = "of the picture", .min = 1, .max = 32})
-      .add("side_px", &sheet.side_px,
-           {.help = "of one ball's picture", .unit = "px", .min = 32, .max = 2048});
+      .add("columns", &sheet.columns, {.help = "of the picture", .range = {1, 32}})
+      .add("side_px", &sheet.side_px, {.help = "of one ball's picture", .range = {32, 2048}});
   const auto words = session.read_command(
       arguments, "materials [-o SHEET.png]",
       "Lists the materials that a surface without colours can get: --set capture.material=NAME. "

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 struct PlanFlags {
-  CaseFlags cases;
+  BatchOptions cases;
   std::string emit = "lines";
   int tasks = 0;
   double task_minutes = 10, most_hours = 24;
@@ -34,16 +34,14 @@ OptionList plan_flag_list(PlanFlags& flags) {
   add_case_flags(list, flags.cases);
   list.add("tasks", &flags.tasks,
            {.help = "number of tasks; 0 = so many that each lasts about --task-minutes",
-            .min = 0,
-            .max = 100'000})
+            .range = {0, 100'000}})
       .add("task_minutes", &flags.task_minutes,
            {.help = "how long a task with several cases should last: starting one costs a cluster "
                     "about a second",
             .unit = "min",
-            .min = 0.01,
-            .max = 1e6})
+            .range = {0.01, 1e6}})
       .add("hours", &flags.most_hours,
-           {.help = "the most that one case may take", .unit = "h", .min = 0.001, .max = 1e5});
+           {.help = "the most that one case may take", .unit = "h", .range = {0.001, 1e5}});
   return list;
 }
 
@@ -81,7 +79,7 @@ void check_that_it_fits(const std::vector<BatchCase>& cases,
 }
 
 // For all cases alike, as jobs that start in another folder must have it.
-std::vector<std::string> arguments_of(const CaseFlags& flags) {
+std::vector<std::string> arguments_of(const BatchOptions& flags) {
   std::vector<std::string> words = {"--recipe", fs::absolute(flags.recipe).string()};
   for (std::string setting : flags.settings) {
     const std::size_t equals = setting.find('=');

@@ -131,12 +131,13 @@ std::string constraints_of(const Option& option) {
   const bool whole = option.kind == OptionKind::integer || option.kind == OptionKind::integers;
   const bool number =
       whole || option.kind == OptionKind::number || option.kind == OptionKind::vector;
-  if (!number || !option.traits.min || !option.traits.max) return "";
+  const auto& [min, max] = option.traits.range;
+  if (!number || !min || !max) return "";
   constexpr double kSteps = 1000;
-  const double step = whole ? 1 : (*option.traits.max - *option.traits.min) / kSteps;
-  return "      <constraints>\n" + element("minimum", bound_text(*option.traits.min, whole), 4) +
-         element("maximum", bound_text(*option.traits.max, whole), 4) +
-         element("step", to_text(step), 4) + "      </constraints>\n";
+  const double step = whole ? 1 : (*max - *min) / kSteps;
+  return "      <constraints>\n" + element("minimum", bound_text(*min, whole), 4) +
+         element("maximum", bound_text(*max, whole), 4) + element("step", to_text(step), 4) +
+         "      </constraints>\n";
 }
 
 std::string option_xml(const Option& option) {

@@ -93,8 +93,7 @@ OptionList option_list(Command& c) {
       .add("rounds", &c.options.rounds,
            {.help = "of every timing; else 9, or as many as 2 s allow; quick 1; thorough 9, or as "
                     "many, 3 at least, as 20 s allow",
-            .min = 1,
-            .max = 1000})
+            .range = {1, 1000}})
       .add("data", &c.options.data,
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"});
   list.append(c.manuals.options());

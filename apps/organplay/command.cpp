@@ -192,9 +192,7 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
       .add("distance_mm", &texts.distance_mm,
            {.help = "look at the tissue in the middle of --view-deg from so far, in the place of "
                     "its distance",
-            .unit = "mm",
-            .min = 1,
-            .max = 10000})
+            .range = {1, 10000}})
       .add("cameras", &c.cameras,
            {.help = "cameras.json to look from: one camera for each of the script's frames, in the "
                     "place of its own; its first camera for -o",
@@ -234,7 +232,7 @@ void add_scripts(OptionList& list, Command& c) {
            {.help = "folder of the script's frames from another run: ends with 3 when one differs "
                     "more than --threshold-db allows",
             .value = "DIR"})
-      .add("threshold_db", &c.threshold_db, {.help = "least PSNR to the reference", .unit = "dB"});
+      .add("threshold_db", &c.threshold_db, {.help = "least PSNR to the reference"});
 }
 
 void add_truth(OptionList& list, Command& c, Texts& texts) {
@@ -246,8 +244,7 @@ void add_truth(OptionList& list, Command& c, Texts& texts) {
             .value = "NAME[,NAME]"})
       .add("stereo_mm", &texts.stereo_mm,
            {.help = "draw a right eye as well, so far to the right of the view, with parallel "
-                    "axes; 3D laparoscopes have about 5",
-            .unit = "mm"})
+                    "axes; 3D laparoscopes have about 5"})
       .add("side_by_side", &texts.side_by_side,
            {.help = "both eyes in one picture, or in the window; --size is each eye's, or the "
                     "window's; 5 mm apart unless --stereo-mm says otherwise"})
@@ -296,8 +293,7 @@ void add_measures(OptionList& list, Command& c, Texts& texts) {
            {.help = "the first frame from --view-deg, then N of an orbit with a poke; prints times "
                     "by phase, with --layers theirs, too, the longest chain of work in each phase, "
                     "and how much faster than one --threads threads can be at most",
-            .min = 1,
-            .max = 1000000});
+            .range = {1, 1000000}});
 }
 
 constexpr const char* kSummary = "poke a baked organ and draw it";

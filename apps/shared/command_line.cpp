@@ -183,8 +183,7 @@ std::string explanation(const ManualOption& option) {
 void add_defaults(OptionList& list, SharedFlags& flags) {
   list.add("threads", &flags.threads,
            {.help = "at most this many threads; 0 = all. Results don't depend on it",
-            .min = 0,
-            .max = 4096})
+            .range = {0, 4096}})
       .add("color", &flags.color,
            {.help = "colours in messages; auto: on a terminal, unless NO_COLOR is set",
             .choices = {"auto", "always", "never"}});

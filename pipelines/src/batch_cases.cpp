@@ -18,7 +18,6 @@
 #include "organbake/pipelines/processes.h"
 #include "organbake/pipelines/recipe.h"
 #include "recipe_inputs.h"
-#include "text_table.h"
 
 namespace organbake {
 namespace {
@@ -137,8 +136,6 @@ std::vector<BatchCase> cases_of_shard(const std::vector<BatchCase>& cases, const
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr int kDeepest = 3;
 
 std::vector<fs::path> sorted_entries(const fs::path& folder) {
@@ -188,8 +185,6 @@ std::vector<FoundInput> inputs_in(const fs::path& folder) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct VideoSpan {
   double begin_s = 0, end_s = 0;
@@ -296,27 +291,16 @@ class Cutting {
   fs::path cut_out(const std::string& name, const fs::path& video, const VideoSpan& span) const {
     const fs::path file = folder() / (name + ".mp4");
     const fs::path unfinished = folder() / (name + ".part.mp4");
-    const std::vector<std::string> command = {"/usr/bin/env",
-                                              "ffmpeg",
-                                              "-loglevel",
-                                              "error",
-                                              "-nostdin",
-                                              "-y",
-                                              "-ss",
-                                              to_text(span.begin_s, 3),
-                                              "-protocol_whitelist",
-                                              "file",
-                                              "-i",
-                                              "file:" + fs::absolute(video).string(),
-                                              "-t",
-                                              to_text(span.end_s - span.begin_s, 3),
-                                              "-map",
-                                              "0:v:0",
-                                              "-c",
-                                              "copy",
-                                              "-fflags",
-                                              "+bitexact",
-                                              unfinished.string()};
+    const std::string begin = to_text(span.begin_s, 3);
+    const std::string length = to_text(span.end_s - span.begin_s, 3);
+    const std::string input = "file:" + fs::absolute(video).string();
+    const std::vector<std::string> command = {"/usr/bin/env", "ffmpeg",    "-loglevel",
+                                              "error",        "-nostdin",  "-y",
+                                              "-ss",          begin,       "-protocol_whitelist",
+                                              "file",         "-i",        input,
+                                              "-t",           length,      "-map",
+                                              "0:v:0",        "-c",        "copy",
+                                              "-fflags",      "+bitexact", unfinished};
     run_worker(command, "/dev/null", log_of(name, ".log"), context_);
     fs::rename(unfinished, file);
     return file;

@@ -10,9 +10,9 @@
 #include "embedded_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/documents.h"
-#include "text_table.h"
 
 namespace organbake {
 namespace {
@@ -83,8 +83,6 @@ std::string heading(const std::string& column) {
   return "<th>" + column.substr(0, stage) + "<wbr>" + column.substr(stage) + "</th>";
 }
 
-std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
-
 // Of both rows of a case, that of its figures and that of its warnings.
 std::string tall_cell(const BatchRow& row, const std::string& text) {
   return (row.warnings.empty() ? "<td>" : "<td rowspan=\"2\">") + text + "</td>";
@@ -106,15 +104,15 @@ std::string page_row(const BatchRow& row, const std::vector<std::string>& column
   const std::string begin = bad(row) ? "<tr class=\"failed\">" : "<tr>";
   std::string html =
       begin + tall_cell(row, name) + tall_cell(row, picture) +
-      cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
-      cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
+      html_cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
+      html_cell(to_text(row.seconds, 2)) + html_cell(to_text(row.peak_mb, 0));
   // A failed case has no figures: its error stands in their place; so does why one is left out.
   if (!row.error.empty() && row.figures.empty()) {
     html += "<td class=\"text\" colspan=\"" +
             std::to_string(std::max<std::size_t>(1, columns.size())) + "\">" +
             escape_html(row.error) + "</td>";
   } else {
-    for (const std::string& column : columns) html += cell(figure_text(row, column));
+    for (const std::string& column : columns) html += html_cell(figure_text(row, column));
   }
   return html + "</tr>\n" + warnings_row(row, begin, 3 + std::max<std::size_t>(1, columns.size()));
 }
@@ -212,8 +210,6 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
 }
 
 namespace {
-
-using Json = nlohmann::json;
 
 // Of pipelines/cluster/.
 std::string cluster_file(std::string_view name) {

@@ -2,6 +2,7 @@
 // One page about a bundle, with its pictures inside, and the times of its bake, which no bundle
 // holds and a page therefore keeps.
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "organbake/bundle/bundle_reader.h"
@@ -13,6 +14,8 @@
 #include "organbake/pipelines/documents.h"
 
 namespace organbake {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BakeRun::Stage, name, seconds, cached, warnings)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BakeRun, stages, seconds)
 namespace {
 
 using Json = nlohmann::json;
@@ -26,34 +29,17 @@ constexpr const char* kBundlePageStyle =
     "td.bar{padding:0 .7rem;text-align:left}.text{text-align:left!important}";
 
 // The figures that tell a good stage from a bad one; the others stand in the full list.
-struct ShownFigure {
-  const char *stage, *figure;
-};
-constexpr ShownFigure kShownFigures[] = {{"shade", "frames_shaded"},
-                                         {"shade", "depth_unit"},
-                                         {"motion", "verdict"},
-                                         {"motion", "frames_posed"},
-                                         {"motion", "points"},
-                                         {"motion", "mean_error_px"},
-                                         {"motion", "focal_px"},
-                                         {"motion", "focal_sd_px"},
-                                         {"motion", "surface_area_mm2"},
-                                         {"isosurface", "faces"},
-                                         {"isosurface", "volume_ml"},
-                                         {"decimate", "faces"},
-                                         {"decimate", "rms_mm"},
-                                         {"decimate", "max_mm"},
-                                         {"decimate", "volume_change"},
-                                         {"mechanics", "springs"},
-                                         {"mechanics", "mass_kg"},
-                                         {"place", "cameras"},
-                                         {"place", "seen_by_2_share"},
-                                         {"place", "view_gap_mean"},
-                                         {"register", "registered"},
-                                         {"register", "uncertainties_mm"},
-                                         {"capture", "bound_in_prism"},
-                                         {"capture", "bound_by_fallback"},
-                                         {"capture", "largest_height_mm"}};
+const std::map<std::string, std::vector<const char*>> kShownFigures = {
+    {"shade", {"frames_shaded", "depth_unit"}},
+    {"motion",
+     {"verdict", "frames_posed", "points", "mean_error_px", "focal_px", "focal_sd_px",
+      "surface_area_mm2"}},
+    {"isosurface", {"faces", "volume_ml"}},
+    {"decimate", {"faces", "rms_mm", "max_mm", "volume_change"}},
+    {"mechanics", {"springs", "mass_kg"}},
+    {"place", {"cameras", "seen_by_2_share", "view_gap_mean"}},
+    {"register", {"registered", "uncertainties_mm"}},
+    {"capture", {"bound_in_prism", "bound_by_fallback", "largest_height_mm"}}};
 
 std::string value_text(const Json& value) {
   if (value.is_number_integer()) return value.dump();
@@ -67,11 +53,11 @@ std::string value_text(const Json& value) {
 
 std::string errors_of(const Json& stage) {
   std::string text;
-  for (const auto& [name, figure] : kShownFigures) {
-    const auto found = stage.at("figures").find(figure);
-    if (stage.at("stage") != name || found == stage.at("figures").end()) continue;
-    text += (text.empty() ? "" : ", ") + (figure + (" " + value_text(*found)));
-  }
+  const auto shown = kShownFigures.find(stage.at("stage"));
+  if (shown == kShownFigures.end()) return text;
+  for (const char* figure : shown->second)
+    if (const auto found = stage.at("figures").find(figure); found != stage.at("figures").end())
+      text += (text.empty() ? "" : ", ") + (figure + (" " + value_text(*found)));
   return text;
 }
 
@@ -235,6 +221,24 @@ std::string player_line(const std::string& player) {
   return player.empty() ? "" : "<p>" + html_link(player, "Poke it in a page") + "</p>\n";
 }
 
+constexpr const char* kStart = "<script type=\"application/json\" id=\"bake\">";
+constexpr const char* kEnd = "</script>";
+
+std::string manifest_hash(const BundleReader& reader) {
+  return sha256_hex(read_file(reader.folder() / "manifest.json"));
+}
+
+// The run as part of a page of this bundle.
+std::string run_script(const BundleReader& reader, const BakeRun& run) {
+  Json json = run;
+  json["manifest_sha256"] = manifest_hash(reader);
+  // No warning may end the script.
+  std::string text;
+  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))
+    c == '<' ? text += "\\u003c" : text += c;
+  return kStart + text + kEnd + "\n";
+}
+
 }  // namespace
 
 std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
@@ -248,46 +252,6 @@ std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>
                        coverage_section(report) + sheet_section(frame, pictures) +
                        skipped_section(report) + origin_section(frame.manifest) +
                        (run ? run_script(reader, *run) : ""));
-}
-
-namespace {
-
-using Json = nlohmann::json;
-
-constexpr const char* kStart = "<script type=\"application/json\" id=\"bake\">";
-constexpr const char* kEnd = "</script>";
-
-std::string manifest_hash(const BundleReader& reader) {
-  return sha256_hex(read_file(reader.folder() / "manifest.json"));
-}
-
-BakeRun run_from(const Json& json) {
-  BakeRun run;
-  run.seconds = json.at("seconds");
-  for (const Json& stage : json.at("stages")) {
-    run.stages.push_back(
-        {stage.at("name"), stage.at("seconds"), stage.at("cached"), stage.at("warnings")});
-  }
-  return run;
-}
-
-}  // namespace
-
-std::string run_script(const BundleReader& reader, const BakeRun& run) {
-  Json stages = Json::array();
-  for (const BakeRun::Stage& stage : run.stages) {
-    stages.push_back({{"name", stage.name},
-                      {"seconds", stage.seconds},
-                      {"cached", stage.cached},
-                      {"warnings", stage.warnings}});
-  }
-  const Json json = {
-      {"manifest_sha256", manifest_hash(reader)}, {"seconds", run.seconds}, {"stages", stages}};
-  // No warning may end the script.
-  std::string text;
-  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))
-    c == '<' ? text += "\\u003c" : text += c;
-  return kStart + text + kEnd + "\n";
 }
 
 namespace {
@@ -327,7 +291,7 @@ std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const Bund
   try {
     const Json json = Json::parse(text.substr(first, end - first));
     if (json.at("manifest_sha256") != manifest_hash(reader)) return std::nullopt;
-    return run_from(json);
+    return json.get<BakeRun>();
   } catch (const Json::exception&) {
     return std::nullopt;
   }

@@ -139,6 +139,24 @@ std::string edge_path(const TriangleMesh& proxy, const PosedCamera& camera, cons
   return path;
 }
 
+// The proxy's edges as one camera sees them over its colour map: an inline SVG. What the surface
+// hides from the camera is not drawn.
+std::string proxy_over_surface(const Bundle& frame, const CameraMaps& maps, std::size_t camera) {
+  constexpr int kSide = 440;
+  const PosedCamera& posed = frame.cameras.cameras[camera];
+  const Rgb8Image picture = reduced(maps, kSide, [&](std::size_t i) { return maps.color[i]; });
+  const double scale = double(picture.width) / maps.width;
+  const Hiding hiding(posed, maps, 2 * height_limit(frame.base));
+  const std::string width = std::to_string(picture.width), height = std::to_string(picture.height);
+  return "<svg role=\"img\" aria-label=\"the proxy's edges over the surface, camera " +
+         std::to_string(camera) + "\" width=\"" + width + "\" height=\"" + height +
+         "\" viewBox=\"0 0 " + width + " " + height + "\"><image width=\"" + width +
+         "\" height=\"" + height + "\" href=\"" + png_data_uri(picture) +
+         "\"/><path fill=\"none\" stroke=\"#7df\" stroke-width=\"1.2\" stroke-linejoin=\"round\" "
+         "d=\"" +
+         edge_path(frame.proxy, posed, hiding, scale) + "\"/></svg>";
+}
+
 }  // namespace
 
 MapThumbnails map_thumbnails(const CameraMaps& maps, double height_limit_mm) {
@@ -159,22 +177,6 @@ MapThumbnails map_thumbnails(const CameraMaps& maps, double height_limit_mm) {
     return height_color(maps.height_mm[i] / height_limit_mm);
   });
   return small;
-}
-
-std::string proxy_over_surface(const Bundle& frame, const CameraMaps& maps, std::size_t camera) {
-  constexpr int kSide = 440;
-  const PosedCamera& posed = frame.cameras.cameras[camera];
-  const Rgb8Image picture = reduced(maps, kSide, [&](std::size_t i) { return maps.color[i]; });
-  const double scale = double(picture.width) / maps.width;
-  const Hiding hiding(posed, maps, 2 * height_limit(frame.base));
-  const std::string width = std::to_string(picture.width), height = std::to_string(picture.height);
-  return "<svg role=\"img\" aria-label=\"the proxy's edges over the surface, camera " +
-         std::to_string(camera) + "\" width=\"" + width + "\" height=\"" + height +
-         "\" viewBox=\"0 0 " + width + " " + height + "\"><image width=\"" + width +
-         "\" height=\"" + height + "\" href=\"" + png_data_uri(picture) +
-         "\"/><path fill=\"none\" stroke=\"#7df\" stroke-width=\"1.2\" stroke-linejoin=\"round\" "
-         "d=\"" +
-         edge_path(frame.proxy, posed, hiding, scale) + "\"/></svg>";
 }
 
 BundlePictures bundle_pictures(const BundleReader& reader, const Bundle& frame) {

@@ -13,6 +13,7 @@
 #include "organbake/core/files.h"
 
 namespace organbake {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CachedFile, path, bytes, hash)
 namespace fs = std::filesystem;
 namespace {
 
@@ -32,16 +33,12 @@ std::vector<CachedFile> hash_outputs(const fs::path& folder) {
 
 std::string step_json(const CacheEntry& entry) {
   const StepIngredients& step = entry.ingredients;
-  Json files = Json::array();
-  for (const CachedFile& file : entry.files) {
-    files.push_back({{"path", file.path}, {"bytes", file.bytes}, {"hash", file.hash}});
-  }
   const Json json = {{"schema", kStepSchema},
                      {"stage", step.stage},
                      {"version", step.version},
                      {"options", Json::parse(step.options_json)},
                      {"inputs", step.inputs},
-                     {"files", files},
+                     {"files", entry.files},
                      {"report", Json::parse(entry.record.report_json)},
                      {"seconds", entry.record.seconds},
                      {"warnings", entry.record.warnings}};
@@ -51,17 +48,12 @@ std::string step_json(const CacheEntry& entry) {
 
 CacheEntry read_entry(const fs::path& folder) {
   const Json json = Json::parse(read_text_file(folder / kStepFile));
-  CacheEntry entry;
-  entry.folder = folder;
-  entry.ingredients = {json.at("stage"), json.at("version"), json.at("options").dump(),
-                       json.at("inputs")};
-  for (const Json& file : json.at("files")) {
-    entry.files.push_back({file.at("path"), file.at("bytes"), file.at("hash")});
-  }
   // Older entries don't tell how they were made.
-  entry.record = {json.at("report").dump(), json.value("seconds", 0.0),
-                  json.value("warnings", std::vector<std::string>())};
-  return entry;
+  return {folder,
+          {json.at("stage"), json.at("version"), json.at("options").dump(), json.at("inputs")},
+          json.at("files"),
+          {json.at("report").dump(), json.value("seconds", 0.0),
+           json.value("warnings", std::vector<std::string>())}};
 }
 
 // A step.json that cannot be read counts as no entry: the step then runs again and mends it.

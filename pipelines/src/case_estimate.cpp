@@ -22,6 +22,17 @@ namespace fs = std::filesystem;
 
 constexpr double kBytesPerVoxel = 2;  // CT is stored in 16 bits
 
+// Of a file, or of all files in a folder.
+double bytes_of(const fs::path& path) {
+  if (!fs::exists(path)) throw NoInputError(path, "does not exist");
+  if (!fs::is_directory(path)) return static_cast<double>(fs::file_size(path));
+  double bytes = 0;
+  for (const fs::path& file : list_files(path)) {
+    bytes += static_cast<double>(fs::file_size(path / file));
+  }
+  return bytes;
+}
+
 // The number of voxels that a text header's line "key = 57 78 64" or "key: …" tells; 0 when it has
 // none.
 double product_in_header(const fs::path& file, const std::string& key) {
@@ -57,16 +68,6 @@ double unpacked_bytes(const fs::path& file) {
 
 }  // namespace
 
-double bytes_of(const fs::path& path) {
-  if (!fs::exists(path)) throw NoInputError(path, "does not exist");
-  if (!fs::is_directory(path)) return static_cast<double>(fs::file_size(path));
-  double bytes = 0;
-  for (const fs::path& file : list_files(path)) {
-    bytes += static_cast<double>(fs::file_size(path / file));
-  }
-  return bytes;
-}
-
 double voxels_in(const fs::path& volume) {
   const double bytes = bytes_of(volume);
   if (fs::is_directory(volume)) return bytes / kBytesPerVoxel;
@@ -78,32 +79,7 @@ double voxels_in(const fs::path& volume) {
   return voxels > 0 ? voxels : bytes / kBytesPerVoxel;
 }
 
-double pixels_beside(const fs::path& cameras) {
-  constexpr double kBytesPerPixel = 1;  // of a photograph as PNG; of JPEG far less
-  double bytes = 0;
-  for (const fs::directory_entry& entry :
-       fs::directory_iterator(fs::absolute(cameras).parent_path())) {
-    if (entry.is_regular_file() && is_picture_name(entry.path())) {
-      bytes += static_cast<double>(entry.file_size());
-    }
-  }
-  return bytes / kBytesPerPixel;
-}
-
-double frames_in(const fs::path& clip) {
-  const double bytes = bytes_of(clip);
-  if (fs::is_directory(clip)) {
-    const std::vector<fs::path> files = list_numbered_files(clip);
-    return static_cast<double>(std::count_if(files.begin(), files.end(), is_frame_name));
-  }
-  if (is_frame_name(clip)) return 1;
-  constexpr double kBytesPerFrame = 10e3;  // 2 Mbit/s at 25 a second: as small as clips come
-  return std::max(1.0, bytes / kBytesPerFrame);
-}
-
 namespace {
-
-namespace fs = std::filesystem;
 
 // Seconds of one core (Zen 4) and bytes of memory, measured with /usr/bin/time and rounded up: the
 // phantom organ of 64×64×24 … 384×384×144 voxels with 8 photographs of 1024² pixels; a liver of
@@ -130,6 +106,31 @@ constexpr double kBytesPerMb = 1024.0 * 1024.0;
 
 constexpr double kFramePixels = 1920.0 * 1080.0;  // of clips, which are not opened
 constexpr double kFramesInMemory = 4;
+
+// Pixels of the pictures that lie beside a cameras.json, by their bytes.
+double pixels_beside(const fs::path& cameras) {
+  constexpr double kBytesPerPixel = 1;  // of a photograph as PNG; of JPEG far less
+  double bytes = 0;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::absolute(cameras).parent_path())) {
+    if (entry.is_regular_file() && is_picture_name(entry.path())) {
+      bytes += static_cast<double>(entry.file_size());
+    }
+  }
+  return bytes / kBytesPerPixel;
+}
+
+// Frames of a picture (1), a folder (the pictures in it), or a video (by its bytes).
+double frames_in(const fs::path& clip) {
+  const double bytes = bytes_of(clip);
+  if (fs::is_directory(clip)) {
+    const std::vector<fs::path> files = list_numbered_files(clip);
+    return static_cast<double>(std::count_if(files.begin(), files.end(), is_frame_name));
+  }
+  if (is_frame_name(clip)) return 1;
+  constexpr double kBytesPerFrame = 10e3;  // 2 Mbit/s at 25 a second: as small as clips come
+  return std::max(1.0, bytes / kBytesPerFrame);
+}
 
 // What is known while going through the steps of one bake.
 class Estimator {

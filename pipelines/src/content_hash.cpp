@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -23,6 +24,12 @@
 namespace organbake {
 namespace fs = std::filesystem;
 namespace {
+
+// A file that belongs to an input, under the name that counts for the content hash.
+struct InputFile {
+  std::string name;
+  fs::path path;
+};
 
 // A mistyped path such as "/" must not be read for hours before anybody looks at it.
 constexpr std::size_t kMaxFilesOfFolder = 20000;
@@ -110,26 +117,6 @@ std::vector<InputFile> files_of_photos(const fs::path& document) {
   return files;
 }
 
-// Cameras of any kind. What is no JSON, or names no images, is one file.
-std::vector<InputFile> files_of_posed(const fs::path& document) {
-  std::vector<InputFile> files = {{document.filename().string(), document}};
-  const auto json = nlohmann::json::parse(read_text_file(document), nullptr, false);
-  if (!json.is_object()) return files;
-  for (const auto& [list, key] :
-       {std::pair{"cameras", "image"}, std::pair{"frames", "file_path"}}) {
-    if (!json.contains(list) || !json[list].is_array()) continue;
-    for (const auto& camera : json[list]) {
-      if (!camera.is_object() || !camera.contains(key) || !camera[key].is_string()) continue;
-      const auto image = camera[key].get<std::string>();
-      const fs::path file = document.parent_path() / image;
-      if (is_file(file)) files.push_back({image, file});
-    }
-  }
-  std::sort(files.begin() + 1, files.end(),
-            [](const InputFile& a, const InputFile& b) { return a.name < b.name; });
-  return files;
-}
-
 // "a%20b.bin" → "a b.bin".
 std::string percent_decoded(const std::string& uri) {
   std::string text;
@@ -144,17 +131,31 @@ std::string percent_decoded(const std::string& uri) {
   return text;
 }
 
-// A glTF document and the buffers that lie beside it.
-std::vector<InputFile> files_of_gltf(const fs::path& document) {
+// A JSON document and the files beside it that items of its lists name under a key, each list with
+// its own. What is no JSON, or names none, is one file.
+std::vector<InputFile> files_of_document(const fs::path& document,
+                                         const std::map<std::string, std::string>& keys) {
   std::vector<InputFile> files = {{document.filename().string(), document}};
   const auto json = nlohmann::json::parse(read_text_file(document), nullptr, false);
-  if (!json.is_object() || !json.contains("buffers") || !json["buffers"].is_array()) return files;
-  for (const auto& buffer : json["buffers"]) {
-    if (!buffer.is_object() || !buffer.contains("uri") || !buffer["uri"].is_string()) continue;
-    const auto uri = buffer["uri"].get<std::string>();
-    const fs::path file = document.parent_path() / percent_decoded(uri);
-    if (!uri.starts_with("data:") && is_file(file)) files.push_back({uri, file});
+  if (!json.is_object()) return files;
+  for (const auto& [list, key] : keys) {
+    if (!json.contains(list) || !json[list].is_array()) continue;
+    for (const auto& item : json[list]) {
+      if (!item.is_object() || !item.contains(key) || !item[key].is_string()) continue;
+      const auto name = item[key].get<std::string>();
+      const fs::path file = document.parent_path() / (key == "uri" ? percent_decoded(name) : name);
+      if (!name.starts_with("data:") && is_file(file)) files.push_back({name, file});
+    }
   }
+  return files;
+}
+
+// Cameras of any kind, with the images that they name.
+std::vector<InputFile> files_of_posed(const fs::path& document) {
+  std::vector<InputFile> files =
+      files_of_document(document, {{"cameras", "image"}, {"frames", "file_path"}});
+  std::sort(files.begin() + 1, files.end(),
+            [](const InputFile& a, const InputFile& b) { return a.name < b.name; });
   return files;
 }
 
@@ -203,18 +204,6 @@ void read_in_blocks(const fs::path& path, const Use& use) {
   }
 }
 
-}  // namespace
-
-std::string quick_hash_of_file(const fs::path& path) {
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              XXH3_freeState);
-  XXH3_128bits_reset(state.get());
-  read_in_blocks(path, [&](std::span<const std::byte> bytes) {
-    XXH3_128bits_update(state.get(), bytes.data(), bytes.size());
-  });
-  return hex(XXH3_128bits_digest(state.get()));
-}
-
 std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -231,7 +220,8 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   if ((kind == InputKind::posed || kind == InputKind::lenses) && is_colmap_file(path))
     return files_of_colmap(path);
   if (kind == InputKind::posed) return files_of_posed(path);
-  if (kind == InputKind::mesh && lower_ending(path) == ".gltf") return files_of_gltf(path);
+  if (kind == InputKind::mesh && lower_ending(path) == ".gltf")
+    return files_of_document(path, {{"buffers", "uri"}});
   const std::string ending = path.extension().string();
   if (kind == InputKind::volume) {
     if (const auto pair = files_of_pair(path); !pair.empty()) return pair;
@@ -243,7 +233,20 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   return {{path.filename().string(), path}};
 }
 
-std::string content_hash(const std::vector<InputFile>& files, FileHasher hash_file) {
+}  // namespace
+
+std::string quick_hash_of_file(const fs::path& path) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  read_in_blocks(path, [&](std::span<const std::byte> bytes) {
+    XXH3_128bits_update(state.get(), bytes.data(), bytes.size());
+  });
+  return hex(XXH3_128bits_digest(state.get()));
+}
+
+std::string content_hash(InputKind kind, const fs::path& path, FileHasher hash_file) {
+  const std::vector<InputFile> files = files_of_input(kind, path);
   if (files.size() == 1) return hash_file(files.front().path);
   std::string list;
   for (const InputFile& file : files) list += hash_file(file.path) + "  " + file.name + "\n";

@@ -277,8 +277,6 @@ std::string html_link(const std::string& path, const std::string& text) {
 
 std::string html_cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }
 
-std::string html_heading(const std::string& text) { return "<th>" + escape_html(text) + "</th>"; }
-
 std::string html_picture(const Rgb8Image& image, const std::string& alternative) {
   return "<img alt=\"" + escape_html(alternative) + "\" width=\"" + std::to_string(image.width) +
          "\" height=\"" + std::to_string(image.height) + "\" src=\"" + png_data_uri(image) + "\">";

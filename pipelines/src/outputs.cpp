@@ -94,7 +94,6 @@ void copy_into(const fs::path& from, const fs::path& to) {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 // Whoever held the lock before may have taken the file away: then the lock is of nothing.
@@ -154,10 +153,7 @@ LockOptions output_lock(const fs::path& target) {
                   "another -o"};
 }
 
-namespace fs = std::filesystem;
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr int kBundleVersion = 1;  // raise it when the same steps give another bundle
 std::string generator() { return std::string("organbake ") + kVersion; }
@@ -183,7 +179,7 @@ std::string report_json(const BakeResult& bake) {
   }
   const Json report = {{"schema", "organbake/bake-report/1"},
                        {"stages", stages},
-                       {"left_out", left_out_json(bake.plan)}};
+                       {"left_out", left_out_json(bake.plan.left_out)}};
   return report.dump(2) + "\n";
 }
 
@@ -216,7 +212,7 @@ Manifest make_manifest(const BakeResult& bake, Runner& runner) {
 // What the bundle depends on, as if its assembly were one more step of the plan.
 StepIngredients ingredients_of(const BakeResult& bake, Runner& runner) {
   const Json options = {{"recipe", recipe_echo(bake)},
-                        {"left_out", left_out_json(bake.plan)},
+                        {"left_out", left_out_json(bake.plan.left_out)},
                         {"generator", generator()}};
   StepIngredients ingredients{"bundle", kBundleVersion, options.dump(), {}};
   for (const StepResult& step : bake.steps) {
@@ -270,9 +266,9 @@ bool is_whole(const fs::path& target, const std::string& manifest_text) {
 
 }  // namespace
 
-Json left_out_json(const Plan& plan) {
+Json left_out_json(const std::vector<LeftOut>& left_out) {
   Json list = Json::array();
-  for (const LeftOut& item : plan.left_out) {
+  for (const LeftOut& item : left_out) {
     list.push_back({{"what", item.what}, {"why", item.why}});
   }
   return list;

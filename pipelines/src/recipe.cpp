@@ -40,11 +40,6 @@ void check_is_no_input(const fs::path& file) {
                    shell_word(given.input + "=" + name) + " -o BUNDLE");
 }
 
-}  // namespace
-
-namespace fs = std::filesystem;
-namespace {
-
 using Json = nlohmann::json;
 
 constexpr const char* kRecipeSchema = "organbake/recipe/1";

@@ -119,8 +119,6 @@ std::vector<QualityOption> quality_options(const std::string& name) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 template <std::size_t N>
 bool is_one_of(const std::string& text, const std::array<std::string_view, N>& list) {
   return std::find(list.begin(), list.end(), text) != list.end();

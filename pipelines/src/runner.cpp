@@ -74,17 +74,16 @@ std::string StepResult::declined() const {
 const std::string& Runner::hash_of_given(InputKind kind, const fs::path& path) {
   const auto known = given_hashes_.find(path);
   if (known != given_hashes_.end()) return known->second;
-  const std::vector<InputFile> files = files_of_input(kind, path);
+  const std::string hash = content_hash(kind, path, quick_hash_of_file);
   if (kind == InputKind::cameras || kind == InputKind::photos) check_json_file(path, "cameras");
-  return given_hashes_[path] = content_hash(files, quick_hash_of_file);
+  return given_hashes_[path] = hash;
 }
 
 void Runner::begin_sum(InputKind kind, const fs::path& path) {
   const auto [place, is_new] = given_sums_.try_emplace(path);
   if (!is_new) return;
-  summing_.run([kind, path, &sum = place->second] {
-    sum = content_hash(files_of_input(kind, path), sha256_of_file);
-  });
+  summing_.run(
+      [kind, path, &sum = place->second] { sum = content_hash(kind, path, sha256_of_file); });
 }
 
 const std::string& Runner::sum_of_given(InputKind kind, const fs::path& path) {
@@ -264,23 +263,19 @@ std::vector<std::string> warnings_of(const std::vector<StepResult>& results) {
 }
 
 std::string stage_report_json(const Stage& stage, const StageReport& report) {
-  Json figures = Json::object(), skipped = Json::array();
+  Json figures = Json::object();
   for (const auto& [name, value] : report.figures) figures[name] = to_json(value);
-  for (const auto& item : report.skipped) {
-    skipped.push_back({{"what", item.what}, {"why", item.why}});
-  }
   Json json = {{"schema", "organbake/stage-report/1"},
                {"stage", stage.name},
                {"version", stage.version},
                {"figures", figures},
-               {"skipped", skipped}};
+               {"skipped", left_out_json(report.skipped)}};
   if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;
   if (!report.quality_gate.empty()) json["quality_gate"] = report.quality_gate;
   if (!report.declined.empty()) json["declined"] = report.declined;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-namespace fs = std::filesystem;
 namespace {
 
 // "beside/overlay.png" of a result pose.json goes to pose_overlay.png.

@@ -99,8 +99,9 @@ std::optional<OptionValue> from_json(OptionKind kind, const Json& json) {
 
 Json number_schema(const Option& option, const char* type) {
   Json schema = {{"type", type}};
-  if (option.traits.min) schema["minimum"] = number_json(*option.traits.min);
-  if (option.traits.max) schema["maximum"] = number_json(*option.traits.max);
+  const auto& [min, max] = option.traits.range;
+  if (min) schema["minimum"] = number_json(*min);
+  if (max) schema["maximum"] = number_json(*max);
   return schema;
 }
 

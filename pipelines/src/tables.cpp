@@ -3,7 +3,6 @@
 // in one, and the files that a pattern names.
 #include <fnmatch.h>
 #include <algorithm>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,49 +12,42 @@
 #include "organbake/core/text.h"
 #include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/recipe.h"
-#include "text_table.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
 
-void append_utf8(std::string& text, std::uint32_t c) {
-  const auto byte = [&](std::uint32_t b) { text += static_cast<char>(b); };
-  if (c < 0x80) return byte(c);
-  if (c < 0x800) return byte(0xC0 | c >> 6), byte(0x80 | (c & 0x3F));
-  if (c < 0x10000)
-    return byte(0xE0 | c >> 12), byte(0x80 | (c >> 6 & 0x3F)), byte(0x80 | (c & 0x3F));
-  byte(0xF0 | c >> 18), byte(0x80 | (c >> 12 & 0x3F)), byte(0x80 | (c >> 6 & 0x3F)),
-      byte(0x80 | (c & 0x3F));
-}
+// A table of texts: a header, and rows as long as it is.
+struct TextTable {
+  struct Row {
+    std::size_t line = 0;  // of the file, from 1
+    std::vector<std::string> fields;
+  };
+  std::vector<std::string> header;
+  std::size_t header_line = 1;
+  std::vector<Row> rows;
+};
 
 // "Unicode text" of spreadsheets: UTF-16 behind a byte order mark.
-std::string from_utf16(const std::string& bytes, bool big_endian) {
-  const auto unit = [&](std::size_t i) -> std::uint32_t {
+std::string from_utf16(const std::string& bytes, bool big_endian, const fs::path& file) {
+  std::u16string text;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
     const auto first = static_cast<unsigned char>(bytes[i]);
     const auto second = static_cast<unsigned char>(bytes[i + 1]);
-    return big_endian ? first << 8 | second : second << 8 | first;
-  };
-  std::string text;
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
-    std::uint32_t c = unit(i);
-    if (c >= 0xD800 && c < 0xDC00 && i + 3 < bytes.size()) {
-      const std::uint32_t low = unit(i + 2);
-      if (low >= 0xDC00 && low < 0xE000) {
-        c = 0x10000 + ((c - 0xD800) << 10) + (low - 0xDC00);
-        i += 2;
-      }
-    }
-    append_utf8(text, c);
+    text += static_cast<char16_t>(big_endian ? first << 8 | second : second << 8 | first);
   }
-  return text;
+  try {
+    return fs::path(text).string();
+  } catch (const fs::filesystem_error&) {
+    throw BadDataError(file, "holds bytes that are no UTF-16 text");
+  }
 }
 
-std::string without_mark(std::string bytes) {
+std::string without_mark(std::string bytes, const fs::path& file) {
   if (bytes.starts_with("\xEF\xBB\xBF")) return bytes.substr(3);
-  if (bytes.starts_with("\xFF\xFE")) return from_utf16(bytes, false);
-  if (bytes.starts_with("\xFE\xFF")) return from_utf16(bytes, true);
+  if (bytes.starts_with("\xFF\xFE")) return from_utf16(bytes, false, file);
+  if (bytes.starts_with("\xFE\xFF")) return from_utf16(bytes, true, file);
   return bytes;
 }
 
@@ -138,10 +130,13 @@ void drop_nameless_columns(TextTable& table, const fs::path& file) {
   }
 }
 
-}  // namespace
-
+// Reads a table as RFC 4180 has it and as spreadsheets save it: commas, semicolons or tabs (of
+// those, what parts the header into most fields, or what a first line "sep=;" says), with or
+// without a byte order mark, in UTF-8 or UTF-16, lines ended by LF, CR LF or CR. Fields may be
+// quoted, but not span lines. Rows without a single text and columns without any are left out.
+// Throws NoInputError, or BadDataError that names the line.
 TextTable read_text_table(const fs::path& file) {
-  const std::vector<std::string> lines = lines_of(without_mark(read_text_file(file)));
+  const std::vector<std::string> lines = lines_of(without_mark(read_text_file(file), file));
   const auto where = [&](std::size_t i) { return file.string() + ":" + std::to_string(i + 1); };
   const std::optional<char> told = separator_told_by(lines.front());
   const std::size_t first = told && lines.size() > 1 ? 1 : 0;
@@ -163,22 +158,6 @@ TextTable read_text_table(const fs::path& file) {
   return table;
 }
 
-bool is_table_name(const fs::path& file) {
-  const std::string ending = lower_ending(file);
-  return ending == ".csv" || ending == ".tsv" || ending == ".txt";
-}
-
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-
 // A relative path of an input, seen from the table's folder.
 std::string resolved(const std::string& key, const std::string& value, const fs::path& folder) {
   if (!is_recipe_input(key) || fs::path(value).is_absolute()) return value;
@@ -194,6 +173,18 @@ std::size_t name_column_of(const TextTable& table, const std::string& where) {
 }
 
 }  // namespace
+
+bool is_table_name(const fs::path& file) {
+  const std::string ending = lower_ending(file);
+  return ending == ".csv" || ending == ".tsv" || ending == ".txt";
+}
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
 
 std::vector<BatchCase> read_case_table(const fs::path& file) {
   const TextTable table = read_text_table(file);
@@ -248,8 +239,6 @@ std::string case_table_text(const std::vector<BatchCase>& cases) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 bool has_wildcard(const std::string& text) { return text.find_first_of("*?[") != text.npos; }
 

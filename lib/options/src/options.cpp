@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "organbake/core/error.h"
@@ -56,12 +57,10 @@ std::string expected(const Option& option) {
   return range.empty() ? text : text + ", " + range;
 }
 
-NumberRange range_of(const OptionTraits& traits) { return {traits.min, traits.max}; }
-
 std::string meant_by(const Option& option, std::string_view text) {
   const bool one_number = option.kind == OptionKind::integer || option.kind == OptionKind::number ||
                           option.kind == OptionKind::number_or_auto;
-  return one_number ? meant_number(range_of(option.traits), std::string(text)) : std::string();
+  return one_number ? meant_number(option.traits.range, std::string(text)) : std::string();
 }
 
 [[noreturn]] void refuse(const Option& option, const std::string& where, std::string_view text) {
@@ -127,7 +126,7 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
 }
 
 bool allowed(const OptionTraits& traits, const OptionValue& value) {
-  const NumberRange range = range_of(traits);
+  const NumberRange range = traits.range;
   if (const auto* number = std::get_if<double>(&value)) return range.holds(*number);
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     return range.holds(static_cast<double>(*integer));
@@ -170,13 +169,14 @@ std::string Option::flag() const {
 
 std::string Option::range() const {
   if (!traits.choices.empty()) return "one of " + joined(traits.choices, ", ");
-  if (traits.min && traits.max) return number_text(*traits.min) + "…" + number_text(*traits.max);
-  if (traits.min) return "at least " + number_text(*traits.min);
-  if (traits.max) return "at most " + number_text(*traits.max);
+  const auto& [min, max] = traits.range;
+  if (min && max) return number_text(*min) + "…" + number_text(*max);
+  if (min) return "at least " + number_text(*min);
+  if (max) return "at most " + number_text(*max);
   return {};
 }
 
-bool Option::holds(double number) const { return range_of(traits).holds(number); }
+bool Option::holds(double number) const { return traits.range.holds(number); }
 
 OptionList& OptionList::begin_group(std::string title) {
   group_ = std::move(title);
@@ -185,6 +185,15 @@ OptionList& OptionList::begin_group(std::string title) {
 
 OptionList& OptionList::append_own(Option option) {
   option.group = group_;
+  // "size_px" is in px: most names tell their unit.
+  static const std::map<std::string, std::string> kUnits = {
+      {"mm", "mm"},   {"px", "px"}, {"deg", "deg"}, {"s", "s"},
+      {"kpa", "kPa"}, {"n", "N"},   {"db", "dB"}};
+  const std::size_t last = option.name.rfind('_');
+  const bool per = last != std::string::npos && option.name.substr(0, last).ends_with("_per");
+  if (last != std::string::npos && option.traits.unit.empty() && !per)
+    if (const auto found = kUnits.find(option.name.substr(last + 1)); found != kUnits.end())
+      option.traits.unit = found->second;
   options_.push_back(std::move(option));
   return *this;
 }

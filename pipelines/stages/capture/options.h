@@ -26,17 +26,14 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
   list.add("rays_per_texel_side", &o.capture.rays_per_texel_side,
            {.help = "n×n rays are averaged for a texel's colour; 0: 1 where it hardly changes "
                     "within a texel, or else 2",
-            .min = 0,
-            .max = 16})
+            .range = {0, 16}})
       .add("base_step_mm", &o.capture.base_step_mm,
-           {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.01, .max = 1000})
+           {.help = "spacing of the base layer's nodes", .range = {0.01, 1000}})
       .add(
           "skin_edge_mm", &o.skin_edge_mm,
           {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "
                    "skin: the organ bends along the proxy's edges, as in the paper",
-           .unit = "mm",
-           .min = 0,
-           .max = 1000})
+           .range = {0, 1000}})
       .add(
           "micro", &o.detail.split,
           {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
@@ -48,15 +45,11 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
            {"guided", MicroSplit::guided}})
       .add("micro_size_mm", &o.detail.size_mm,
            {.help = "size of what a filter takes for detail, at most 32 texels",
-            .unit = "mm",
-            .min = 0.05,
-            .max = 1000})
+            .range = {0.05, 1000}})
       .add("surface_edge_mm", &o.surface_edge_mm,
            {.help =
                 "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",
-            .unit = "mm",
-            .min = 0,
-            .max = 100})
+            .range = {0, 100}})
       .add("compression", &o.packing.compression,
            {.help = "compression of the maps; all but pxr24 are exact: it takes 0.002 mm from "
                     "depths of 300 mm"},
@@ -84,15 +77,11 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
       .add("exemplar_mm_per_pixel", &o.exemplar_mm_per_pixel,
            {.help = "size of the exemplar's pixels on its tissue; 0 = there is no exemplar",
             .unit = "mm",
-            .min = 0,
-            .max = 10})
+            .range = {0, 10}})
       .add("albedo", &o.material.albedo,
-           {.help = "albedo of the plain material, linear RGB", .min = 0, .max = 1})
+           {.help = "albedo of the plain material, linear RGB", .range = {0, 1}})
       .add("feature_mm", &o.material.feature_mm,
-           {.help = "size of the plain material's largest spots",
-            .unit = "mm",
-            .min = 0.01,
-            .max = 1000})
+           {.help = "size of the plain material's largest spots", .range = {0.01, 1000}})
       .retire("zip_level", "it is always 6")
       .retire("variation", "a plain albedo always varies by a quarter")
       .retire("light_direction", "a plain material is lit from above the front")

@@ -27,18 +27,12 @@ inline void bind(OptionList& list, DecimateStageOptions& options) {
                "and "
                "more until the proxy lies off by 5 % of the organ's thickness at most (vessels' of "
                "their own), up to 6000",
-           .min = 4,
-           .max = 10000000})
+           .range = {4, 10000000}})
       .add("tool_radius_mm", &options.tool_radius_mm,
-           {.help = "radius of the tip that faces = auto makes the proxy for",
-            .unit = "mm",
-            .min = 0.5,
-            .max = 100})
+           {.help = "radius of the tip that faces = auto makes the proxy for", .range = {0.5, 100}})
       .add("max_error_mm", &o.max_error_mm,
            {.help = "fewest faces within this distance both ways, measured; 0 = go by faces",
-            .unit = "mm",
-            .min = 0,
-            .max = 1e9})
+            .range = {0, 1e9}})
       .add("method", &o.method,
            {.help = "edge collapse and a fit to the surface; draft, for a first look in a "
                     "fraction of the time; or, to compare, plain collapses or the paper's naive "

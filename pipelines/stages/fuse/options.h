@@ -18,9 +18,7 @@ inline void bind(OptionList& list, FuseStageOptions& options) {
   FusionOptions& o = options.fusion;
   list.add("voxel_mm", &o.voxel_mm,
            {.help = "side of the volume's voxels; 0 = as fine as the depth maps' pixels",
-            .unit = "mm",
-            .min = 0,
-            .max = 50})
+            .range = {0, 50}})
       .add("holes", &o.holes,
            {.help = "open: no surface where nothing was seen; closed: what was not seen is inside"},
            {{"open", Holes::open}, {"closed", Holes::closed}})
@@ -39,7 +37,7 @@ inline void bind(OptionList& list, FuseStageOptions& options) {
             {"each", DepthScale::each}})
       .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
       .add("largest", &o.largest,
-           {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000})
+           {.help = "pieces of largest area that are kept; 0 = all", .range = {0, 1000000}})
       .retire("truncation_mm", "it follows the depths' noise")
       .retire("color_mm", "faces are as the voxels have them")
       .retire("place_mm", "refine takes the poses for good to 1 mm")

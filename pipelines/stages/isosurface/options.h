@@ -30,8 +30,7 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
       .add("label", &options.label,
            {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
                     "become one organ",
-            .min = 1,
-            .max = kMostLabel,
+            .range = {1, kMostLabel},
             .number_too = true})
       .add("each_label", &options.each_label,
            {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
@@ -39,29 +38,22 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
            {.help =
                 "pieces kept, by area; 0 = all. A label's cavities stay in their piece, a CT's are "
                 "filled unless all is kept",
-            .min = 0,
-            .max = 1000000})
+            .range = {0, 1000000}})
       .add("min_size_mm", &o.min_size_mm,
-           {.help = "components whose box is nowhere longer are dropped",
-            .unit = "mm",
-            .min = 0,
-            .max = 10000})
+           {.help = "components whose box is nowhere longer are dropped", .range = {0, 10000}})
       .add("refine", &o.refine,
            {.help = "place a CT's surface by all voxels across the edge, not by two of them: right "
                     "inside thick slices"})
       .add("smooth_mm", &o.smooth_mm,
            {.help = "Gaussian on a mask before its surface is taken; 0 leaves voxel stairs",
-            .unit = "mm",
-            .min = 0,
-            .max = 50})
+            .range = {0, 50}})
       .add("keep_volume", &o.keep_volume,
            {.help =
                 "a mask's surface encloses the volume of its voxels; off: the level is one half, "
                 "as textbooks have it, and corners are lost"})
       .add("taubin", &o.taubin_steps,
            {.help = "steps of Taubin smoothing on the surface; its volume is kept",
-            .min = 0,
-            .max = 1000})
+            .range = {0, 1000}})
       .add("cap", &o.cap,
            {.help =
                 "where the volume, or a mask that ends flat, cuts the organ its surface is closed "

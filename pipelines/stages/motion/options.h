@@ -24,29 +24,21 @@ struct MotionStageOptions {
 inline void bind(OptionList& list, MotionStageOptions& o) {
   list.add("key_frames", &o.key_frames,
            {.help = "frames of which depth is made, evenly spread over the scope's way",
-            .min = 2,
-            .max = 200})
+            .range = {2, 200}})
       .add("halvings", &o.halvings,
            {.help = "how often the key frames' size is halved before depth is made",
-            .min = 0,
-            .max = 4})
+            .range = {0, 4}})
       .add("field_of_view_deg", Degrees{&o.field_of_view_rad},
            {.help = "across the frame's width, where the search for the lens starts when no "
                     "intrinsics are given",
-            .unit = "deg",
-            .min = 2.9,
-            .max = 160.4})
+            .range = {2.9, 160.4}})
       .add("range_mm", &o.range_mm,
            {.help = "median distance of the tissue, makes depth metric; 0 = unknown",
-            .unit = "mm",
-            .min = 0,
-            .max = 10000})
+            .range = {0, 10000}})
       .add("shaft_mm", &o.shaft_mm,
            {.help = "diameter of an instrument's straight shaft in view, makes depth metric; its "
                     "tip is taken to touch the tissue at times; 0 = unknown",
-            .unit = "mm",
-            .min = 0,
-            .max = 100})
+            .range = {0, 100}})
       .add("known_distance", &o.known_distance,
            {.help = "FRAME,X1,Y1,X2,Y2,MM: a frame's number from 0, two pixels of it, and the "
                     "millimetres between what they show; makes depth metric, before the others"})

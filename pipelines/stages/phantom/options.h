@@ -57,76 +57,58 @@ inline void bind_clip(OptionList& list, PhantomStageOptions& o) {
             .choices = path_names()})
       .add("breathing_mm", &o.clip.breathing_mm,
            {.help = "how far a breath pushes the liver that a scope moves over along a path",
-            .unit = "mm",
-            .min = 0,
-            .max = 20})
+            .range = {0, 20}})
       .add("breathing_period_s", &o.clip.breathing_period_s,
-           {.help = "time from one breath to the next, at 25 frames a second",
-            .unit = "s",
-            .min = 1,
-            .max = 20})
+           {.help = "time from one breath to the next, at 25 frames a second", .range = {1, 20}})
       .add("blurred", &o.clip.blurred,
            {.help = "share of the frames along a path that a jerk of the scope blurs",
-            .min = 0,
-            .max = 1})
+            .range = {0, 1}})
       .add(
           "bit_rate_mbit_per_s", &o.bit_rate_mbps,
           {.help = "write the frames along a path as an H.264 video of this rate, clip.mp4; 0 = as "
                    "PNG files",
            .unit = "Mbit/s",
-           .min = 0,
-           .max = 1000});
+           .range = {0, 1000}});
 }
 
 inline void bind(OptionList& list, PhantomStageOptions& o) {
   list.add("kind", &o.kind, {.help = "what is made", .choices = {"organ", "laparoscopy"}})
       .add("seed", &o.organ.seed,
            {.help = "number that the shape and the noise are drawn from",
-            .min = 0,
-            .max = kLargestSeed})
+            .range = {0, kLargestSeed}})
       .add("size_voxels", &o.organ.ct_size,
-           {.help = "size of the CT", .unit = "voxels", .min = 8, .max = 1024})
+           {.help = "size of the CT", .unit = "voxels", .range = {8, 1024}})
       .add("spacing_mm", &o.organ.spacing_mm,
-           {.help = "distance between voxels", .unit = "mm", .min = 0.05, .max = 50})
+           {.help = "distance between voxels", .range = {0.05, 50}})
       .add("photos", &o.organ.photo_count,
-           {.help = "photographs from known poses", .min = 0, .max = 256})
+           {.help = "photographs from known poses", .range = {0, 256}})
       .add("photo_size_px", &o.organ.photo_size,
-           {.help = "side of a photograph, which is square", .unit = "px", .min = 16, .max = 8192})
+           {.help = "side of a photograph, which is square", .range = {16, 8192}})
       .add("truth_subdivisions", &o.truth_subdivisions,
-           {.help = "subdivisions n of the true mesh, which has 20·4ⁿ faces", .min = 1, .max = 9})
+           {.help = "subdivisions n of the true mesh, which has 20·4ⁿ faces", .range = {1, 9}})
       .add("frames", &o.frames,
            {.help = "number of a laparoscopy's frames; 0 = 8, or 120 along a path",
-            .min = 0,
-            .max = 100000})
+            .range = {0, 100000}})
       .add("frame_width_px", &o.frame_width,
            {.help = "width of a laparoscopy's frame; 0 = 640, or 1280 along a path",
-            .unit = "px",
-            .min = 0,
-            .max = 4096})
+            .range = {0, 4096}})
       .add("frame_height_px", &o.frame_height,
            {.help = "height of a laparoscopy's frame; 0 = 480, or 720 along a path",
-            .unit = "px",
-            .min = 0,
-            .max = 4096})
+            .range = {0, 4096}})
       .add("texture", &o.laparoscopy.texture,
-           {.help = "variation of the albedo of a laparoscopy's tissue", .min = 0, .max = 0.9})
+           {.help = "variation of the albedo of a laparoscopy's tissue", .range = {0, 0.9}})
       .add("instrument", &o.laparoscopy.instrument,
            {.help = "a steel instrument comes into a laparoscopy's view"})
       .add("beam", &o.laparoscopy.beam_exponent,
            {.help = "a laparoscopy's light falls off as cosⁿ of the angle to the axis; 0 = even",
-            .min = 0,
-            .max = 20})
+            .range = {0, 20}})
       .add("tilt_deg", Degrees{&o.laparoscopy.tilt_rad},
            {.help = "tilt of a laparoscopy's view onto the tissue; 0 = from above",
-            .unit = "deg",
-            .min = -40.2,
-            .max = 40.2})
+            .range = {-40.2, 40.2}})
       .add("baseline_mm", &o.laparoscopy.baseline_mm,
            {.help =
                 "distance from the left eye of a stereo laparoscopy to the right one; 0 = one eye",
-            .unit = "mm",
-            .min = 0,
-            .max = 20})
+            .range = {0, 20}})
       .retire("noise_hu", "it is always 10 HU")
       .retire("frame_noise", "it is always 0.005 of full scale")
       .retire("highlights", "they are always as strong as those of wet tissue")

@@ -30,48 +30,37 @@ inline PlacementOptions PlaceStageOptions::resolved() const {
 
 inline void bind(OptionList& list, PlaceStageOptions& o) {
   list.add("count", &o.placement.count,
-           {.help = "virtual cameras, evenly spread", .min = 1, .max = 256})
+           {.help = "virtual cameras, evenly spread", .range = {1, 256}})
       .add("coverage", &o.goal.share,
            {.help = "instead of a count: the fewest cameras that see this share of the reachable "
                     "area, 0.5…1; 0 = go by count",
-            .min = 0,
-            .max = 1})
+            .range = {0, 1}})
       .add("overlap", &o.goal.overlap,
-           {.help = "cameras that must see it, of a coverage", .min = 1, .max = 4})
+           {.help = "cameras that must see it, of a coverage", .range = {1, 4}})
       .add("texel_mm", &o.goal.texel_mm,
-           {.help = "longest side of a texel on what counts as seen; 0 = any",
-            .unit = "mm",
-            .min = 0,
-            .max = 1000})
+           {.help = "longest side of a texel on what counts as seen; 0 = any", .range = {0, 1000}})
       .add("candidates", &o.goal.candidates,
-           {.help = "directions that a coverage chooses from", .min = 16, .max = 8192})
+           {.help = "directions that a coverage chooses from", .range = {16, 8192}})
       .add("samples", &o.goal.samples,
            {.help = "points of the surface that a coverage chooses by; where it is deeply folded "
                     "the hardest "
                     "to see of a hundred times as many",
-            .min = 64,
-            .max = 65536})
+            .range = {64, 65536}})
       .add("size_px", &o.placement.map_size,
            {.help = "side of the cameras' maps, which are square; 0 = as fine as the pixels of the "
                     "picture that the surface was read from, or 512 without one",
-            .unit = "px",
-            .min = 0,
-            .max = 16384})
+            .range = {0, 16384}})
       .add("size_limit_px", &o.size_limit_px,
            {.help = "with size_px 0, maps as fine as a picture are no larger than this",
-            .unit = "px",
-            .min = 64,
-            .max = 16384})
+            .range = {64, 16384}})
       .add("field_of_view_deg", Degrees{&o.placement.field_of_view_rad},
-           {.help = "angle of view of each camera", .unit = "deg", .min = 0.5, .max = 143.5})
+           {.help = "angle of view of each camera", .range = {0.5, 143.5}})
       .add("margin", &o.placement.margin,
-           {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
+           {.help = "free border round the organ, share of the map", .range = {0, 0.4}})
       .add("cone_axis", &o.cone_axis, {.help = "axis of the viewing cone, from the organ's centre"})
       .add("cone_angle_deg", Degrees{&o.cone_angle_rad},
            {.help = "half angle of the viewing cone, 90 = a hemisphere; 0 = cameras all round",
-            .unit = "deg",
-            .min = 0,
-            .max = 90})
+            .range = {0, 90}})
       .add("report", &o.report,
            {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
                     "well, at rest and poked, and the surface painted by what cameras see"},

@@ -24,22 +24,16 @@ inline void bind(OptionList& list, RepairStageOptions& options) {
       .add(
           "island_share", &o.island_share,
           {.help = "pieces of less than this share of the largest one's area are dropped; 0 = none",
-           .min = 0,
-           .max = 0.999})
+           .range = {0, 0.999}})
       .add("hole_mm", &o.hole_mm,
            {.help = "holes up to this width are closed; 0 = a tenth of the surface's size",
-            .unit = "mm",
-            .min = 0,
-            .max = 1e6})
+            .range = {0, 1e6}})
       .add("wrap_mm", &o.wrap_mm,
            {.help = "what a wrap closes, gaps and tunnels; 0 = a hundredth of the surface's size",
-            .unit = "mm",
-            .min = 0,
-            .max = 1e6})
+            .range = {0, 1e6}})
       .add("volume_change", &o.volume_change,
            {.help = "a repair that changes the volume by more than this share is refused",
-            .min = 0,
-            .max = 1e6})
+            .range = {0, 1e6}})
       .retire("tunnels", "a surface with more than 4 is wrapped");
   bind(list, options.frame);
 }

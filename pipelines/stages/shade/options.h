@@ -62,48 +62,36 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
            {{"laparoscope", ShadingModel::laparoscope}, {"tsai-shah", ShadingModel::tsai_shah}})
       .add("light_deg", &o.light,
            {.help = "direction of Tsai–Shah's light: auto, or tilt,slant (0 = right, turning "
-                    "down)",
-            .unit = "deg"})
+                    "down)"})
       .add(
           "light_offset_mm", &o.light_offset_mm,
           {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
-           .unit = "mm",
-           .min = -50,
-           .max = 50})
+           .range = {-50, 50}})
       .add("beam", &o.shading.laparoscope.beam_exponent,
            {.help = "the light falls off as cosⁿ of the angle to the axis; 0 = even",
-            .min = 0,
-            .max = 20})
+            .range = {0, 20}})
       .add("range_mm", &o.shading.range_mm,
            {.help = "median distance of the tissue, makes depth metric; 0 = unknown; a recipe's is "
                     "motion.range_mm unless it says another",
-            .unit = "mm",
-            .min = 0,
-            .max = 10000,
+            .range = {0, 10000},
             .as = "motion.range_mm"})
       .add("albedo_mm2", &o.shading.albedo,
            {.help = "brightness (0…1, linear) = albedo · cos / r²; makes depth metric; 0 = unknown",
             .unit = "mm²",
-            .min = 0,
-            .max = 1e9})
+            .range = {0, 1e9}})
       .add("field_of_view_deg", Degrees{&o.field_of_view_rad},
-           {.help = "across the frame's width when no intrinsics are given",
-            .unit = "deg",
-            .min = 2.9,
-            .max = 160.4})
+           {.help = "across the frame's width when no intrinsics are given", .range = {2.9, 160.4}})
       .add("texture", &o.shading.laparoscope.texture,
-           {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
+           {.help = "share of brightness that is not taken for shape", .range = {1e-4, 1}})
       .add("relief", &o.shading.relief,
            {.help = "share of the relief that is kept, of a tube 1; auto: what each frame's own "
                     "evidence allows",
-            .min = 0,
-            .max = 1})
+            .range = {0, 1}})
       .add("iterations", &o.shading.iterations,
-           {.help = "iterations of Tsai–Shah", .min = 1, .max = 1000000});
+           {.help = "iterations of Tsai–Shah", .range = {1, 1000000}});
   bind_frames(list, o.selection.every, o.sharpest);
-  list.add(
-          "halvings", &o.frame.halvings,
-          {.help = "how often the frames' size is halved before anything else", .min = 0, .max = 4})
+  list.add("halvings", &o.frame.halvings,
+           {.help = "how often the frames' size is halved before anything else", .range = {0, 4}})
       .add("masks", &o.frame.masks,
            {.help = "look for the round field of view, highlights and instruments"})
       .retire("piecewise_albedo", "tissues of different colour are always told apart", true)

@@ -17,8 +17,7 @@ void bind(OptionList& list, ReadStageOptions& o) {
             .number_too = true})
       .add("time", &o.time,
            {.help = "time point of a 4-D file or series, from 1; 0 = it has only one",
-            .min = 0,
-            .max = 1000000})
+            .range = {0, 1000000}})
       .add(
           "strict", &o.strict,
           {.help = "refuse a DICOM series with uneven, missing, repeated or damaged slices instead "
@@ -61,9 +60,9 @@ SelectionOptions selection_of(int every, int sharpest) {
 }
 
 void bind_frames(OptionList& list, int& every, int& sharpest) {
-  list.add("every", &every, {.help = "take one frame in N", .min = 1, .max = 1000000})
+  list.add("every", &every, {.help = "take one frame in N", .range = {1, 1000000}})
       .add("sharpest", &sharpest,
-           {.help = "take the sharpest frame of each K", .min = 1, .max = 100000});
+           {.help = "take the sharpest frame of each K", .range = {1, 100000}});
 }
 
 void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_frame,
@@ -74,14 +73,11 @@ void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_
       .add("strict", &strict, {.help = "exit code 3 unless every frame's verdict is ok"})
       .add("mesh_frame", &mesh_frame,
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
-            .min = -1,
-            .max = 100000000})
-      .add("mesh_step_px", &mesh.step_px,
-           {.help = "step of the surface's grid", .unit = "px", .min = 1, .max = 64})
+            .range = {-1, 100000000}})
+      .add("mesh_step_px", &mesh.step_px, {.help = "step of the surface's grid", .range = {1, 64}})
       .add("tear", &mesh.tear,
            {.help = "neighbours whose depths differ by a larger share are not joined",
-            .min = 1e-4,
-            .max = 1});
+            .range = {1e-4, 1}});
 }
 
 }  // namespace organbake

@@ -17,14 +17,13 @@ inline void bind(OptionList& list, SpansStageOptions& o) {
   list.add("best", &o.best,
            {.help = "spans that are chosen, those first by which most can be told; a batch bakes "
                     "each of them",
-            .min = 1,
-            .max = 1000})
+            .range = {1, 1000}})
       .add("samples_per_s", &o.samples_per_s,
-           {.help = "pictures that are looked at in a second of the video", .min = 1, .max = 25})
+           {.help = "pictures that are looked at in a second of the video", .range = {1, 25}})
       .add("shortest_s", &o.search.shortest_s,
-           {.help = "shorter spans are not worth baking", .unit = "s", .min = 0.5, .max = 60})
+           {.help = "shorter spans are not worth baking", .range = {0.5, 60}})
       .add("longest_s", &o.search.longest_s,
-           {.help = "longer spans are cut into several", .unit = "s", .min = 1, .max = 600});
+           {.help = "longer spans are cut into several", .range = {1, 600}});
 }
 
 inline Stage spans_stage() {

@@ -34,14 +34,13 @@ inline void bind(OptionList& list, StereoStageOptions& o) {
       .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"});
   bind_unit(list, o.unit, "unit of the calibration's lengths");
   list.add("nearest_mm", &o.stereo.nearest_mm,
-           {.help = "that tissue comes to the lens", .unit = "mm", .min = 1, .max = 10000})
+           {.help = "that tissue comes to the lens", .range = {1, 10000}})
       .add("farthest_mm", &o.stereo.farthest_mm,
-           {.help = "that tissue is from the lens", .unit = "mm", .min = 2, .max = 100000})
+           {.help = "that tissue is from the lens", .range = {2, 100000}})
       .add("reach", &o.stereo.reach,
            {.help = "gaps up to this share of the picture's width are closed, where the surface "
                     "around them is smooth; 0 = none is",
-            .min = 0,
-            .max = 0.2})
+            .range = {0, 0.2}})
       .add("masks", &o.masks,
            {.help = "look for the round field of view, highlights and instruments"});
   bind_frames(list, o.every, o.sharpest);

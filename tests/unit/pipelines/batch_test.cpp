@@ -125,9 +125,6 @@ TEST(Shards, TakeEveryNthCase) {
   }
 }
 
-namespace fs = std::filesystem;
-using testing::ElementsAre;
-
 class FilePatternTest : public testing::Test {
  protected:
   FilePatternTest() {
@@ -181,7 +178,6 @@ TEST(FolderOfPattern, IsWhatComesBeforeTheFirstWildcard) {
   EXPECT_EQ(folder_of_pattern("*.mp4"), ".");
 }
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 class CaseEstimateTest : public testing::Test {
@@ -235,7 +231,6 @@ TEST_F(CaseEstimateTest, SaysWhyNothingCanBeTold) {
   EXPECT_THAT(estimate({}).flaw, HasSubstr("lacks its input"));
 }
 
-using testing::HasSubstr;
 using testing::StartsWith;
 
 // What a shell makes of a word.

@@ -68,9 +68,8 @@ TEST_F(CacheTest, FindsWhatWasStored) {
 TEST_F(CacheTest, ContentHashesAreThoseOfTheFilesThemselves) {
   const CacheEntry entry = store(some_step());
   EXPECT_EQ(entry.content_hash("a.ply"), quick_hash("proxy"));
-  const std::vector<InputFile> beside = {{"b.txt", entry.folder / "sub" / "b.txt"}};
   EXPECT_EQ(entry.content_hash("sub/b.txt"),
-            quick_hash(quick_hash_of_file(beside[0].path) + "  b.txt\n"));
+            quick_hash(quick_hash_of_file(entry.folder / "sub" / "b.txt") + "  b.txt\n"));
 }
 
 TEST_F(CacheTest, DamageIsNoticed) {
@@ -148,8 +147,6 @@ TEST(CacheFolder, ComesFromTheEnvironment) {
   EXPECT_EQ(Cache::default_folder(), Cache::temporary_folder()) << "a home that can't be written";
 }
 
-namespace fs = std::filesystem;
-
 class ContentHashTest : public testing::Test {
  protected:
   void write(const std::string& name, const std::string& text) {
@@ -157,7 +154,7 @@ class ContentHashTest : public testing::Test {
     write_file_atomically(path() / name, text);
   }
   std::string hash(InputKind kind, const std::string& name) {
-    return content_hash(files_of_input(kind, path() / name), quick_hash_of_file);
+    return content_hash(kind, path() / name, quick_hash_of_file);
   }
   fs::path path() const { return folder_.path(); }
 
@@ -268,11 +265,11 @@ TEST_F(ContentHashTest, AllFilesOfAColmapModelCountWhicheverIsNamed) {
 }
 
 TEST_F(ContentHashTest, WhatIsNotThereIsRefused) {
-  EXPECT_THROW(files_of_input(InputKind::mesh, path() / "missing"), NoInputError);
+  EXPECT_THROW(hash(InputKind::mesh, "missing"), NoInputError);
   fs::create_directory(path() / "empty");
-  EXPECT_THROW(files_of_input(InputKind::volume, path() / "empty"), NoInputError);
-  EXPECT_THROW(files_of_input(InputKind::mesh, path() / "empty"), NoInputError);
-  EXPECT_THROW(files_of_input(InputKind::mesh, "/dev/null"), NoInputError);
+  EXPECT_THROW(hash(InputKind::volume, "empty"), NoInputError);
+  EXPECT_THROW(hash(InputKind::mesh, "empty"), NoInputError);
+  EXPECT_THROW(hash(InputKind::mesh, "/dev/null"), NoInputError);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "organbake/core/files.h"
 #include "organbake/image/png.h"
 #include "organbake/pipelines/documents.h"
+#include "support/error_message.h"
 #include "support/places.h"
 
 namespace organbake {
@@ -22,18 +23,8 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-template <class Error>
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
-}
-
 std::string yaml_error(const std::string& text) {
-  return message_of<RecipeError>([&] { Document::parse_yaml(text, "r.yaml"); });
+  return message_of(ExitCode::bad_recipe, [&] { Document::parse_yaml(text, "r.yaml"); });
 }
 
 TEST(Document, YamlScalarsHaveTheTypesOfTheCoreSchema) {
@@ -61,14 +52,14 @@ TEST(Document, AFewLinesCannotBecomeMillionsOfValues) {
 
 TEST(Document, NestingWithoutEndIsRefused) {
   const std::string deep(1000000, '[');
-  EXPECT_THAT(message_of<BadDataError>([&] { Document::parse_json(deep, "x.json"); }),
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { Document::parse_json(deep, "x.json"); }),
               HasSubstr("nested too deeply"));
   EXPECT_THAT(yaml_error(deep), HasSubstr("r.yaml"));
 }
 
 TEST(Document, ErrorsOfJsonNameLineAndColumn) {
-  const std::string message = message_of<BadDataError>(
-      [] { Document::parse_json("{\n  \"a\": 1,\n  \"b\": ?\n}", "x.json"); });
+  const std::string message = message_of(
+      ExitCode::bad_data, [] { Document::parse_json("{\n  \"a\": 1,\n  \"b\": ?\n}", "x.json"); });
   EXPECT_THAT(message, HasSubstr("x.json: parse error at line 3, column 8"));
 }
 
@@ -122,8 +113,6 @@ TEST(SchemaCheck, ErrorsAreOneSentenceWithTheLine) {
   EXPECT_THAT(schema_message("name: x\naxis:\n- 1\n- x\n- 3\n", kSchema),
               HasSubstr("r.yaml:4: axis.1 is \"x\"; it must be a number"));
 }
-
-using testing::HasSubstr;
 
 Document parse(const std::string& text) { return Document::parse_json(text, "x.json"); }
 
@@ -199,7 +188,6 @@ TEST(Schemas, InteractionScriptsAreCheckedKeyByKey) {
               HasSubstr("elevation_rad is 45"));
 }
 
-using testing::HasSubstr;
 using testing::StartsWith;
 
 TEST(HtmlPage, EscapesWhatIsText) {

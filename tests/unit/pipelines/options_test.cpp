@@ -14,6 +14,7 @@
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/stage.h"
 #include "stages/place/options.h"
+#include "support/error_message.h"
 
 namespace organbake {
 namespace {
@@ -36,14 +37,14 @@ struct Everything {
 OptionList bound(Everything& all) {
   OptionList list;
   list.add("ripe", &all.ripe, {.help = "or not"})
-      .add("count", &all.count, {.help = "of them", .min = 1, .max = 9})
+      .add("count", &all.count, {.help = "of them", .range = {1, 9}})
       .add("many", &all.many, {.help = "more of them"})
-      .add("length", &all.length_mm, {.help = "of one", .unit = "mm", .min = 0})
-      .add("share", &all.share, {.help = "part", .min = 0, .max = 1})
+      .add("length", &all.length_mm, {.help = "of one", .unit = "mm", .range = {.min = 0}})
+      .add("share", &all.share, {.help = "part", .range = {0, 1}})
       .add("word", &all.word, {.help = "colour", .choices = {"red", "green"}})
       .add("fruit", &all.fruit, {.help = "kind"}, {{"apple", Fruit::apple}, {"pear", Fruit::pear}})
       .add("axis", &all.axis, {.help = "way"})
-      .add("two_words", &all.size, {.help = "of a box", .min = 1})
+      .add("two_words", &all.size, {.help = "of a box", .range = {.min = 1}})
       .add("file", &all.file, {.help = "somewhere"});
   return list;
 }
@@ -55,19 +56,14 @@ void set(const OptionList& list, const std::string& name, const std::string& tex
 }
 
 std::string refusal(const OptionList& list, const std::string& name, const std::string& text) {
-  try {
-    set(list, name, text);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return {};
+  return message_of(ExitCode::usage, [&] { set(list, name, text); });
 }
 
 TEST(Options, ARefusalTellsWhatMayHaveBeenMeant) {
   double share = 0.5;
   std::string word = "red";
   OptionList list;
-  list.add("share", &share, {.help = "part", .min = 0, .max = 1})
+  list.add("share", &share, {.help = "part", .range = {0, 1}})
       .add("word", &word, {.help = "colour", .choices = {"red", "green"}});
   EXPECT_THAT(refusal(list, "share", "0,5"),
               testing::HasSubstr("decimals stand behind a point: 0.5"));
@@ -118,11 +114,8 @@ TEST(Options, WhatIsNotAValueIsRefusedWithWhatIsExpected) {
   for (const auto& [name, text] : wrong) {
     EXPECT_THROW(set(list, name, text), UsageError) << name << "=" << text;
   }
-  try {
-    set(list, "count", "10");
-  } catch (const UsageError& error) {
-    EXPECT_STREQ(error.what(), "--count: '10' is not possible; it takes a whole number, 1…9");
-  }
+  EXPECT_EQ(refusal(list, "count", "10"),
+            "--count: '10' is not possible; it takes a whole number, 1…9");
 }
 
 TEST(Options, NamesTakeHyphensAndUnderlines) {

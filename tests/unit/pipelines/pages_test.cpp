@@ -101,7 +101,6 @@ TEST(BatchExitCode, AsksForAnotherTryOnlyWhenThatMayHelp) {
 
 using nlohmann::json;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 json report_of(const std::string& stage, const json& figures) {
   return {{"stages", {{{"stage", stage}, {"figures", figures}, {"skipped", json::array()}}}}};

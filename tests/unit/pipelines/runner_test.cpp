@@ -28,12 +28,11 @@ class RunnerTest : public testing::Test {
     BundleWritten written;
   };
   Baked bake(const std::vector<std::string>& settings = {}, const RunOptions& options = {}) {
-    const Recipe recipe = recipe_from(
-        folder_.path(), "schema: organbake/recipe/1\nname: test\nphantom: {seed: 7}\n", settings);
-    const Plan plan = plan_bake(recipe);
+    const Recipe asked = recipe("phantom: {seed: 7}\n", settings);
+    const Plan plan = plan_bake(asked);
     Runner runner = stages_.runner(cache());
     std::vector<StepResult> steps = runner.run(plan, options);
-    const BundleWritten written = write_bundle({recipe, plan, steps}, runner, bundle());
+    const BundleWritten written = write_bundle({asked, plan, steps}, runner, bundle());
     return {stages_.take_calls(), written};
   }
   std::map<std::string, std::string> bundle_files() const {
@@ -42,6 +41,10 @@ class RunnerTest : public testing::Test {
       files[file.string()] = read_text_file(bundle() / file);
     }
     return files;
+  }
+  Recipe recipe(const std::string& more = "phantom: {seed: 7}\n",
+                const std::vector<std::string>& settings = {}) const {
+    return recipe_from(folder_.path(), "schema: organbake/recipe/1\nname: test\n" + more, settings);
   }
   fs::path cache() const { return folder_.path() / "cache"; }
   fs::path bundle() const { return folder_.path() / "bundle"; }
@@ -92,17 +95,13 @@ TEST_F(RunnerTest, ForceAndFromRunAgainWithTheSameResult) {
 }
 
 TEST_F(RunnerTest, AForecastTellsWhatWillRun) {
-  const Recipe recipe =
-      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n", {});
   Runner runner = stages_.runner(cache());
-  for (const Forecast& forecast : runner.forecast(plan_bake(recipe), {})) {
+  for (const Forecast& forecast : runner.forecast(plan_bake(recipe()), {})) {
     EXPECT_FALSE(forecast.cached);
   }
   EXPECT_EQ(stages_.take_calls(), "");
   bake();
-  const Recipe changed = recipe_from(
-      folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\ndecimate: {faces: 9}\n");
-  const Plan plan = plan_bake(changed);
+  const Plan plan = plan_bake(recipe("phantom: {seed: 7}\ndecimate: {faces: 9}\n"));
   const auto forecasts = runner.forecast(plan, {.explain = true});
   EXPECT_TRUE(forecasts[0].cached);
   EXPECT_EQ(forecasts[2].why, "faces was 80, is 9");
@@ -113,9 +112,7 @@ TEST_F(RunnerTest, AForecastTellsWhatWillRun) {
 
 TEST_F(RunnerTest, WarningsAreOneListWhetherAStageRanOrWasCached) {
   stages_.warning_stage = "place";
-  const Recipe recipe =
-      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n");
-  const Plan plan = plan_bake(recipe);
+  const Plan plan = plan_bake(recipe());
   Runner runner = stages_.runner(cache());
   const std::vector<std::string> all = {"place: something is odd", "place: not good enough"};
   EXPECT_EQ(warnings_of(runner.run(plan, {})), all);
@@ -128,13 +125,12 @@ TEST_F(RunnerTest, WarningsAreOneListWhetherAStageRanOrWasCached) {
 TEST_F(RunnerTest, WhatIsOddAboutAUsersFileIsSaidOnceAndTheCacheIsNotNamed) {
   const std::string given = (folder_.path() / "organ.obj").string();
   write_file_atomically(given, "a mesh");
-  const Recipe recipe =
-      recipe_from(folder_.path(), "schema: organbake/recipe/1\n", {"surface=" + given});
+  const Plan plan = plan_bake(recipe("", {"surface=" + given}));
   const auto warnings = [&](const std::string& odd_input) {
     stages_.odd_input = odd_input;
     Runner runner = stages_.runner(cache());
-    const auto ran = warnings_of(runner.run(plan_bake(recipe), {.force = true}));
-    EXPECT_EQ(warnings_of(runner.run(plan_bake(recipe), {})), ran) << "cached";
+    const auto ran = warnings_of(runner.run(plan, {.force = true}));
+    EXPECT_EQ(warnings_of(runner.run(plan, {})), ran) << "cached";
     return ran;
   };
   EXPECT_THAT(warnings("surface"), testing::ElementsAre("decimate: " + given + ": is odd"));
@@ -144,10 +140,8 @@ TEST_F(RunnerTest, WhatIsOddAboutAUsersFileIsSaidOnceAndTheCacheIsNotNamed) {
 TEST_F(RunnerTest, ABakeTellsOptionsAsItTakesThem) {
   stages_.warning_stage = "place";
   stages_.oddity = "too few; --count 9 is better";
-  const Recipe recipe =
-      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n");
   Runner runner = stages_.runner(cache());
-  EXPECT_EQ(warnings_of(runner.run(plan_bake(recipe), {})).front(),
+  EXPECT_EQ(warnings_of(runner.run(plan_bake(recipe()), {})).front(),
             "place: too few; --set place.count=9 is better");
   EXPECT_EQ(stages_.heard.front(), "place: too few; --set place.count=9 is better");
   const Stage& place = *find_stage("place");

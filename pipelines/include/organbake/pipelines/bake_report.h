@@ -50,10 +50,6 @@ inline constexpr int kThumbnailSide = 112;
 // where it is blue, and lies on it where it is white; full colour is height_limit_mm.
 MapThumbnails map_thumbnails(const CameraMaps& maps, double height_limit_mm);
 
-// The proxy's edges as one camera sees them over its colour map: an inline SVG. What the surface
-// hides from the camera is not drawn.
-std::string proxy_over_surface(const Bundle& frame, const CameraMaps& maps, std::size_t camera);
-
 struct BundlePictures {
   std::vector<MapThumbnails> thumbnails;  // by camera
   double height_limit_mm = 0;
@@ -78,8 +74,6 @@ struct BakeRun {
   double seconds = 0;  // of the whole bake, without its page
 };
 
-// The run as part of a page of this bundle.
-std::string run_script(const BundleReader& reader, const BakeRun& run);
 // Of a page that was written for this very bundle; nothing for any other file, or none. Throws
 // IoError.
 std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const BundleReader& reader);

@@ -14,12 +14,18 @@ struct BatchCase {
   std::vector<std::string> settings;  // "key=value", as bake's --set takes them
 };
 
-// A table with a header, one case a line (text_table.h): column `case` names it, every other
-// column is a key of the recipe ("ct", "label", "decimate.faces"); an empty field sets nothing.
-// Paths of inputs are relative to the table's folder. Throws NoInputError, or BadDataError that
-// names the line: no column `case`, a name that is no folder's name or comes twice, a row of
-// another length.
+// Whether a file's name is that of a table that is read: .csv, .tsv or .txt.
+bool is_table_name(const std::filesystem::path& file);
+
+// A table with a header, one case a line, as RFC 4180 has it or spreadsheets save it: column `case`
+// names it, every other column is a key of the recipe ("ct", "label", "decimate.faces"); an empty
+// field sets nothing. Paths of inputs are relative to the table's folder. Throws NoInputError, or
+// BadDataError that names the line: no column `case`, a name that is no folder's name or comes
+// twice, a row of another length.
 std::vector<BatchCase> read_case_table(const std::filesystem::path& table);
+
+// A field of a line with commas, quoted when it must be.
+std::string csv_field(const std::string& text);
 
 // The same table with its inputs' paths made absolute, for programs that start elsewhere. Throws
 // UsageError for a line break in a value: a table has one case a line.
@@ -51,7 +57,7 @@ std::vector<FoundInput> inputs_in(const std::filesystem::path& folder);
 // Empty when the text can name a case's folder, else what is wrong with it.
 std::string flaw_of_case_name(const std::string& name);
 
-// The cases of a command's words: one table (text_table.h), or files, folders and patterns of them
+// The cases of a command's words: one table, or files, folders and patterns of them
 // (files_matching), each set as the recipe's input `input`. Such a case is called after its file
 // without the ending, or of a pattern after the path below the pattern's fixed folder
 // ("2021_july_clip3"), so that its name doesn't depend on what else is there. Throws UsageError
@@ -78,18 +84,10 @@ struct CaseEstimate {
 CaseEstimate estimate_case(const std::filesystem::path& recipe,
                            const std::vector<std::string>& settings);
 
-// How much an input holds, told by file sizes and headers alone: a thousand cases are looked at in
-// seconds. All throw NoInputError.
-
-// Voxels of a volume: of MetaImage and NRRD by their header, of gzip files by the size that they
-// end with, of a DICOM folder or any other file by its bytes (two to a voxel; of compressed ones
-// too few, by what the compression saves).
+// Voxels of a volume, told by file sizes and headers alone (a thousand cases are looked at in
+// seconds): of MetaImage and NRRD by their header, of gzip files by the size that they end with, of
+// a DICOM folder or any other file by its bytes (two to a voxel; of compressed ones too few, by
+// what the compression saves). Throws NoInputError.
 double voxels_in(const std::filesystem::path& volume);
-// Frames of a picture (1), a folder (the pictures in it), or a video (by its bytes).
-double frames_in(const std::filesystem::path& clip);
-// Pixels of the pictures that lie beside a cameras.json, by their bytes.
-double pixels_beside(const std::filesystem::path& cameras);
-// Bytes of a file, or of all files in a folder.
-double bytes_of(const std::filesystem::path& path);
 
 }  // namespace organbake

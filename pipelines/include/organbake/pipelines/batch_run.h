@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <chrono>
 #include <cstddef>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/batch_cases.h"
-#include "organbake/pipelines/processes.h"
 
 namespace organbake {
 
@@ -33,8 +29,10 @@ struct BatchRow {
   std::string page;     // with its player, likewise
 };
 
+// What `batch` and `plan` are told of their cases.
 struct BatchOptions {
   std::filesystem::path recipe, output, cache;  // cache empty: the user's own
+  std::string input = "ct";                     // the recipe's, that files given by name are
   std::vector<std::string> settings;            // "key=value" of all cases
   int jobs = 1;                                 // cases at once
   int threads = 1;                              // of each
@@ -54,62 +52,13 @@ struct BatchProgress {
 // Bakes cases, each in a process of its own, so that no crash of one ends the others: first
 // `organbake bake`, then `organplay` for a picture and `organbake export` for a page. A case that
 // failed by a passing fault (killed from outside, as when memory is short, or exit code 75) is
-// tried once more after the others, with none beside it.
-class Batch {
- public:
-  using Listener = std::function<void(const BatchProgress&)>;
-
-  // `memory_mb[i]`: what case i is thought to need.
-  Batch(const BatchOptions& options, std::vector<BatchCase> cases, std::vector<double> memory_mb,
-        Listener listener, RunContext context);
-
-  // A row for each case. When the context is cancelled it stops the workers and returns what there
-  // is. Throws IoError when a log can't be written.
-  std::vector<BatchRow> run();
-
- private:
-  using Clock = std::chrono::steady_clock;
-  enum class Task { bake, picture, page };
-  struct Worker {
-    std::size_t index;
-    Task task;
-    Clock::time_point started;
-  };
-
-  std::vector<std::string> bake_command(const BatchCase& one) const;
-  bool may_start() const;
-  void start_next();
-  void stop_workers();
-  void collect(const WorkerEnd& end);
-  void end_bake(std::size_t index, const WorkerEnd& end);
-  void describe_success(BatchRow& row);
-  // What is made of a bundle that was baked, one after the other: from `first` on the next that is
-  // asked for and not there yet. False: nothing is left.
-  bool start_extra(std::size_t index, Task first);
-  std::vector<std::string> extra_command(const BatchRow& row, Task task) const;
-  static std::string extra_file(const BatchRow& row, Task task);
-  static std::string& extra_of(BatchRow& row, Task task) {
-    return task == Task::picture ? row.picture : row.page;
-  }
-  bool try_again(std::size_t index);
-  void finish(std::size_t index);
-  void tell(std::size_t index, BatchProgress::Event event) const;
-  std::filesystem::path log_of(const BatchRow& row, const std::string& ending) const;
-
-  BatchOptions options_;
-  std::vector<BatchCase> cases_;
-  std::vector<double> memory_mb_;
-  Listener listener_;
-  RunContext context_;
-  std::vector<BatchRow> rows_;
-  std::deque<std::size_t> waiting_, again_;
-  std::set<std::size_t> tried_again_;
-  std::map<pid_t, Worker> running_;
-  Clock::time_point begun_ = Clock::now();
-  std::size_t done_ = 0, failed_ = 0;
-  bool stopped_ = false;       // no more cases are started
-  bool workers_told_ = false;  // to stop
-};
+// tried once more after the others, with none beside it. `memory_mb[i]`: what case i is thought to
+// need. Returns a row for each case. When the context is cancelled it stops the workers and returns
+// what there is. Throws IoError when a log can't be written.
+std::vector<BatchRow> bake_batch(const BatchOptions& options, const std::vector<BatchCase>& cases,
+                                 const std::vector<double>& memory_mb,
+                                 const std::function<void(const BatchProgress&)>& listener,
+                                 const RunContext& context);
 
 // What a batch ends with: 0; 75 when trying again may help a case that failed; else 4.
 ExitCode exit_code_of(const std::vector<BatchRow>& rows);

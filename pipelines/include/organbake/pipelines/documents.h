@@ -35,9 +35,8 @@ std::optional<std::string> schema_error(const Document& document, const nlohmann
 // HTML.
 std::string html_page(const std::string& title, const std::string& style, const std::string& body);
 
-// A table cell, or one heading it, of plain text.
+// A table cell of plain text.
 std::string html_cell(const std::string& text);
-std::string html_heading(const std::string& text);
 
 // A file's path as part of a link, and a link to it; `text` is plain.
 std::string url_of(const std::string& path);

@@ -42,14 +42,11 @@ inline void bind(OptionList& list, ExportOptions& o) {
        {"web", ExportFormat::web}});
   list.add("faces", &o.faces,
            {.help = "for formats with a surface, its most faces; 0 = all of the base layer's",
-            .min = 0,
-            .max = 10'000'000});
+            .range = {0, 10'000'000}});
   list.add("texture_px", &o.texture,
            {.help = "for formats with a surface, the side of its texture; auto: 2048 for gltf and "
                     "usd, as fine as the maps for obj and sofa",
-            .unit = "px",
-            .min = 64,
-            .max = 8192});
+            .range = {64, 8192}});
   list.add(
       "albedo", &o.albedo,
       {.help = "for formats with a surface, colours without the light that they were baked in, for "

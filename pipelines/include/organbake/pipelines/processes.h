@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,20 +18,9 @@ struct WorkerEnd {
   double peak_mb = 0;  // most resident memory
 };
 
-// Starts a program with stdout and stderr sent to files, its stdin empty. It ends with this
-// process, however that ends, so that nothing writes on behind a batch that was killed. Throws
-// IoError.
-pid_t start_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
-                   const std::filesystem::path& error_file);
-
-// In a child process, right after the fork: it ends with its parent, however that ends.
-void end_with_parent(pid_t parent);
-
-// Waits until any worker ends; nothing when a signal came first.
-std::optional<WorkerEnd> wait_for_any_worker();
-
-// Runs a program to its end, as the only worker. Throws Error with what it said when it fails, and
-// as the context does when that is cancelled.
+// Runs a program to its end, as the only worker, its stdin empty. It ends with this process,
+// however that ends. Throws Error with what it said when it fails, and as the context does when
+// that is cancelled.
 WorkerEnd run_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
                      const std::filesystem::path& error_file, const RunContext& context);
 

@@ -34,17 +34,12 @@ struct Step {
   std::vector<InputSource> inputs;
 };
 
-// Something that a recipe mentions or offers and that this bake does not use.
-struct LeftOut {
-  std::string what, why;
-};
-
 // Steps in running order. Only what the scene needs: a stage is there when something that it makes
 // is asked for and not given.
 struct Plan {
   std::vector<Step> steps;
-  std::vector<LeftOut> left_out;
-  bool of_recipe = false;  // not of a single stage
+  std::vector<LeftOut> left_out;  // what a recipe mentions or offers and this bake does not use
+  bool of_recipe = false;         // not of a single stage
 };
 
 // All that a bundle needs, or (with `last_stage`) only what that stage needs, itself the last step.
@@ -174,7 +169,7 @@ BundleWritten write_bundle(const BakeResult& bake, Runner& runner,
                            const std::filesystem::path& target);
 
 // [{"what": …, "why": …}, …]
-nlohmann::json left_out_json(const Plan& plan);
+nlohmann::json left_out_json(const std::vector<LeftOut>& left_out);
 
 // Both refuse early, before hours of work, what could not be written in the end. Throw IoError
 // (writing), and UsageError for a name with another ending than ".ply", say: the format is fixed.

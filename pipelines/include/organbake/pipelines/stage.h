@@ -51,14 +51,16 @@ struct StageOutput {
   bool may_be_missing = false;
 };
 
+// Something that a stage or a bake passes over.
+struct LeftOut {
+  std::string what, why;
+};
+
 // What a stage tells about its run: key figures (no times, no paths: they go into bundles) and
 // what it did not do, with the reason.
 struct StageReport {
   std::vector<std::pair<std::string, OptionValue>> figures;
-  struct Skipped {
-    std::string what, why;
-  };
-  std::vector<Skipped> skipped;
+  std::vector<LeftOut> skipped;
   // Damage in an input that ended the stage early, with results that are good as far as they go:
   // they are kept, and the command then fails with exit code 65 and this message.
   std::string bad_data = {};

@@ -47,9 +47,8 @@ enum class OptionKind {
 
 struct OptionTraits {
   std::string help = {};
-  std::string unit = {};           // "mm", "HU", "deg" …; empty = none; a name ends in it
-  std::optional<double> min = {};  // of a number, or of each component of a vector
-  std::optional<double> max = {};
+  std::string unit = {};   // "kg/m³", "HU" …; empty = the one that the name ends in, or none
+  NumberRange range = {};  // of a number, or of each component of a vector
   std::vector<std::string> choices = {};      // of a text: all that it can be
   std::vector<std::string> suggestions = {};  // what shells complete a text or a path by
   bool number_too = false;      // a text that documents may also give as a whole number
