@@ -91,16 +91,10 @@ mkdir scans && cp "$(ls p/ct.* | head -n 1)" scans/patient.7"$(ls p/ct.* | head 
 expect 0 organbake batch scans/* --recipe scan.yaml --set photos=p/photos/cameras.json -o byname
 expect 0 organbake verify byname/patient.7
 
-# Tables as spreadsheets save them: a byte order mark, semicolons, tabs, UTF-16.
-printf '\xef\xbb\xbfcase,phantom.seed\r\none,1\r\n' >bom.csv
-printf 'case;phantom.seed\r\none;1\r\n;\r\n' >semicolons.csv
-printf 'case\tphantom.seed\none\t1\n' >tabs.tsv
+# A table as spreadsheets save it, in UTF-16.
 printf 'case\tphantom.seed\r\none\t1\r\n' | iconv -f UTF-8 -t UTF-16 >unicode.txt
-for table in bom.csv semicolons.csv tabs.tsv unicode.txt; do
-  expect 0 organbake batch $table --recipe r.yaml -o saved --no-pictures
-  expect_same saved/one baked/one
-  rm -r saved
-done
+expect 0 organbake batch unicode.txt --recipe r.yaml -o saved --no-pictures
+expect_same saved/one baked/one
 touch cases.xlsx
 expect 2 organbake batch cases.xlsx --recipe r.yaml -o x
 expect_err "save its sheet as CSV"
