@@ -85,7 +85,7 @@ TEST(RegistrationLights, OfOpenPatchesLeaveItRight) {
     const RegistrationCase made = organs.open_patch(organ, static_cast<std::uint64_t>(i));
     const RegisteredPhoto found = register_photo(*made.patch, made.photo, {});
     tally.add(*made.patch, made, found);
-    if (i == 0) show(draw_overlay(*made.patch, made.photo.image, found, {}), "An open patch");
+    if (i == 0) show(draw_overlay(*made.patch, made.photo.image, found), "An open patch");
   }
   const std::string what = std::to_string(count) + " open patches from 10 mm / 8°";
   expect({what + ": mTRE ≤ 1 mm", "%", tally.percent(tally.right, tally.cases), 80,

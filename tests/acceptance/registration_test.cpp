@@ -63,7 +63,7 @@ std::string of_cases(int count) { return ", " + std::to_string(count) + " cases"
 
 // The outline and, in every other field, the predicted shading over the worst photograph.
 void show_worst(const LampScenes& scenes, const Errors& errors, const std::string& what) {
-  show(draw_overlay(scenes.surface(), errors.worst_photo, errors.worst_found, {}),
+  show(draw_overlay(scenes.surface(), errors.worst_photo, errors.worst_found),
        "The worst of " + what);
 }
 

@@ -17,24 +17,22 @@ namespace py = pybind11;
 namespace {
 
 LightModel light_from(const std::string& name) {
-  for (const LightModel light : {LightModel::automatic, LightModel::camera, LightModel::beam,
-                                 LightModel::direction, LightModel::estimated})
+  for (const LightModel light :
+       {LightModel::automatic, LightModel::camera, LightModel::beam, LightModel::estimated})
     if (name == name_of(light)) return light;
-  throw UsageError("light '" + name + "' is none; take auto, camera, beam, direction or estimated");
+  throw UsageError("light '" + name + "' is none; take auto, camera, beam or estimated");
 }
 
 Similarity similarity_from(const std::string& name) {
   if (name == "radiance") return Similarity::radiance;
-  if (name == "gradient") return Similarity::gradient;
   if (name == "silhouette") return Similarity::silhouette;
-  throw UsageError("similarity '" + name + "' is none; take radiance, gradient or silhouette");
+  throw UsageError("similarity '" + name + "' is none; take radiance or silhouette");
 }
 
 RegisteredPhoto find_pose(const py::object& vertices, const py::object& faces,
                           const py::object& image, const py::object& intrinsics,
                           const py::object& start, const py::object& mask, const std::string& light,
-                          const py::object& light_direction, const std::string& similarity,
-                          bool free_focal, bool closed_outline) {
+                          const std::string& similarity, bool free_focal, bool closed_outline) {
   TriangleMesh mesh = mesh_from(vertices, faces);
   PhotoToRegister photo;
   photo.image = picture_from(image, "image");
@@ -43,7 +41,6 @@ RegisteredPhoto find_pose(const py::object& vertices, const py::object& faces,
   if (!start.is_none()) photo.start = pose_from(start, "start");
   RegistrationOptions options;
   options.light = light_from(light);
-  options.light_direction = vector_from(light_direction, "light_direction");
   options.similarity = similarity_from(similarity);
   options.free_focal = free_focal;
   options.check();
@@ -79,8 +76,7 @@ void bind_register(py::module_& m) {
       .def_property_readonly("focal_scale", figure(&PoseQuality::focal_scale));
   m.def("register", &find_pose, py::arg("vertices_mm"), py::arg("faces"), py::arg("image"),
         py::arg("intrinsics"), py::kw_only(), py::arg("start") = py::none(),
-        py::arg("mask") = py::none(), py::arg("light") = "auto",
-        py::arg("light_direction") = py::make_tuple(0, 0, -1), py::arg("similarity") = "radiance",
+        py::arg("mask") = py::none(), py::arg("light") = "auto", py::arg("similarity") = "radiance",
         py::arg("free_focal") = false, py::arg("closed_outline") = false,
         "Aligns a photograph, (h, w, 3) uint8, with a surface. intrinsics: fx, fy, cx, cy, perhaps "
         "with k1, k2, p1, p2, k3. start: camera_from_world, (4, 4); None: sought all round. mask: "

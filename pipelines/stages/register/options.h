@@ -16,42 +16,34 @@ struct RegisterStageOptions {
   RegistrationOptions registration;
   bool closed_outline = false;  // the organ ends where the mesh does
   bool vertex_albedo = false;   // the surface's colours are its albedo
-  bool from_poses = false;      // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;
   MeshFrame frame;
 };
 
 inline void bind(OptionList& list, RegisterStageOptions& o) {
   RegistrationOptions& r = o.registration;
-  list.add(
-          "light", &r.light,
-          {.help = "where the light is: at the camera; near it, with a beam of its own; in "
-                   "light_direction; anywhere, estimated with the pose; auto: what the photo says"},
-          {{"auto", LightModel::automatic},
-           {"camera", LightModel::camera},
-           {"beam", LightModel::beam},
-           {"direction", LightModel::direction},
-           {"estimated", LightModel::estimated}})
-      .add("light_direction", &r.light_direction,
-           {.help = "surface to light in the camera's axes: x right, y down, z forward"})
-      .add(
-          "similarity", &r.similarity,
-          {.help = "what is correlated: radiance, as in the paper; its gradient; or, near a start, "
-                   "the silhouette with what has the organ's colours"},
-          {{"radiance", Similarity::radiance},
-           {"gradient", Similarity::gradient},
-           {"silhouette", Similarity::silhouette}})
+  list.add("light", &r.light,
+           {.help = "where the light is: at the camera; near it, with a beam of its own; "
+                    "anywhere, estimated with the pose; auto: what the photo says"},
+           {{"auto", LightModel::automatic},
+            {"camera", LightModel::camera},
+            {"beam", LightModel::beam},
+            {"estimated", LightModel::estimated}})
+      .add("similarity", &r.similarity,
+           {.help = "what is correlated: radiance, as in the paper; or, near a start, the "
+                    "silhouette with what has the organ's colours"},
+           {{"radiance", Similarity::radiance}, {"silhouette", Similarity::silhouette}})
       .add("free_focal", &r.free_focal, {.help = "seek one scale of the focal lengths, too"})
       .add("closed_outline", &o.closed_outline,
            {.help = "the organ ends where the mesh has a border; else it goes on there, unseen"})
       .add("vertex_albedo", &o.vertex_albedo,
            {.help = "take the surface's vertex colours for its albedo"})
-      .add("from_poses", &o.from_poses,
-           {.help = "start unposed photos from the poses in their document"})
       .add("also", &o.also, {.help = "write the cameras for other programs as well"},
            {{"none", CameraExport::none},
             {"colmap", CameraExport::colmap},
             {"transforms", CameraExport::transforms}})
+      .retire("from_poses", "give the document as init as well")
+      .retire("light_direction", "the light estimated finds its direction with the pose")
       .retire("form", "patches are always correlated one by one")
       .retire("finest_side_px", "photos are read with up to 1440 px a side")
       .retire("outer_iterations", "there are always 4")

@@ -77,7 +77,7 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
         context.info("frame " + std::to_string(poses.size()) + ": " +
                      name_of(registered.quality.verdict));
         write_png(overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"),
-                  draw_overlay(surface, photo.image, registered, options), 1);
+                  draw_overlay(surface, photo.image, registered), 1);
       }
       registered.camera = camera_as_taken(registered, lens);
       poses.push_back({name, std::move(registered)});
@@ -167,7 +167,7 @@ class FollowedVideo {
     const PhotoToRegister photo = straight_photo({picture, {}, lens_, {}, {}, {}});
     RegisteredPhoto straight = registered;
     straight.camera.intrinsics = photo.intrinsics;
-    write_png(file, draw_overlay(surface_, photo.image, straight, options_), 1);
+    write_png(file, draw_overlay(surface_, photo.image, straight), 1);
   }
 
   RegisteredPhoto at_frame(const ScenePose& pose, const ScopeMotion& motions,

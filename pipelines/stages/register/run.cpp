@@ -54,7 +54,7 @@ RigidTransform start_for(const CameraSet& set, const std::string& image, const f
   throw BadDataError(path, "has no camera with the image '" + image + "'");
 }
 
-std::vector<NamedPhoto> photos_of_document(const fs::path& document, bool from_poses) {
+std::vector<NamedPhoto> photos_of_document(const fs::path& document) {
   const CameraSet set = read_cameras(document);
   if (set.images.empty()) throw BadDataError(document, "names no images: nothing to register");
   std::vector<NamedPhoto> photos;
@@ -64,15 +64,13 @@ std::vector<NamedPhoto> photos_of_document(const fs::path& document, bool from_p
     named.photo.intrinsics = set.cameras[i].intrinsics;
     check_lens_of_picture(named.photo.intrinsics, named.photo.image.width, named.photo.image.height,
                           document, named.name);
-    if (from_poses) named.photo.start = set.cameras[i].camera_from_world;
     photos.push_back(std::move(named));
   }
   return photos;
 }
 
-std::vector<NamedPhoto> read_photos(const StageCall& call, const RegisterStageOptions& options) {
-  if (const auto* document = call.input("unposed"))
-    return photos_of_document(*document, options.from_poses);
+std::vector<NamedPhoto> read_photos(const StageCall& call) {
+  if (const auto* document = call.input("unposed")) return photos_of_document(*document);
   std::vector<NamedPhoto> photos;
   for (const auto& [name, path] : call.inputs_of("photo")) {
     NamedPhoto named{name, path, {}};
@@ -159,7 +157,7 @@ void tell_scale(const std::vector<NamedPose>& poses, const RunContext& context) 
 }
 
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
-  std::vector<double> correlations, uncertainties_mm, depth_shares, depth_scales;
+  std::vector<double> correlations, uncertainties_mm;
   std::vector<std::string> verdicts, lights;
   std::size_t registered = 0;
   for (const NamedPose& pose : poses) {
@@ -168,10 +166,6 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
     lights.push_back(pose.image + ": " + name_of(pose.registered.light));
     correlations.push_back(q.correlation);
     uncertainties_mm.push_back(q.surface_sd_mm);
-    if (q.depth) {
-      depth_shares.push_back(q.depth->share);
-      depth_scales.push_back(q.depth->scale);
-    }
     registered += q.verdict == Verdict::ok;
   }
   tell_not_ok(poses, report);
@@ -181,9 +175,6 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   report.add("lights", lights);
   report.add("correlations", correlations);
   report.add("uncertainties_mm", uncertainties_mm);
-  if (depth_shares.empty()) return;
-  report.add("depth_agreeing_shares", depth_shares);
-  report.add("depth_scales", depth_scales);
 }
 
 // The video among the photographs; nothing without one. Throws UsageError when it is not alone.
@@ -250,7 +241,7 @@ std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurfa
     RegisteredPhoto registered = register_named(surface, named, straight, options, call.context);
     const std::string stem = fs::path(named.name).stem().string();
     write_png(beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
-              draw_overlay(surface, straight.image, registered, options), 1);
+              draw_overlay(surface, straight.image, registered), 1);
     registered.camera = camera_as_taken(registered, named.photo.intrinsics);
     poses.push_back({named.name, std::move(registered)});
     // Those that register for a bake need the pictures beside the cameras.
@@ -274,7 +265,7 @@ StageReport run(const StageCall& call) {
   const std::optional<fs::path> clip = clip_of(call);
   std::vector<NamedPhoto> photos;
   if (!clip) {
-    photos = read_photos(call, options);
+    photos = read_photos(call);
     complete(call, photos);
   }
   const RegisteredSurface surface(std::move(mesh), options.closed_outline

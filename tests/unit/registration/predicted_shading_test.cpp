@@ -34,7 +34,7 @@ struct Scene {
   RegisteredSurface surface{egg()};
   PhotoLevel level = empty_level(200);
   ObjectPose pose{Eigen::Quaterniond(0.9, 0.2, -0.3, 0.1).normalized(), {4, -3, 120}};
-  ShadingBasis basis{{LightModel::camera, -Eigen::Vector3d::UnitZ(), 0}, 120};
+  ShadingBasis basis{LightModel::camera, 120};
   ShadingBasis::Weights weights = basis.first_weights();
 
   Prediction at(const Motion& motion, double log_focal = 0) const {
@@ -163,9 +163,8 @@ double radiance(const ShadingBasis& basis, const Vector3d& x, const Vector3d& n)
 
 TEST(ShadingBasis, GradientIsTheFiniteDifferences) {
   const Vector3d x(20, -35, 260), n = Vector3d(0.3, 0.2, -0.9).normalized();
-  for (const LightModel model :
-       {LightModel::camera, LightModel::beam, LightModel::direction, LightModel::estimated}) {
-    const ShadingBasis basis({model, {0.2, -0.5, -0.8}, 0.2}, 250);
+  for (const LightModel model : {LightModel::camera, LightModel::beam, LightModel::estimated}) {
+    const ShadingBasis basis(model, 250);
     const auto g = basis.gradient(x, n, some_weights());
     constexpr double kStep = 1e-5;
     for (int j = 0; j < 3; ++j) {
@@ -181,7 +180,7 @@ TEST(ShadingBasis, GradientIsTheFiniteDifferences) {
 }
 
 TEST(ShadingBasis, LampAtTheCameraIsOneFacingItAtTheReference) {
-  const ShadingBasis basis({}, 200);
+  const ShadingBasis basis(LightModel::camera, 200);
   double phi[ShadingBasis::kMost];
   basis.values({0, 0, 200}, {0, 0, -1}, phi);
   EXPECT_DOUBLE_EQ(phi[0], 1);

@@ -82,16 +82,10 @@ TEST(RegisterPhoto, FindsTheFocalLength) {
   EXPECT_NEAR(found.camera.intrinsics.fx / lamp_studio().cameras[0].intrinsics.fx, 1, 0.02);
 }
 
-TEST(RegisterPhoto, OtherFormsFindItToo) {
+TEST(RegisterPhoto, AnEstimatedLightFindsItToo) {
   const PhotoToRegister photo = started(lamp_studio().plain, {}, 5, 5, 5);
-  RegistrationOptions whole, gradient, estimated;
-  whole.light = gradient.light = LightModel::camera;
-  whole.window = SimilarityWindow::whole;
-  gradient.similarity = Similarity::gradient;
-  estimated.light = LightModel::estimated;
-  EXPECT_LT(error_mm(register_photo(lamp_studio().fine, photo, whole)), kClean_mm);
-  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, gradient)), 2 * kClean_mm);
-  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, estimated)), 2 * kClean_mm);
+  const RegistrationOptions options{.light = LightModel::estimated};
+  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, options)), 2 * kClean_mm);
 }
 
 TEST(RegisterPhoto, AnInstrumentInFrontDoesLittleHarm) {
@@ -215,7 +209,7 @@ TEST_F(OpenSurface, WhatLiesBeyondACutIsNoBackground) {
   ASSERT_TRUE(surface_.open());
   const PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
   const PhotoLevel level = photo_pyramid(photo.image, {}, photo.intrinsics, 256, 256).front();
-  const ShadingBasis basis({}, 200);
+  const ShadingBasis basis(LightModel::camera, 200);
   Prediction p, all;
   const auto draw = [&](const RegisteredSurface& surface, Prediction& drawn) {
     predict(surface, level, object_pose(camera_.camera_from_world, surface.center()), 1, basis,

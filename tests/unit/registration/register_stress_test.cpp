@@ -90,9 +90,7 @@ TEST(RegisterStress, OneTriangleEnds) {
   const PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
   EXPECT_NE(register_photo(surface, photo, {}).quality.verdict, Verdict::ok);
   mesh.vertices[2] = {100, 0, 0};  // and one without area
-  RegistrationOptions one_light;
-  one_light.light = LightModel::camera;
-  EXPECT_NE(register_photo(RegisteredSurface(mesh), photo, one_light).quality.verdict, Verdict::ok);
+  EXPECT_THROW(RegisteredSurface{mesh}, BadDataError);
 }
 
 TEST(RegisterStress, BadInputIsRefused) {
@@ -112,15 +110,6 @@ TEST(RegistrationOptions, CheckThemselves) {
   RegistrationOptions().check();
   RegistrationOptions options;
   options.finest_side_px = 63;
-  EXPECT_THROW(options.check(), UsageError);
-  options = {};
-  options.outer_iterations = 0;
-  EXPECT_THROW(options.check(), UsageError);
-  options = {};
-  options.solver_iterations = 101;
-  EXPECT_THROW(options.check(), UsageError);
-  options = {};
-  options.light_direction.setZero();
   EXPECT_THROW(options.check(), UsageError);
 }
 

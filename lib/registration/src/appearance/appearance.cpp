@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <opencv2/imgproc.hpp>
 
 #include "cost_functions/cost_functions.h"
 #include "organbake/core/quantile.h"
@@ -52,20 +53,12 @@ using Eigen::VectorXd;
 // apart.
 template <class In>
 std::vector<std::uint8_t> grown(const Prediction& p, int band, const In& in) {
-  std::vector<std::uint8_t> along(p.coverage.size(), 0), both(p.coverage.size(), 0);
-  for (int y = 0; y < p.height; ++y)
-    for (int x = 0, last = -2 * band - 2; x < p.width + band; ++x) {
-      if (x < p.width && in(std::size_t(y) * p.width + x)) last = x;
-      const int u = x - band;
-      if (u >= 0 && x - last <= 2 * band) along[std::size_t(y) * p.width + u] = 1;
-    }
-  for (int x = 0; x < p.width; ++x)
-    for (int y = 0, last = -2 * band - 2; y < p.height + band; ++y) {
-      if (y < p.height && along[std::size_t(y) * p.width + x]) last = y;
-      const int v = y - band;
-      if (v >= 0 && y - last <= 2 * band) both[std::size_t(v) * p.width + x] = 1;
-    }
-  return both;
+  std::vector<std::uint8_t> mask(p.coverage.size());
+  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = in(i);
+  const cv::Mat view(p.height, p.width, CV_8U, mask.data());
+  const cv::Size square(2 * band + 1, 2 * band + 1);
+  cv::dilate(view, view, cv::getStructuringElement(cv::MORPH_RECT, square));
+  return mask;
 }
 
 class Fit {
@@ -160,20 +153,16 @@ const char* name_of(LightModel model) {
       return "camera";
     case LightModel::beam:
       return "beam";
-    case LightModel::direction:
-      return "direction";
     default:
       return "estimated";
   }
 }
 
-ShadingBasis::ShadingBasis(const Light& light, double reference_mm)
+ShadingBasis::ShadingBasis(LightModel light, double reference_mm)
     : light_(light),
       reference2_(reference_mm * reference_mm),
       reference_mm_(reference_mm),
-      size_(size_of(light.model)) {
-  light_.toward.normalize();
-}
+      size_(size_of(light)) {}
 
 ShadingBasis::Weights ShadingBasis::first_weights() const {
   Weights weights = Weights::Zero();
@@ -183,13 +172,9 @@ ShadingBasis::Weights ShadingBasis::first_weights() const {
 
 void ShadingBasis::values(const Vector3d& x, const Vector3d& n, double* phi) const {
   phi[size_ - 1] = 0;
-  if (light_.model == LightModel::direction) {
-    phi[0] = light_.ambient + (1 - light_.ambient) * std::max(0.0, n.dot(light_.toward));
-    return;
-  }
   const double r2 = x.squaredNorm();
   phi[0] = std::max(0.0, -n.dot(x)) * reference2_ / (r2 * std::sqrt(r2));
-  if (light_.model == LightModel::beam) {
+  if (light_ == LightModel::beam) {
     const Beam beam(x, reference_mm_);
     phi[1] = phi[0] * beam.u;
     phi[2] = phi[0] * beam.v;
@@ -201,7 +186,7 @@ void ShadingBasis::values(const Vector3d& x, const Vector3d& n, double* phi) con
     phi[5] = by_n * (n.x() + by_x * x.x());
     phi[6] = by_n * (n.y() + by_x * x.y());
   }
-  if (light_.model != LightModel::estimated) return;
+  if (light_ != LightModel::estimated) return;
   phi[1] = n.x();
   phi[2] = n.y();
   phi[3] = n.z();
@@ -215,12 +200,8 @@ void ShadingBasis::values(const Vector3d& x, const Vector3d& n, double* phi) con
 ShadingBasis::Gradient ShadingBasis::gradient(const Vector3d& x, const Vector3d& n,
                                               const Weights& w) const {
   Gradient g;
-  if (light_.model == LightModel::direction) {
-    if (n.dot(light_.toward) > 0) g.by_normal = w[0] * (1 - light_.ambient) * light_.toward;
-    return g;
-  }
   const double facing = -n.dot(x), r2 = x.squaredNorm();
-  const bool shaped = light_.model == LightModel::beam;
+  const bool shaped = light_ == LightModel::beam;
   const double lamp = reference2_ / (r2 * std::sqrt(r2));
   if (facing > 0) {
     const Beam beam(x, reference_mm_);
@@ -236,7 +217,7 @@ ShadingBasis::Gradient ShadingBasis::gradient(const Vector3d& x, const Vector3d&
     g.by_point +=
         3 * scale / r2 * (-n.dot(place) * x - aside * r2 * n + n.dot(x) * (5 * aside * x - place));
   }
-  if (light_.model != LightModel::estimated) return g;
+  if (light_ != LightModel::estimated) return g;
   g.by_normal += Vector3d(w[1] + w[4] * n.y() + w[6] * n.z() + 2 * w[7] * n.x(),
                           w[2] + w[4] * n.x() + w[5] * n.z() - 2 * w[7] * n.y(),
                           w[3] + w[5] * n.y() + w[6] * n.x() + 6 * w[8] * n.z());

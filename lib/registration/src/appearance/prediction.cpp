@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "cost_functions/cost_functions.h"
 #include "organbake/core/parallel.h"
@@ -229,18 +230,6 @@ void for_rows(const Prediction& p, const Row& row) {
 
 constexpr int kMostSide = 1600;
 
-Rgb8Image halved(const Rgb8Image& photo) {
-  Rgb8Image half(photo.width / 2, photo.height / 2);
-  for (int y = 0; y < half.height; ++y)
-    for (int x = 0; x < half.width; ++x)
-      for (int c = 0; c < 3; ++c)
-        half.at(x, y)[c] = static_cast<std::uint8_t>(
-            (photo.at(2 * x, 2 * y)[c] + photo.at(2 * x + 1, 2 * y)[c] +
-             photo.at(2 * x, 2 * y + 1)[c] + photo.at(2 * x + 1, 2 * y + 1)[c] + 2) /
-            4);
-  return half;
-}
-
 std::array<std::uint8_t, 3> outline_color(Verdict verdict) {
   if (verdict == Verdict::ok) return {40, 230, 60};
   if (verdict == Verdict::doubtful) return {250, 220, 40};
@@ -257,11 +246,7 @@ bool on_outline(const Prediction& p, int x, int y) {
 
 // The light that explains the photograph best at the pose, so that both look alike where it fits.
 Prediction lit_prediction(const RegisteredSurface& surface, const PhotoLevel& level,
-                          const ObjectPose& pose, LightModel model,
-                          const RegistrationOptions& options, double& offset) {
-  Light light;
-  light.model = model;
-  light.toward = options.light_direction;
+                          const ObjectPose& pose, LightModel light, double& offset) {
   const ShadingBasis basis(light, pose.center_camera_mm.norm());
   Prediction p;
   predict(surface, level, pose, 1, basis, basis.first_weights(), {}, p);
@@ -354,11 +339,16 @@ PixelDerivative pixel_derivative(const Prediction& p, const Intrinsics& k, const
 }
 
 Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
-                       const RegisteredPhoto& registered, const RegistrationOptions& options) {
+                       const RegisteredPhoto& registered) {
   Rgb8Image image = photo;
   int factor = 1;
   while (std::max(image.width, image.height) > kMostSide) {
-    image = halved(image);
+    Rgb8Image half(image.width / 2, image.height / 2);
+    const cv::Mat whole(image.height, image.width, CV_8UC3, image.pixels.data());
+    const cv::Mat even = whole({0, 0, 2 * half.width, 2 * half.height});
+    cv::Mat target(half.height, half.width, CV_8UC3, half.pixels.data());
+    cv::resize(even, target, target.size(), 0, 0, cv::INTER_AREA);
+    image = half;
     factor *= 2;
   }
   const ObjectPose pose = object_pose(registered.camera.camera_from_world, surface.center());
@@ -367,8 +357,7 @@ Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
       photo_pyramid(image, {}, reduced(registered.camera.intrinsics, factor), kMostSide, kMostSide);
   if (pyramid.empty()) return image;
   double offset = 0;
-  const Prediction p =
-      lit_prediction(surface, pyramid.front(), pose, registered.light, options, offset);
+  const Prediction p = lit_prediction(surface, pyramid.front(), pose, registered.light, offset);
   const int field = std::max(8, std::max(image.width, image.height) / 12);
   const auto color = outline_color(registered.quality.verdict);
   for (int y = p.top; y < p.top + p.height; ++y)

@@ -14,12 +14,6 @@
 
 namespace organbake {
 
-struct Light {
-  LightModel model = LightModel::camera;               // automatic: taken for `camera`
-  Eigen::Vector3d toward = -Eigen::Vector3d::UnitZ();  // surface → light, for `direction`
-  double ambient = 0.2;                                // share of the light, for `direction`
-};
-
 // The predicted radiance of a surface point is Σ weight_j · φ_j(x, n) with x the point and n its
 // unit normal, both in camera axes. The last φ, the background, is 1 beside the organ and 0 on it.
 // An estimated light has the eight spherical harmonics of degree 1 and 2 that together carry 99 %
@@ -35,7 +29,7 @@ class ShadingBasis {
   using Weights = Eigen::Matrix<double, kMost, 1>;
 
   // reference_mm makes the falloff 1 at that distance.
-  ShadingBasis(const Light& light, double reference_mm);
+  ShadingBasis(LightModel light, double reference_mm);
 
   int size() const { return size_; }  // the background is number size() − 1
   Weights first_weights() const;
@@ -48,7 +42,7 @@ class ShadingBasis {
                     const Weights& weights) const;
 
  private:
-  Light light_;
+  LightModel light_;
   double reference2_;
   double reference_mm_;
   int size_;

@@ -10,9 +10,9 @@
 #include <queue>
 #include <tuple>
 
-#include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {
@@ -61,7 +61,21 @@ RegisteredSurface::RegisteredSurface(TriangleMesh mesh, MeshBorders borders)
       radius_ = std::max(radius_, (mesh_.vertices[v] - center_).norm());
   if (borders == MeshBorders::unknown_beyond)
     border_distance_mm_ = organbake::border_distance_mm(mesh_);
-  spread_samples();
+  const AreaSampler places(mesh_, kSamples, kSampleSeed);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const auto [face, weights, point] = places.at(i);
+    RayHit hit;
+    hit.face = face;
+    hit.u = static_cast<float>(weights[1]);
+    hit.v = static_cast<float>(weights[2]);
+    samples_.push_back({point, skin(hit, -face_normals_[face]).normal});
+  }
+}
+
+double RegisteredSurface::mean_distance_mm(const RigidTransform& a, const RigidTransform& b) const {
+  double sum = 0;
+  for (const SurfaceSample& sample : samples_) sum += (a * sample.point - b * sample.point).norm();
+  return sum / kSamples;
 }
 
 float RegisteredSurface::border_distance_mm(const RayHit& hit) const {
@@ -69,33 +83,6 @@ float RegisteredSurface::border_distance_mm(const RayHit& hit) const {
   const auto& [a, b, c] = mesh_.faces[hit.face];
   const auto& d = border_distance_mm_;
   return (1 - hit.u - hit.v) * d[a] + hit.u * d[b] + hit.v * d[c];
-}
-
-// One sample in each of equal shares of the area, so that they lie evenly.
-void RegisteredSurface::spread_samples() {
-  std::vector<double> area_up_to(mesh_.faces.size());
-  std::transform(face_normals_.begin(), face_normals_.end(), area_up_to.begin(),
-                 [](const Vector3d& n) { return 0.5 * n.norm(); });
-  std::partial_sum(area_up_to.begin(), area_up_to.end(), area_up_to.begin());
-  const double total = area_up_to.back();
-  if (!(total > 0)) return;
-  RandomStream random(kSampleSeed);
-  for (std::size_t i = 0; i < kSamples; ++i) {
-    const double at = (i + random.uniform()) / kSamples * total;
-    const auto face = static_cast<std::uint32_t>(std::min<std::size_t>(
-        std::lower_bound(area_up_to.begin(), area_up_to.end(), at) - area_up_to.begin(),
-        mesh_.faces.size() - 1));
-    const double root = std::sqrt(random.uniform()), share = random.uniform();
-    const double u = root * (1 - share), v = root * share;
-    const auto& [a, b, c] = mesh_.faces[face];
-    RayHit hit;
-    hit.face = face;
-    hit.u = static_cast<float>(u);
-    hit.v = static_cast<float>(v);
-    samples_.push_back(
-        {(1 - u - v) * mesh_.vertices[a] + u * mesh_.vertices[b] + v * mesh_.vertices[c],
-         skin(hit, -face_normals_[face]).normal});
-  }
 }
 
 RegisteredSurface::Skin RegisteredSurface::skin(const RayHit& hit,

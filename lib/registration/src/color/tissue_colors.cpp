@@ -260,7 +260,7 @@ ColorScene ColorScene::around(const RegisteredSurface& surface, const PhotoToReg
 std::vector<float> covered(const RegisteredSurface& surface, const PhotoLevel& level,
                            const ObjectPose& pose, double blur_px) {
   constexpr double kLeastBlur_px = 0.3;
-  const ShadingBasis basis({}, pose.center_camera_mm.norm());
+  const ShadingBasis basis(LightModel::camera, pose.center_camera_mm.norm());
   Prediction p;
   predict(surface, level, pose, 1, basis, basis.first_weights(), {}, p);
   std::vector<float> cover(level.valid.size(), 0);

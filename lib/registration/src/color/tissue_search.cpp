@@ -77,7 +77,7 @@ class View {
     const double radius_px =
         level_.intrinsics.fx * surface.radius_mm() / std::max(1e-9, pose.center_camera_mm.z());
     const int band = std::clamp(static_cast<int>(radius_px / 3), 5, 8);
-    const ShadingBasis basis({}, reference_mm);
+    const ShadingBasis basis(LightModel::camera, reference_mm);
     predict(surface, level_, pose, 1, basis, basis.first_weights(), {.margin = band + 2}, p_);
     const std::vector<WeightedPixel> all = overlap(level_, p_, band);
     step_ = (all.size() / kEnough) | 1;  // odd: no columns of pixels
@@ -258,7 +258,7 @@ constexpr int kFinestTissueSide =
 // A tenth of what the start shows: darker pixels count less and less.
 double darkness(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose) {
   constexpr double kShare = 0.1, kLeast = 0.004;
-  const ShadingBasis basis({}, pose.center_camera_mm.norm());
+  const ShadingBasis basis(LightModel::camera, pose.center_camera_mm.norm());
   Prediction p;
   predict(surface, level, pose, 1, basis, basis.first_weights(), {}, p);
   std::vector<float> luminance;

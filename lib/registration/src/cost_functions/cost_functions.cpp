@@ -20,41 +20,12 @@ constexpr double kConstant = 1e-9;
 
 using RowMajor = NccBlock::RowMajor;
 
-// Linearization of a block: one a pixel, or its two slopes.
-int rows_per_pixel(Similarity similarity) { return similarity == Similarity::gradient ? 2 : 1; }
-
-// Calls row(i, of) for each row, `of` turning a function of the pixel into the row's value.
-template <class Values, class Row>
-void for_rows(const std::vector<WeightedPixel>& pixels, Similarity similarity, const Values& value,
-              const Row& row) {
-  Eigen::Index i = 0;
+NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& pixels) {
+  std::vector<double> values, weights;
   for (const WeightedPixel& p : pixels) {
-    if (similarity == Similarity::radiance) {
-      row(i++, value(p.x, p.y));
-    } else {
-      row(i++, (value(p.x + 1, p.y) - value(p.x - 1, p.y)).eval());
-      row(i++, (value(p.x, p.y + 1) - value(p.x, p.y - 1)).eval());
-    }
+    values.push_back(level.luminance[level.index(p.x, p.y)]);
+    weights.push_back(p.weight);
   }
-}
-
-using Scalar = Eigen::Matrix<double, 1, 1>;
-
-// Slopes at the level's edge take the edge's own value for what lies beyond.
-double luminance(const PhotoLevel& level, int x, int y) {
-  const int u = std::clamp(x, 0, level.intrinsics.width - 1);
-  const int v = std::clamp(y, 0, level.intrinsics.height - 1);
-  return level.luminance[level.index(u, v)];
-}
-
-NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& pixels,
-                     Similarity similarity) {
-  const std::size_t rows = pixels.size() * rows_per_pixel(similarity);
-  std::vector<double> values(rows), weights(rows);
-  for_rows(
-      pixels, similarity, [&](int x, int y) { return Scalar(luminance(level, x, y)); },
-      [&](Eigen::Index i, const Scalar& value) { values[i] = value[0]; });
-  for (std::size_t i = 0; i < rows; ++i) weights[i] = pixels[i / rows_per_pixel(similarity)].weight;
   return NccBlock(values, weights);
 }
 
@@ -249,12 +220,8 @@ void NccBlock::to_residual_derivative(const VectorXd& b, RowMajor& derivative) c
 // factor of their QR decomposition: a dozen rows in place of a photograph's, in sums of fixed
 // order.
 
-NccCost::NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels,
-                 Similarity similarity)
-    : live_(live),
-      pixels_(std::move(pixels)),
-      similarity_(similarity),
-      block_(photo_block(live.level(), pixels_, similarity)) {
+NccCost::NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels)
+    : live_(live), pixels_(std::move(pixels)), block_(photo_block(live.level(), pixels_)) {
   const int basis = live.basis().size();
   set_num_residuals(1 + 7 + basis);
   *mutable_parameter_block_sizes() = {7, basis, 1};
@@ -262,25 +229,18 @@ NccCost::NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels,
 
 Eigen::VectorXd NccCost::predicted() const {
   Eigen::VectorXd b(block_.size());
-  for_rows(
-      pixels_, similarity_, [&](int x, int y) { return Scalar(live_.radiance(x, y)); },
-      [&](Eigen::Index i, const Scalar& value) { b[i] = value[0]; });
+  for (Eigen::Index i = 0; i < b.size(); ++i) b[i] = live_.radiance(pixels_[i].x, pixels_[i].y);
   return b;
 }
 
 NccCost::Linearization NccCost::linearization() const {
-  constexpr int kMost = 7 + ShadingBasis::kMost;
-  using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMost>;
   const int basis = live_.basis().size();
-  const auto value = [&](int x, int y) -> Row {
-    Row row(7 + basis);
-    row.head<7>() = live_.derivative(x, y).transpose();
-    for (int j = 0; j < basis; ++j) row[7 + j] = live_.phi(x, y, j);
-    return row;
-  };
   Linearization both{Eigen::VectorXd(block_.size()), RowMajor(block_.size(), 7 + basis)};
-  for_rows(pixels_, similarity_, value,
-           [&](Eigen::Index i, const Row& row) { both.derivative.row(i) = row; });
+  for (Eigen::Index i = 0; i < block_.size(); ++i) {
+    const auto& [x, y, weight, trust] = pixels_[i];
+    both.derivative.row(i).head<7>() = live_.derivative(x, y).transpose();
+    for (int j = 0; j < basis; ++j) both.derivative(i, 7 + j) = live_.phi(x, y, j);
+  }
   const Eigen::VectorXd b = predicted();
   block_.correlate(b, both.residual.data());
   block_.to_residual_derivative(b, both.derivative);

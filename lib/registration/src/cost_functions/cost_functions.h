@@ -155,7 +155,7 @@ struct WeightedPixel {
 // input gives equal bytes.
 class NccCost : public ceres::CostFunction {
  public:
-  NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels, Similarity similarity);
+  NccCost(const LivePrediction& live, std::vector<WeightedPixel> pixels);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
@@ -163,8 +163,7 @@ class NccCost : public ceres::CostFunction {
   bool usable() const { return block_.usable(); }
   double correlation() const { return block_.correlate(predicted(), nullptr); }
 
-  // r and its derivative by motion (6), ln f (1) and light (basis size), a row each pixel (two for
-  // gradients), as they are.
+  // r and its derivative by motion (6), ln f (1) and light (basis size), a row each pixel.
   struct Linearization {
     Eigen::VectorXd residual;
     NccBlock::RowMajor derivative;
@@ -176,7 +175,6 @@ class NccCost : public ceres::CostFunction {
 
   const LivePrediction& live_;
   std::vector<WeightedPixel> pixels_;
-  Similarity similarity_;
   NccBlock block_;
 };
 
@@ -203,7 +201,7 @@ class DepthCost : public ceres::CostFunction {
 // by pose, light and, when it is free, focal length. Moves `state`, as `live` draws it.
 class LevelProblem {
  public:
-  LevelProblem(LivePrediction& live, SolverState& state, Similarity similarity, bool free_focal);
+  LevelProblem(LivePrediction& live, SolverState& state, bool free_focal);
 
   // False when the photograph is constant there.
   [[nodiscard]] bool add_whole(const std::vector<WeightedPixel>& pixels) {
@@ -223,7 +221,6 @@ class LevelProblem {
 
   LivePrediction& live_;
   SolverState& state_;
-  Similarity similarity_;
   bool split_ = false;  // into patches
   PoseManifold manifold_;
   ceres::Problem problem_;

@@ -83,9 +83,8 @@ ceres::Problem::Options problem_options(LivePrediction& live) {
 
 }  // namespace
 
-LevelProblem::LevelProblem(LivePrediction& live, SolverState& state, Similarity similarity,
-                           bool free_focal)
-    : live_(live), state_(state), similarity_(similarity), problem_(problem_options(live)) {
+LevelProblem::LevelProblem(LivePrediction& live, SolverState& state, bool free_focal)
+    : live_(live), state_(state), problem_(problem_options(live)) {
   problem_.AddParameterBlock(state.pose.data(), 7, &manifold_);
   problem_.AddParameterBlock(state.light.data(), live.basis().size());
   problem_.AddParameterBlock(&state.log_focal, 1);
@@ -114,7 +113,7 @@ bool LevelProblem::add_patches(const std::vector<WeightedPixel>& pixels, int sid
 }
 
 bool LevelProblem::add(const std::vector<WeightedPixel>& pixels, ceres::LossFunction* loss) {
-  auto cost = std::make_unique<NccCost>(live_, pixels, similarity_);
+  auto cost = std::make_unique<NccCost>(live_, pixels);
   if (!cost->usable()) {
     delete loss;
     return false;

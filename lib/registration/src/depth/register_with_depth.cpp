@@ -326,15 +326,11 @@ RegisteredPhoto register_with_depth(const RegisteredSurface& surface, const Phot
     return result;
   }
   RefineOptions options;
-  options.light = {o.light, o.light_direction};
-  options.similarity = o.similarity;
-  options.window = o.window;
+  options.light = o.light;
   options.check_focal = false;
-  options.outer_iterations = o.outer_iterations;
-  options.solver_iterations = o.solver_iterations;
   if (o.light == LightModel::automatic)
-    options.light.model = choose_light(surface, pyramid, state, options, context);
-  result.light = options.light.model;
+    options.light = choose_light(surface, pyramid, state, options, context);
+  result.light = options.light;
   JointPose joint(surface, photo.depth, found.prior);
   for (int level = std::min(1, static_cast<int>(pyramid.size()) - 1); level >= 0; --level)
     joint.refine_on(pyramid, level, options, state, context);

@@ -74,14 +74,6 @@ bool surer(const ScenePose& a, const ScenePose& b) {
   return p.verdict != q.verdict ? p.verdict < q.verdict : p.surface_sd_mm < q.surface_sd_mm;
 }
 
-double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
-                const RigidTransform& b) {
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples())
-    sum += (a * sample.point - b * sample.point).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
-}
-
 // What the key frames' own poses are off the surest one's.
 struct KeySpread {
   double drift_mm = 0;  // the most
@@ -96,8 +88,8 @@ KeySpread spread_of(const RegisteredSurface& surface, const std::vector<ScenePos
   double squares = 0, count = 0;
   for (const ScenePose& key : keys) {
     if (key.registered.quality.verdict == Verdict::failed || key.frame == surest.frame) continue;
-    const double apart =
-        apart_mm(surface, key.registered.camera.camera_from_world, surest.at(motions, key.frame));
+    const double apart = surface.mean_distance_mm(key.registered.camera.camera_from_world,
+                                                  surest.at(motions, key.frame));
     spread.drift_mm = std::max(spread.drift_mm, apart);
     squares += apart * apart;
     ++count;

@@ -272,13 +272,6 @@ double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
   return open > 0 ? static_cast<double>(seen) / open : 0;
 }
 
-// A light with freedom enough that what the lamp really does is not laid to the lens.
-LightModel freer(LightModel model) {
-  return model == LightModel::camera      ? LightModel::beam
-         : model == LightModel::direction ? LightModel::estimated
-                                          : model;
-}
-
 }  // namespace
 
 void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
@@ -353,9 +346,10 @@ FocalCheck check_focal(const RegisteredSurface& surface, const std::vector<Photo
   // Under a light from aside the way from a wrong lens to the right one may lead uphill.
   constexpr double kStarts[] = {0, 0.15, -0.15};
   options.free_focal = true;
-  options.window = SimilarityWindow::whole;
+  options.whole_picture = true;
   options.patch_px = 8;
-  options.light.model = freer(options.light.model);
+  // A light with freedom enough that what the lamp really does is not laid to the lens.
+  if (options.light == LightModel::camera) options.light = LightModel::beam;
   int level = static_cast<int>(pyramid.size()) - 1;
   while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
   RefineState best;

@@ -84,8 +84,8 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     live.PrepareForEvaluation(false, true);
 
     const SolverState before = state.solver;
-    LevelProblem problem(live, state.solver, options.similarity, options.free_focal);
-    const bool whole = options.window == SimilarityWindow::whole || level.factor > 2 ||
+    LevelProblem problem(live, state.solver, options.free_focal);
+    const bool whole = options.whole_picture || level.factor > 2 ||
                        (finest && one_gain_fits_all(live, pixels, options.patch_px));
     state.usable = whole ? problem.add_whole(pixels)
                          : problem.add_patches(pixels, options.patch_px, kFewestRefinedPixels);
@@ -100,7 +100,7 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
         outer + 1 == rounds || pixels_moved(level, surface, before, state.solver) < settled;
     if (!done) continue;
     live.PrepareForEvaluation(false, true);
-    state.correlation = NccCost(live, pixels, options.similarity).correlation();
+    state.correlation = NccCost(live, pixels).correlation();
     break;
   }
 }
@@ -181,7 +181,7 @@ void appraise(const RegisteredSurface& surface, const PhotoLevel& level,
   state.appearance = fit_appearance(level, live.prediction(), basis, pixels);
   state.solver.light = state.appearance.light;
   live.PrepareForEvaluation(false, true);
-  state.correlation = NccCost(live, pixels, options.similarity).correlation();
+  state.correlation = NccCost(live, pixels).correlation();
 }
 
 Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
@@ -194,8 +194,7 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
   if (pixels.size() < kFewestRefinedPixels) return result;
   fit_appearance(level, live.prediction(), basis, pixels);
   const int motion = options.free_focal ? 7 : 6, light = basis.size(), all = motion + light;
-  const NccCost::Linearization at_pose =
-      NccCost(live, pixels, Similarity::radiance).linearization();
+  const NccCost::Linearization at_pose = NccCost(live, pixels).linearization();
   const Eigen::VectorXd& r = at_pose.residual;
   NccBlock::RowMajor j(r.size(), all);
   j << at_pose.derivative.leftCols(motion), at_pose.derivative.rightCols(light);
@@ -234,7 +233,7 @@ std::vector<LightTrial> try_lights(const RegisteredSurface& surface,
   double noise = kInfinity;
   for (LightTrial& trial : trials) {
     RefineOptions own = options;
-    own.light.model = trial.model;
+    own.light = trial.model;
     if (trial.state.usable) refine(surface, pyramid, first, last, own, trial.state, context);
     rests.push_back(held_out(surface, pyramid[last], own, trial.state));
     noise = std::min(noise, rests.back().noise);

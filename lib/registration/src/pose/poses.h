@@ -39,11 +39,10 @@ inline void judge_by(std::span<const VerdictRule> rules, PoseQuality& quality) {
 struct RefineState;
 
 struct RefineOptions {
-  Light light;
-  Similarity similarity = Similarity::radiance;
-  SimilarityWindow window =
-      SimilarityWindow::patches;  // on the two finest levels; coarser ones always take the whole
-                                  // picture, and so does the finest where one gain fits all patches
+  LightModel light = LightModel::camera;
+  // One correlation for the whole picture on all levels. Else the two finest levels take it patch
+  // by patch, the finest only where no one gain fits all patches.
+  bool whole_picture = false;
   int patch_px = 24;
   bool free_focal = false;
   bool check_focal = true;    // of a finished pose
@@ -191,10 +190,8 @@ class PoseCandidates {
   std::optional<Foreground> seen_;
 };
 
-// camera_from_world of at least six pairs that do not lie in one plane: direct linear transform on
-// undistorted rays (Hartley & Zisserman, Multiple View Geometry, 7.1, with its normalisation), then
-// least squares of the pixels by a robust loss. Throws UsageError for fewer pairs or a degenerate
-// set.
+// camera_from_world of at least six pairs that do not lie in one plane, of which most were clicked
+// right. Throws UsageError for fewer pairs or a degenerate set.
 RigidTransform pose_from_pairs(const std::vector<PointPair>& pairs, const Intrinsics& intrinsics);
 
 struct SearchResult {

@@ -63,9 +63,9 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
                                    const std::optional<RigidTransform>& start, SearchRange range,
                                    RefineOptions& options, std::vector<LightTrial>& left,
                                    const RunContext& context) {
-  options.light.model = LightModel::camera;
+  options.light = LightModel::camera;
   SearchResult at_lens = search(surface, pyramid, start, range, options, context);
-  options.light.model = LightModel::estimated;
+  options.light = LightModel::estimated;
   SearchResult anywhere = search(surface, pyramid, start, range, options, context);
   std::vector<LightTrial> starts;
   for (const LightModel model : kLights)
@@ -78,7 +78,7 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
                     starts, context);
   const LightTrial chosen = simplest_of_best(left);
   std::erase_if(left, [&](const LightTrial& trial) { return trial.model == chosen.model; });
-  options.light.model = chosen.model;
+  options.light = chosen.model;
   SearchResult result = chosen.model == LightModel::estimated ? anywhere : at_lens;
   result.best = chosen.state;
   result.level = level;
@@ -90,8 +90,7 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
 bool seen_as_tissue(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
                     const RegistrationOptions& o) {
   return start && surface.open() && o.light == LightModel::automatic &&
-         o.range == SearchRange::wide && o.similarity == Similarity::radiance &&
-         o.window == SimilarityWindow::patches && !o.free_focal;
+         o.range == SearchRange::wide && o.similarity == Similarity::radiance && !o.free_focal;
 }
 
 // Stays on the finest level; the light that tissue is seen under is a lamp near the lens.
@@ -99,22 +98,13 @@ SearchResult search_as_tissue(const RegisteredSurface& surface, const Rgb8Image&
                               const std::vector<PhotoLevel>& pyramid, const RigidTransform& start,
                               RefineOptions& options, const RunContext& context) {
   SearchResult result;
-  options.light.model = LightModel::beam;
+  options.light = LightModel::beam;
   const auto pose =
       search_tissue(surface, photo, pyramid, object_pose(start, surface.center()), context);
   if (!pose) return result;
   result.best.solver.pose = pose->to_array();
   appraise(surface, pyramid.front(), options, result.best);
   return result;
-}
-
-double apart_mm(const RegisteredSurface& surface, const RefineState& a, const RefineState& b) {
-  const RigidTransform first = rigid_transform(a.solver.object_pose(), surface.center());
-  const RigidTransform second = rigid_transform(b.solver.object_pose(), surface.center());
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples())
-    sum += (first * sample.point - second * sample.point).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
 }
 
 // Where outlines confirm a pose that shading and colour found, they also have the last word. That
@@ -124,13 +114,17 @@ PoseQuality finish_by_outlines(const RegisteredSurface& surface,
                                const PoseQuality& quality, RefineState& state,
                                const RunContext& context) {
   constexpr double kApart_mm = 1.5;
+  const auto placed = [&](const RefineState& at) {
+    return rigid_transform(at.solver.object_pose(), surface.center());
+  };
   RefineState finished = state;
   refine(surface, pyramid, std::min<int>(1, static_cast<int>(pyramid.size()) - 1), 0, options,
          finished, context);
   PoseQuality result = quality;
   result.verdict = Verdict::doubtful;
   result.reason = "what shading and colour say and what the outline says lie apart";
-  if (!finished.usable || !(apart_mm(surface, state, finished) < kApart_mm)) return result;
+  if (!finished.usable || !(surface.mean_distance_mm(placed(state), placed(finished)) < kApart_mm))
+    return result;
   state = finished;
   return assess(surface, pyramid, options, state, 1, context);
 }
@@ -140,8 +134,7 @@ PoseQuality finish_by_outlines(const RegisteredSurface& surface,
 bool colors_may_tell(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
                      const RegistrationOptions& o) {
   return o.fallbacks && start && !surface.open() && o.light == LightModel::automatic &&
-         o.range == SearchRange::wide && o.similarity == Similarity::radiance &&
-         o.window == SimilarityWindow::patches && !o.free_focal;
+         o.range == SearchRange::wide && o.similarity == Similarity::radiance && !o.free_focal;
 }
 
 // An instrument in front can pass for what a beam or another light does, and then drags the pose
@@ -155,7 +148,7 @@ void let_outline_choose_light(const RegisteredSurface& surface,
   constexpr double kMore = 0.1;  // of the outline
   options.check_focal = false;
   for (const LightTrial& trial : left) {
-    options.light.model = trial.model;
+    options.light = trial.model;
     RefineState other = trial.state;
     if (other.usable) refine(surface, pyramid, level, 0, options, other, context);
     const PoseQuality quality = assess(surface, pyramid, options, other, 1, context);
@@ -209,14 +202,9 @@ RegisteredPhoto with_depth(const RegisteredSurface& surface, const PhotoToRegist
 
 RefineOptions refine_options(const RegistrationOptions& o) {
   RefineOptions options;
-  options.light.model = o.light;
-  options.light.toward = o.light_direction;
-  options.similarity = o.similarity;
-  options.window = o.window;
+  options.light = o.light;
   options.free_focal = o.free_focal;
   options.check_focal = o.range == SearchRange::wide;
-  options.outer_iterations = o.outer_iterations;
-  options.solver_iterations = o.solver_iterations;
   return options;
 }
 
@@ -236,12 +224,6 @@ const char* name_of(Verdict verdict) {
 void RegistrationOptions::check() const {
   require(finest_side_px >= 64 && finest_side_px <= 8192, "finest_side", finest_side_px,
           "take 64…8192 pixels");
-  require(outer_iterations >= 1 && outer_iterations <= 50, "outer_iterations", outer_iterations,
-          "take 1…50");
-  require(solver_iterations >= 1 && solver_iterations <= 100, "solver_iterations",
-          solver_iterations, "take 1…100");
-  require(light_direction.norm() > 0 && light_direction.allFinite(), "light_direction",
-          light_direction.norm(), "take a direction of some length");
 }
 
 RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
@@ -276,7 +258,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
           ? search_with_any_light(surface, pyramid, start, options.range, refining, other_lights,
                                   context)
           : search(surface, pyramid, start, options.range, refining, context);
-  result.light = refining.light.model;
+  result.light = refining.light;
   context.progress(0.4);
   RefineState& state = found.best;
   if (state.usable && !as_tissue)

@@ -17,21 +17,15 @@ namespace organbake {
 
 // What of the pictures is correlated.
 enum class Similarity {
-  radiance,    // the paper's NCC
-  gradient,    // of their slopes by x and y: blind to what varies slowly, such as vignetting
+  radiance,    // the paper's NCC, patch by patch
   silhouette,  // of the surface's cover with what has the organ's colours; needs a start
 };
 
-// Whether one correlation stands for the picture, or one per patch with a robust loss on 1 − R_k:
-// patches shrug off vignetting, albedo and instruments.
-enum class SimilarityWindow { whole, patches };
-
 // What lights the organ in a photograph. Lambertian; gain and offset are NCC's own.
 enum class LightModel {
-  automatic,  // one of those below but `direction`, by what the photograph tells
+  automatic,  // one of those below, by what the photograph tells
   camera,     // at the camera's centre: cos θ / r²
   beam,       // near the lens; place, fall-off and beam or vignette are estimated with the pose
-  direction,  // from a given direction (camera axes), far away, with some ambient light
   estimated,  // unknown and far, estimated with the pose
 };
 const char* name_of(LightModel model);
@@ -68,17 +62,13 @@ enum class SearchRange {
 
 struct RegistrationOptions {
   LightModel light = LightModel::automatic;
-  Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
   Similarity similarity = Similarity::radiance;
-  SimilarityWindow window = SimilarityWindow::patches;
   bool free_focal = false;  // one scale for both focal lengths is sought with the pose
   SearchRange range = SearchRange::wide;
   // Where a pose is not ok, follow the lights that were not chosen, and look for its colours: what
   // comes of it is doubtful at best, and takes as long again.
   bool fallbacks = true;
   int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
-  int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
-  int solver_iterations = 8;  // within each; 1…100
 
   // Throws UsageError.
   void check() const;
@@ -161,7 +151,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
 // (yellow when doubtful, red when failed), and on the organ a checkerboard that shows the predicted
 // shading in every other field. At most 1600 pixels a side.
 Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
-                       const RegisteredPhoto& registered, const RegistrationOptions& options);
+                       const RegisteredPhoto& registered);
 
 // A clip's poses, frame by frame: each starts from the last good one, and looks no farther than a
 // frame's motion while that holds. A frame whose pose is not ok is sought for from the last good

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
 
@@ -24,7 +25,8 @@ enum class MeshBorders {
 // Made once, then shared by all photographs and threads.
 class RegisteredSurface {
  public:
-  // Throws BadDataError for a mesh without faces, with bad indices or non-finite coordinates.
+  // Throws BadDataError for a mesh without faces or area, with bad indices or non-finite
+  // coordinates.
   explicit RegisteredSurface(TriangleMesh mesh, MeshBorders borders = MeshBorders::unknown_beyond);
 
   const TriangleMesh& mesh() const { return mesh_; }
@@ -34,6 +36,8 @@ class RegisteredSurface {
   double radius_mm() const { return radius_; }               // farthest vertex from the centre
   // The same places whatever the pose: about evenly spread over the area, seeded.
   const std::vector<SurfaceSample>& samples() const { return samples_; }
+  // How far the samples lie apart at two poses.
+  double mean_distance_mm(const RigidTransform& a, const RigidTransform& b) const;
 
   // Whether the organ goes on beyond what the mesh shows of it.
   bool open() const { return !border_distance_mm_.empty(); }
@@ -48,8 +52,6 @@ class RegisteredSurface {
   Skin skin(const RayHit& hit, const Eigen::Vector3d& direction) const;
 
  private:
-  void spread_samples();
-
   TriangleMesh mesh_;
   RayScene scene_;
   std::vector<Eigen::Vector3d> normals_;       // of vertices
