@@ -93,8 +93,7 @@ void add_faces(const TriangleMesh& surface, const std::vector<std::uint32_t>& cl
   }
 }
 
-}  // namespace
-
+// Clusters of the vertices in cells of a given size; see cluster_vertices().
 TriangleMesh cluster_with_cell(const TriangleMesh& surface, double cell_mm) {
   const Bounds box = bounds(surface);
   TriangleMesh result;
@@ -103,6 +102,8 @@ TriangleMesh cluster_with_cell(const TriangleMesh& surface, double cell_mm) {
   drop_unused_vertices(result);
   return result;
 }
+
+}  // namespace
 
 TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
                               const RunContext& context) {

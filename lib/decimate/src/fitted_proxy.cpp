@@ -6,10 +6,9 @@
 // slope to follow.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -32,102 +31,98 @@ constexpr double kLeastGain = 1e-3;  // of the cosine: rounding flips nothing to
 // The most that a flip may move the surface, as a share of the flipped edge.
 constexpr double kMostMoved = 0.1;
 
-// A mesh whose edges can be flipped, with each half-edge's twin.
+// A mesh whose edges can be flipped, with the face on the left of each directed edge.
 class Flippable {
  public:
-  Flippable(TriangleMesh& mesh, std::vector<std::uint32_t> twins)
-      : mesh_(&mesh), twins_(std::move(twins)), neighbours_(mesh.vertices.size()) {
-    for (const Face& f : mesh.faces)
-      for (int k = 0; k < 3; ++k) {
-        neighbours_[f[k]].insert(f[(k + 1) % 3]);
-        neighbours_[f[(k + 1) % 3]].insert(f[k]);
-      }
+  explicit Flippable(TriangleMesh& mesh) : mesh_(mesh) {
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) enter(f);
   }
 
-  std::uint32_t half_edges() const { return static_cast<std::uint32_t>(twins_.size()); }
-  bool folded(std::uint32_t h) const {
-    return twins_[h] != kNoHalfEdge && cosine(normal(h / 3), normal(twins_[h] / 3)) < kFoldedCosine;
+  // Whether the face and its neighbour beyond the edge from its k-th corner look apart.
+  bool folded(std::uint32_t f, int k) const {
+    const Face& face = mesh_.faces[f];
+    const std::uint32_t there = left_of(face[(k + 1) % 3], face[k]);
+    return there != kNoFace && cosine(normal(face), normal(mesh_.faces[there])) < kFoldedCosine;
   }
   // Flips the edge if that lays its faces flatter.
-  bool flip_if_flatter(std::uint32_t h);
+  bool flip_if_flatter(std::uint32_t f, int k);
 
  private:
-  std::uint32_t from(std::uint32_t h) const { return mesh_->faces[h / 3][h % 3]; }
-  const Vector3d& point(std::uint32_t vertex) const { return mesh_->vertices[vertex]; }
-  Vector3d normal(std::uint32_t f) const {
-    const Face& face = mesh_->faces[f];
-    return normal(face[0], face[1], face[2]);
+  static constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
+
+  static std::uint64_t key(std::uint32_t from, std::uint32_t to) {
+    return std::uint64_t{from} << 32 | to;
   }
-  Vector3d normal(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    return (point(b) - point(a)).cross(point(c) - point(a));
+  void enter(std::uint32_t f) {
+    const Face& face = mesh_.faces[f];
+    for (int k = 0; k < 3; ++k) left_[key(face[k], face[(k + 1) % 3])] = f;
+  }
+  std::uint32_t left_of(std::uint32_t from, std::uint32_t to) const {
+    const auto found = left_.find(key(from, to));
+    return found == left_.end() ? kNoFace : found->second;
+  }
+  const Vector3d& point(std::uint32_t vertex) const { return mesh_.vertices[vertex]; }
+  Vector3d normal(const Face& face) const {
+    return (point(face[1]) - point(face[0])).cross(point(face[2]) - point(face[0]));
   }
   // −1 for a face of no area: it is as bad as a fold.
   static double cosine(const Vector3d& a, const Vector3d& b) {
     const double lengths = a.norm() * b.norm();
     return lengths > 0 ? a.dot(b) / lengths : -1;
   }
-  void link(std::uint32_t h, std::uint32_t twin) {
-    twins_[h] = twin;
-    if (twin != kNoHalfEdge) twins_[twin] = h;
-  }
 
-  TriangleMesh* mesh_;
-  std::vector<std::uint32_t> twins_;
-  std::vector<std::set<std::uint32_t>> neighbours_;
+  TriangleMesh& mesh_;
+  std::unordered_map<std::uint64_t, std::uint32_t> left_;
 };
 
-bool Flippable::flip_if_flatter(std::uint32_t h) {
-  const std::uint32_t t = twins_[h];
-  if (t == kNoHalfEdge) return false;
+bool Flippable::flip_if_flatter(std::uint32_t f, int k) {
   // Faces (a, b, c) and (b, a, d) become (a, d, c) and (b, c, d).
-  const std::uint32_t a = from(h), b = from(t);
-  const std::uint32_t c = from(previous_in_face(h)), d = from(previous_in_face(t));
-  if (c == d || neighbours_[c].count(d) > 0) return false;
-  const std::uint32_t outer_bc = twins_[next_in_face(h)], outer_ca = twins_[previous_in_face(h)];
-  const std::uint32_t outer_ad = twins_[next_in_face(t)], outer_db = twins_[previous_in_face(t)];
+  const Face& face = mesh_.faces[f];
+  const std::uint32_t a = face[k], b = face[(k + 1) % 3], c = face[(k + 2) % 3];
+  const std::uint32_t g = left_of(b, a);
+  if (g == kNoFace) return false;
+  std::uint32_t d = 0;
+  for (const std::uint32_t v : mesh_.faces[g])
+    if (v != a && v != b) d = v;
+  if (c == d || left_of(c, d) != kNoFace || left_of(d, c) != kNoFace) return false;
 
-  const Vector3d abc = normal(a, b, c), bad = normal(b, a, d);
-  const Vector3d adc = normal(a, d, c), bcd = normal(b, c, d);
+  const Vector3d abc = normal({a, b, c}), bad = normal({b, a, d});
+  const Vector3d adc = normal({a, d, c}), bcd = normal({b, c, d});
   const double volume = std::abs(abc.dot(point(d) - point(a)));
   const double largest = std::max(adc.norm(), bcd.norm());
   if (volume > kMostMoved * (point(b) - point(a)).norm() * largest) return false;
   double before = cosine(abc, bad), after = cosine(adc, bcd);
   const auto outside = [&](std::uint32_t outer, const Vector3d& was, const Vector3d& becomes) {
-    if (outer == kNoHalfEdge) return;
-    const Vector3d there = normal(outer / 3);
+    if (outer == kNoFace) return;
+    const Vector3d there = normal(mesh_.faces[outer]);
     before = std::min(before, cosine(was, there));
     after = std::min(after, cosine(becomes, there));
   };
-  outside(outer_bc, abc, bcd), outside(outer_ca, abc, adc);
-  outside(outer_ad, bad, adc), outside(outer_db, bad, bcd);
+  outside(left_of(c, b), abc, bcd), outside(left_of(a, c), abc, adc);
+  outside(left_of(d, a), bad, adc), outside(left_of(b, d), bad, bcd);
   if (after < before + kLeastGain) return false;
 
-  const std::uint32_t f = 3 * (h / 3), g = 3 * (t / 3);
-  mesh_->faces[h / 3] = {a, d, c};
-  mesh_->faces[t / 3] = {b, c, d};
-  link(f, outer_ad), link(f + 1, g + 1), link(f + 2, outer_ca);
-  link(g, outer_bc), link(g + 2, outer_db);
-  neighbours_[a].erase(b), neighbours_[b].erase(a);
-  neighbours_[c].insert(d), neighbours_[d].insert(c);
+  left_.erase(key(a, b)), left_.erase(key(b, a));
+  mesh_.faces[f] = {a, d, c};
+  mesh_.faces[g] = {b, c, d};
+  enter(f), enter(g);
   return true;
 }
 
 }  // namespace
 
 std::size_t unfold_faces(TriangleMesh& mesh) {
-  auto twins = manifold_twins(mesh);
-  if (!twins) return 0;
-  Flippable flippable(mesh, std::move(*twins));
+  if (!manifold_twins(mesh)) return 0;
+  Flippable flippable(mesh);
   constexpr int kMostSweeps = 8;
   std::size_t flips = 0;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     const std::size_t before = flips;
-    for (std::uint32_t h = 0; h < flippable.half_edges(); ++h) {
-      if (!flippable.folded(h)) continue;
-      const std::uint32_t first = 3 * (h / 3);
-      for (const std::uint32_t edge : {first, first + 1, first + 2})
-        flips += flippable.flip_if_flatter(edge);
-    }
+    for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
+      for (int k = 0; k < 3; ++k) {
+        if (!flippable.folded(f, k)) continue;
+        for (int edge = 0; edge < 3; ++edge) flips += flippable.flip_if_flatter(f, edge);
+      }
     if (flips == before) break;
   }
   return flips;
@@ -143,23 +138,6 @@ constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
 constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with every second
 // The largest distance hides between samples: it takes more of them.
 constexpr std::size_t kDenser = 4;
-
-// Says in the log, and nowhere else, what took how long.
-class StepTimes {
- public:
-  explicit StepTimes(const RunContext& context) : context_(context) {}
-  void done(const std::string& what, std::size_t faces) {
-    const auto now = std::chrono::steady_clock::now();
-    const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(now - last_);
-    context_.debug(what + ": " + std::to_string(faces) + " faces, " +
-                   std::to_string(passed.count()) + " ms");
-    last_ = now;
-  }
-
- private:
-  const RunContext& context_;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // Moves vertices by one fit; what would make the proxy meet itself is taken back, and the rest
 // fitted again round it.
@@ -249,30 +227,24 @@ TriangleMesh start_of(const TriangleMesh& thinned, std::size_t faces, const RunC
 TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& options,
                           const RunContext& context) {
   if (surface.faces.size() <= options.faces) return surface;
-  StepTimes times(context);
   const UnitFrame frame(surface);
   const TriangleMesh local = frame.into(surface);
   const TriangleMesh thinned = thin(local, kFewestToFit, options.faces, context),
                      few = thin(thinned, kFewestToBegin, options.faces, context);
-  times.done("pre-pass", few.faces.size());
   TriangleMesh proxy = start_of(few, options.faces, context);
-  times.done("Lindstrom–Turk", proxy.faces.size());
   if (proxy.faces.size() > kMostFacesToFit) return frame.back(std::move(proxy));
 
   const FitReference reference(local, thinned,
                                std::max(kFewestSamples, kSamplesPerFace * options.faces));
   fit(proxy, reference, {}, context);
-  times.done("fit", proxy.faces.size());
   const bool flips = options.flips && proxy.faces.size() <= kMostFacesToFlip;
   if (flips) {
     improve_faces(proxy, reference, {}, kTrialStride, context);
-    times.done("flips", proxy.faces.size());
   }
   if (options.largest) {
     const std::size_t denser = (options.thorough ? kDenser : 2) * reference.samples().size();
     lower_the_largest(proxy, FitReference(local, thinned, denser), flips, options.thorough,
                       context);
-    times.done("largest distance", proxy.faces.size());
   }
   return frame.back(std::move(proxy));
 }

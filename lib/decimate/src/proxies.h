@@ -23,9 +23,6 @@ struct DecimateOptions;
 TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
                               const RunContext& context = {});
 
-// The same with cells of a given size.
-TriangleMesh cluster_with_cell(const TriangleMesh& surface, double cell_mm);
-
 // A proxy of at most `faces` faces, where the surface's topology allows that, for a first look,
 // in some hundredths of a second from a scan's surface. A manifold; of large surfaces gaps that are
 // narrower than the clusters may have closed.
@@ -91,10 +88,6 @@ class RegionMeter {
 // manifold (manifold_faces()).
 TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions& options,
                               std::size_t faces, const RunContext& context = {});
-
-// The larger of both largest_distance()s, surface to proxy and proxy to surface.
-double verified_distance(const TriangleMesh& surface, const TriangleMesh& proxy,
-                         const RunContext& context = {});
 
 // A proxy with few faces whose verified distance keeps options.max_error_mm: the face count is
 // searched, and what is returned has been measured. The surface itself when nothing less will do.

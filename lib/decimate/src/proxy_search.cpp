@@ -61,11 +61,6 @@ TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions
   }
 }
 
-double verified_distance(const TriangleMesh& surface, const TriangleMesh& proxy,
-                         const RunContext& context) {
-  return Verifier(surface, context).distance(proxy);
-}
-
 TriangleMesh fewest_faces(const TriangleMesh& surface, const DecimateOptions& options,
                           const RunContext& context) {
   // The error hardly ever falls steadily with the count, so neighbours are not told apart.

@@ -245,10 +245,7 @@ RegionErrors RegionMeter::measure(const TriangleMesh& proxy, const RunContext& c
   if (!known) of_surface.assign(surface_.faces.size(), 0);
   if (known)
     parallel_for(std::size_t{0}, proxy.faces.size(), [&](std::size_t f) {
-      const Face& face = proxy.faces[f];
-      const Eigen::Vector3d middle =
-          (proxy.vertices[face[0]] + proxy.vertices[face[1]] + proxy.vertices[face[2]]) / 3;
-      of_proxy[f] = of_surface[scene_.closest_point(middle).face];
+      of_proxy[f] = of_surface[scene_.closest_point(middle(proxy, f)).face];
     });
   const auto there =
       largest_distances(surface_, {of_surface, count}, proxy, RayScene(proxy), context);

@@ -76,8 +76,8 @@ namespace {
 // blocks. Faces stay the same from step to step, so the pattern is analysed once.
 class FitEquations {
  public:
-  explicit FitEquations(const std::vector<Face>& faces, std::size_t vertices);
-  ~FitEquations();
+  FitEquations(const std::vector<Face>& faces, std::size_t vertices)
+      : faces_(faces), vertices_(vertices), sums_(faces.size()) {}
 
   void clear();
   // A sample whose proxy point has these barycentric weights in `face`.
@@ -93,25 +93,13 @@ class FitEquations {
     std::array<Eigen::Matrix3d, 6> blocks;  // 00 01 02 11 12 22
     std::array<Eigen::Vector3d, 3> right;
   };
-  struct Solver;
 
   const std::vector<Face>& faces_;
   std::size_t vertices_;
   std::vector<FaceSums> sums_;
-  std::unique_ptr<Solver> solver_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
+  bool analysed_ = false;
 };
-
-struct FitEquations::Solver {
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
-  bool analysed = false;
-};
-
-FitEquations::FitEquations(const std::vector<Face>& faces, std::size_t vertices)
-    : faces_(faces), vertices_(vertices), sums_(faces.size()), solver_(std::make_unique<Solver>()) {
-  clear();
-}
-
-FitEquations::~FitEquations() = default;
 
 void FitEquations::clear() {
   for (FaceSums& sums : sums_) {
@@ -158,15 +146,15 @@ std::vector<Eigen::Vector3d> FitEquations::solve(
   for (Eigen::Index i = 0; i < n; ++i) entries.emplace_back(i, i, kDamping * trace / double(n));
   Eigen::SparseMatrix<double> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  if (!solver_->analysed) solver_->cholesky.analyzePattern(matrix);
-  solver_->analysed = true;
-  solver_->cholesky.factorize(matrix);
-  if (!(trace > 0) || solver_->cholesky.info() != Eigen::Success) return {};
+  if (!analysed_) cholesky_.analyzePattern(matrix);
+  analysed_ = true;
+  cholesky_.factorize(matrix);
+  if (!(trace > 0) || cholesky_.info() != Eigen::Success) return {};
 
-  Eigen::VectorXd step = solver_->cholesky.solve(right);
+  Eigen::VectorXd step = cholesky_.solve(right);
   if (!volume_gradient.empty()) {
     const Eigen::Map<const Eigen::VectorXd> gradient(volume_gradient.front().data(), n);
-    const Eigen::VectorXd direction = solver_->cholesky.solve(gradient);
+    const Eigen::VectorXd direction = cholesky_.solve(gradient);
     const double curvature = gradient.dot(direction);
     if (curvature > 0) step += (volume_change - gradient.dot(step)) / curvature * direction;
   }
@@ -203,14 +191,6 @@ Match match_sample(const TriangleMesh& proxy, const RayScene& scene, const Eigen
   return match;
 }
 
-template <typename Work>
-void for_blocks(std::size_t count, Work work) {
-  constexpr std::size_t kBlock = 256;
-  parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t b) {
-    for (std::size_t i = b * kBlock; i < std::min(count, (b + 1) * kBlock); ++i) work(i);
-  });
-}
-
 // Both sides: samples of the surface to the proxy, points of the proxy to the surface.
 std::vector<Match> match_both(const TriangleMesh& proxy, const FitReference& reference) {
   std::vector<Match> matches(reference.samples().size());
@@ -223,12 +203,15 @@ std::vector<Match> match_both(const TriangleMesh& proxy, const FitReference& ref
     }
   }
   const RayScene scene(proxy);
-  for_blocks(matches.size(), [&](std::size_t i) {
-    if (i < reference.samples().size()) {
-      matches[i] = match_sample(proxy, scene, reference.samples()[i], reference.sample_weight());
-    } else {
-      const Eigen::Vector3d point = blend(proxy, matches[i].face, matches[i].weights);
-      matches[i].gap = reference.closest(point).point - point;
+  constexpr std::size_t kAtOnce = 256;
+  parallel_pieces(std::size_t{0}, matches.size(), kAtOnce, [&](std::size_t i, std::size_t end) {
+    for (; i < end; ++i) {
+      if (i < reference.samples().size()) {
+        matches[i] = match_sample(proxy, scene, reference.samples()[i], reference.sample_weight());
+      } else {
+        const Eigen::Vector3d point = blend(proxy, matches[i].face, matches[i].weights);
+        matches[i].gap = reference.closest(point).point - point;
+      }
     }
   });
   return matches;
