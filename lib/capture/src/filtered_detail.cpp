@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Detail as what a filter takes off: Gaussian, bilateral (Tomasi & Manduchi 1998) or guided (He,
-// Sun & Tang 2010), of depth and of log luminance (Durand & Dorsey 2002). The background is filled
-// with the nearest skin first, or outlines would be detail.
+// Detail as what a filter takes off: Gaussian or bilateral (Tomasi & Manduchi 1998), of depth and
+// of log luminance (Durand & Dorsey 2002). The background is filled with the nearest skin first, or
+// outlines would be detail.
 #include "organbake/capture/filtered_detail.h"
 
 #include <algorithm>
@@ -39,26 +39,6 @@ std::vector<int> nearest_skin(const CameraMaps& maps) {
   return nearest;
 }
 
-cv::Mat guided(const cv::Mat& image, double sigma_px, double tolerance) {
-  // A box as wide as the Gaussian: variance (n² − 1) / 12.
-  const int n =
-      2 * static_cast<int>(std::lround((std::sqrt(12 * sigma_px * sigma_px + 1) - 1) / 2)) + 1;
-  const auto mean = [&](const cv::Mat& of) {
-    cv::Mat result;
-    cv::boxFilter(of, result, CV_64F, {n, n}, {-1, -1}, true, cv::BORDER_REPLICATE);
-    return result;
-  };
-  cv::Mat exact;
-  image.convertTo(exact, CV_64F);
-  exact -= cv::mean(exact);  // squares of small numbers keep their digits
-  const cv::Mat average = mean(exact), variance = mean(exact.mul(exact)) - average.mul(average);
-  const cv::Mat slope = variance / (variance + tolerance * tolerance);
-  const cv::Mat offset = average - slope.mul(average);
-  cv::Mat result = mean(slope).mul(exact) + mean(offset) + cv::mean(image)[0];
-  result.convertTo(result, CV_32F);
-  return result;
-}
-
 cv::Mat filtered(const cv::Mat& image, MicroSplit split, double sigma_px, double tolerance) {
   cv::Mat result;
   switch (split) {
@@ -68,8 +48,6 @@ cv::Mat filtered(const cv::Mat& image, MicroSplit split, double sigma_px, double
     case MicroSplit::bilateral:
       cv::bilateralFilter(image, result, 0, tolerance, sigma_px, cv::BORDER_REPLICATE);
       return result;
-    case MicroSplit::guided:
-      return guided(image, sigma_px, tolerance);
     case MicroSplit::proxy:
       break;
   }

@@ -76,12 +76,14 @@ class MaterialColor : public SurfaceColor {
   SolidNoise spots_, grain_;
 };
 
-class TissueColor : public SurfaceColor {
+// An albedo in a light, as Material::lighting() has it.
+template <class Albedo>
+class LitAlbedo : public SurfaceColor {
  public:
-  explicit TissueColor(const Material& material)
-      : lighting_(material.lighting()), albedo_(tissue_look(material.tissue)) {}
+  LitAlbedo(Albedo albedo, const Lighting& lighting, double detail_mm)
+      : albedo_(std::move(albedo)), lighting_(lighting), detail_mm_(detail_mm) {}
 
-  double detail_mm() const override { return albedo_.detail_mm(); }
+  double detail_mm() const override { return detail_mm_; }
 
   void shade(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals,
              const std::vector<RayHit>&, std::vector<Eigen::Vector3f>& colors) const override {
@@ -92,32 +94,9 @@ class TissueColor : public SurfaceColor {
   }
 
  private:
+  Albedo albedo_;
   Lighting lighting_;
-  TissueAlbedo albedo_;
-};
-
-class ExemplarColor : public SurfaceColor {
- public:
-  ExemplarColor(const ExemplarPhoto& photo, const Lighting& lighting)
-      : lighting_(lighting), mm_per_pixel_(photo.mm_per_pixel), texture_(Exemplar(photo)) {}
-
-  // A photograph is smooth over its own pixels' pairs.
-  double detail_mm() const override { return 4 * mm_per_pixel_; }
-  const Exemplar& exemplar() const { return texture_.exemplar(); }
-
-  void shade(const std::vector<Eigen::Vector3d>& points,
-             const std::vector<Eigen::Vector3d>& normals, const std::vector<RayHit>&,
-             std::vector<Eigen::Vector3f>& colors) const override {
-    colors.resize(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-      colors[i] = texture_.at(points[i], normals[i])
-                      .cwiseProduct(lighting_.diffuse(normals[i]).cast<float>());
-  }
-
- private:
-  Lighting lighting_;
-  double mm_per_pixel_;
-  ExemplarTexture texture_;
+  double detail_mm_;
 };
 
 using Eigen::Vector3f;
@@ -280,18 +259,21 @@ void Material::check() const {
 
 std::unique_ptr<SurfaceColor> make_material_color(const Material& material) {
   material.check();
-  if (material.tissue != Tissue::plain) return std::make_unique<TissueColor>(material);
-  return std::make_unique<MaterialColor>(material);
+  if (material.tissue == Tissue::plain) return std::make_unique<MaterialColor>(material);
+  TissueAlbedo albedo(tissue_look(material.tissue));
+  const double detail_mm = albedo.detail_mm();
+  return std::make_unique<LitAlbedo<TissueAlbedo>>(std::move(albedo), material.lighting(),
+                                                   detail_mm);
 }
 
 ExemplarLook make_exemplar_color(const ExemplarPhoto& photo, Material material) {
   material.check();
   if (material.tissue == Tissue::plain) material.tissue = Tissue::liver;
   const Lighting lighting = material.lighting();
-  auto color = std::make_unique<ExemplarColor>(photo, lighting);
-  const double highlights = color->exemplar().highlight_share();
-  const std::size_t tissue = color->exemplar().tissue().size();
-  return {std::move(color), lighting, highlights, tissue};
+  const double detail_mm = 4 * photo.mm_per_pixel;  // a photograph is smooth over pairs of pixels
+  return {std::make_unique<LitAlbedo<ExemplarTexture>>(ExemplarTexture(Exemplar(photo)), lighting,
+                                                       detail_mm),
+          lighting};
 }
 
 std::unique_ptr<SurfaceColor> make_photo_color(const TracedSurface& surface,

@@ -80,12 +80,13 @@ double usual_pixel_mm(const std::vector<SmoothView>& views) {
   return median(std::move(sizes));
 }
 
-VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double margin_mm) {
+VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm) {
+  constexpr double kMarginVoxels = 4;
   const Bounds seen = bounds_of(views);
   VoxelBox box;
   const auto extent_of = [&](double voxel) {
     return Eigen::Vector3d(seen.max - seen.min +
-                           Eigen::Vector3d::Constant(2 * std::max(margin_mm, 4 * voxel)));
+                           Eigen::Vector3d::Constant(2 * kMarginVoxels * voxel));
   };
   box.voxel_mm = voxel_mm;
   if (voxel_mm > 0) {
@@ -99,8 +100,7 @@ VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double
     box.voxel_mm = std::max(kLeast_mm, kOfPixel * usual_pixel_mm(views));
     while (voxels_of(extent_of(box.voxel_mm), box.voxel_mm) > kMostVoxels) box.voxel_mm *= kCoarser;
   }
-  const double margin = std::max(margin_mm, 4 * box.voxel_mm);
-  box.first_mm = seen.min - Eigen::Vector3d::Constant(margin);
+  box.first_mm = seen.min - Eigen::Vector3d::Constant(kMarginVoxels * box.voxel_mm);
   const Eigen::Vector3d extent = extent_of(box.voxel_mm);
   for (int i = 0; i < 3; ++i)
     box.size[i] = static_cast<int>(std::ceil(extent[i] / box.voxel_mm)) + 1;

@@ -17,6 +17,9 @@ using Eigen::Vector3d;
 
 constexpr int kPointsAcross = 56;  // of a view, in each direction
 constexpr double kRobust = 2.5;    // of the spread, beyond which a distance counts less
+constexpr int kMostRounds = 30;
+// How far off cameras are given, standard deviations.
+constexpr double kPlaceSd_mm = 1, kAngleSd_rad = 0.018;
 
 // What the points of one view say: rows of its own motion and of the view that sees them.
 struct PairTerms {
@@ -85,8 +88,7 @@ Vector6d motion_from(const RigidTransform& given, const RigidTransform& now) {
 
 class Refiner {
  public:
-  Refiner(const PoseRefinement& options, std::vector<SmoothView>& views)
-      : options_(options), views_(views) {
+  explicit Refiner(std::vector<SmoothView>& views) : views_(views) {
     for (const SmoothView& view : views) {
       given_.push_back(view.camera.camera_from_world);
       pivots_.push_back(view.camera.center_world_mm());
@@ -95,8 +97,8 @@ class Refiner {
 
   RefinedPoses run(bool moving) {
     RefinedPoses result;
-    double reach_mm = 8 * options_.place_mm + 4 * usual_noise(), spread_mm = reach_mm / 3;
-    for (; result.rounds < options_.rounds; ++result.rounds) {
+    double reach_mm = 8 * kPlaceSd_mm + 4 * usual_noise(), spread_mm = reach_mm / 3;
+    for (; result.rounds < kMostRounds; ++result.rounds) {
       const double moved = round(reach_mm, spread_mm, moving);
       const double off_mm = count_ > 0 ? std::sqrt(sum_ / count_) : 0;
       if (result.rounds == 0) result.before_mm = off_mm;
@@ -169,7 +171,7 @@ class Refiner {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Vector6d motion = motion_from(given_[i], views_[i].camera.camera_from_world);
       for (int k = 0; k < 6; ++k) {
-        const double sd = k < 3 ? options_.angle_rad : options_.place_mm;
+        const double sd = k < 3 ? kAngleSd_rad : kPlaceSd_mm;
         const auto at = static_cast<Eigen::Index>(6 * i) + k;
         h(at, at) += unit / (sd * sd);
         g(at) += unit / (sd * sd) * motion[k];
@@ -177,7 +179,6 @@ class Refiner {
     }
   }
 
-  const PoseRefinement& options_;
   std::vector<SmoothView>& views_;
   std::vector<RigidTransform> given_;
   std::vector<Vector3d> pivots_;
@@ -186,15 +187,14 @@ class Refiner {
 
 }  // namespace
 
-RefinedPoses refine_poses(const PoseRefinement& options, std::vector<SmoothView>& views) {
+RefinedPoses refine_poses(std::vector<SmoothView>& views) {
   if (views.size() < 2) return {};
-  return Refiner(options, views).run(true);
+  return Refiner(views).run(true);
 }
 
 double views_apart_mm(std::vector<SmoothView> views) {
   if (views.size() < 2) return 0;
-  const PoseRefinement as_they_are;
-  return Refiner(as_they_are, views).run(false).after_mm;
+  return Refiner(views).run(false).after_mm;
 }
 
 }  // namespace organbake

@@ -34,15 +34,13 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
           {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "
                    "skin: the organ bends along the proxy's edges, as in the paper",
            .range = {0, 1000}})
-      .add(
-          "micro", &o.detail.split,
-          {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
-                   "(gaussian, bilateral, guided; of depth and of intensity) is written beside it, "
-                   "detail.exr of each camera"},
-          {{"proxy", MicroSplit::proxy},
-           {"gaussian", MicroSplit::gaussian},
-           {"bilateral", MicroSplit::bilateral},
-           {"guided", MicroSplit::guided}})
+      .add("micro", &o.detail.split,
+           {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
+                    "(gaussian, bilateral; of depth and of intensity) is written beside it, "
+                    "detail.exr of each camera"},
+           {{"proxy", MicroSplit::proxy},
+            {"gaussian", MicroSplit::gaussian},
+            {"bilateral", MicroSplit::bilateral}})
       .add("micro_size_mm", &o.detail.size_mm,
            {.help = "size of what a filter takes for detail, at most 32 texels",
             .range = {0.05, 1000}})

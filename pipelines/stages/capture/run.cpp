@@ -56,8 +56,6 @@ SurfaceColoring choose_coloring(const TracedSurface& surface, std::vector<Photo>
   if (exemplar) {
     ExemplarLook look = make_exemplar_color(*exemplar, material);
     report.add("color", "exemplar");
-    report.add("exemplar_tissue_px", look.tissue_px);
-    report.add("exemplar_highlight_share", look.highlight_share);
     return {std::move(look.color), look.lighting};
   }
   report.add("color", "material");
@@ -127,8 +125,6 @@ ShellSurface make_shell(const StageCall& call, const TracedSurface& surface,
   ShellSurface shell(proxy, std::move(skin));
   report.add("skin_faces", shell.at_rest().faces.size());
   report.add("skin_edge_mm", mean_edge_length(shell.at_rest()));
-  report.add("skin_carriers_per_vertex",
-             double(shell.skin()->weight.size()) / double(shell.skin()->node_count()));
   return shell;
 }
 
@@ -218,7 +214,6 @@ StageReport run(const StageCall& call) {
   report.add("back_face_texels", captured.back_face_texels);
   report.add("unsure_texels", captured.unsure_texels);
   report.add("largest_height_mm", captured.largest_height_mm);
-  report.add("base_steps", captured.base.steps);
   return report;
 }
 

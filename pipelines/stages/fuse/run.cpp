@@ -162,8 +162,8 @@ void tell_fusion(const FusedSurface& fused, const std::vector<DepthView>& views,
   constexpr double kFarApart = 4;  // voxels
   if (fused.apart_mm > kFarApart * fused.voxel_mm)
     context.warn("the depth maps lie " + to_text(fused.apart_mm, 2) + " mm apart on average" +
-                 (options.fusion.refine ? std::string("; their poses are farther off than --place "
-                                                      "and --angle say, or their depths are wrong")
+                 (options.fusion.refine ? std::string("; their poses are farther off than 1 mm "
+                                                      "and a degree, or their depths are wrong")
                                         : std::string("; --refine moves their poses together")));
   report.add("pictures", pictures);
 }
@@ -173,7 +173,6 @@ void report_fusion(const FusedSurface& fused, std::size_t views, StageReport& re
   report.add("depth_maps", views);
   report.add("voxel_mm", fused.voxel_mm);
   report.add("truncation_mm", fused.truncation_mm);
-  report.add("pixel_noise_mm", fused.noise_mm);
   report.add("apart_mm", fused.apart_mm);
   report.add("faces", topology.faces);
   report.add("components", topology.components);

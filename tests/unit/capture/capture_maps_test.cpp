@@ -263,7 +263,7 @@ constexpr int kSide = 160;
 constexpr double kTexel_mm = 0.25, kDepth_mm = 100;
 const Intrinsics kLens = {kSide,       kSide,      kDepth_mm / kTexel_mm, kDepth_mm / kTexel_mm,
                           0.5 * kSide, 0.5 * kSide};
-constexpr MicroSplit kFilters[] = {MicroSplit::gaussian, MicroSplit::bilateral, MicroSplit::guided};
+constexpr MicroSplit kFilters[] = {MicroSplit::gaussian, MicroSplit::bilateral};
 
 template <class Depth, class Light>
 CameraMaps maps_of(Depth&& depth, Light&& light) {
@@ -309,7 +309,7 @@ TEST(FilteredDetail, IsTheRippleAndNotTheSlopeBelowIt) {
   }
 }
 
-TEST(FilteredDetail, AJumpIsNoDetailToTheFiltersThatKeepEdges) {
+TEST(FilteredDetail, AJumpIsNoDetailToTheFilterThatKeepsEdges) {
   const CameraMaps maps =
       maps_of([](int x, int) { return kDepth_mm + (x < kSide / 2 ? 0 : 40); }, kEvenLight);
   const auto worst = [&](MicroSplit split) {
@@ -322,7 +322,6 @@ TEST(FilteredDetail, AJumpIsNoDetailToTheFiltersThatKeepEdges) {
   };
   EXPECT_GT(worst(MicroSplit::gaussian), 15);
   EXPECT_LT(worst(MicroSplit::bilateral), 0.1);
-  EXPECT_LT(worst(MicroSplit::guided), 2.5);
 }
 
 TEST(FilteredDetail, IntensityIsAQuotientThatNoLampChanges) {
@@ -360,7 +359,7 @@ TEST(FilteredDetail, TheBackgroundTakesNoPart) {
 TEST(FilteredDetail, AnEmptyMapHasNone) {
   const CameraMaps maps =
       maps_of([](int, int) { return std::numeric_limits<double>::infinity(); }, kEvenLight);
-  const ChannelImage detail = filtered_detail(maps, kLens, {MicroSplit::guided});
+  const ChannelImage detail = filtered_detail(maps, kLens, {MicroSplit::bilateral});
   EXPECT_EQ(detail.find("Y")->floats(), std::vector<float>(maps.face.size(), 0.0f));
 }
 

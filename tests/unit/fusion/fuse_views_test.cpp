@@ -32,9 +32,8 @@ SurfaceErrors fused_errors(const OrganViews& organ, const FusionOptions& options
 TEST(FuseViews, TheDefaultsAreValidAndEachBoundIsTold) {
   EXPECT_NO_THROW(FusionOptions{}.check());
   EXPECT_THROW((FusionOptions{.voxel_mm = -1}.check()), UsageError);
-  EXPECT_THROW((FusionOptions{.truncation_mm = 1000}.check()), UsageError);
-  EXPECT_THROW((FusionOptions{.off = {.place_mm = 0}}.check()), UsageError);
-  EXPECT_THROW((FusionOptions{.off = {.angle_rad = 2}}.check()), UsageError);
+  EXPECT_THROW((FusionOptions{.color_mm = 100}.check()), UsageError);
+  EXPECT_THROW((FusionOptions{.least_support = 1}.check()), UsageError);
 }
 
 TEST(FuseViews, TwelveNoisyDepthMapsFromExactPoses) {
@@ -284,7 +283,7 @@ std::vector<SmoothView> smooth(const OrganViews& organ) {
 
 TEST(RefinePoses, ViewsThatAreOffComeTogether) {
   std::vector<SmoothView> views = smooth(organ_views(8, 192, {.place_mm = 1, .angle_rad = 0.017}));
-  const RefinedPoses refined = refine_poses({}, views);
+  const RefinedPoses refined = refine_poses(views);
   // What remains is the depth maps' own coarseness, not the poses.
   constexpr double kTogether = 0.15;
   EXPECT_LT(refined.after_mm, kTogether * refined.before_mm);
@@ -293,7 +292,7 @@ TEST(RefinePoses, ViewsThatAreOffComeTogether) {
 
 TEST(RefinePoses, ExactViewsStayWhereTheyAre) {
   std::vector<SmoothView> views = smooth(organ_views(8, 192, {}));
-  const RefinedPoses refined = refine_poses({}, views);
+  const RefinedPoses refined = refine_poses(views);
   constexpr double kStill_mm = 0.1, kStill_rad = 0.001;
   EXPECT_LT(refined.moved_mm, kStill_mm);
   EXPECT_LT(refined.turned_rad, kStill_rad);
@@ -301,7 +300,7 @@ TEST(RefinePoses, ExactViewsStayWhereTheyAre) {
 
 TEST(RefinePoses, OneViewHasNothingToGoBy) {
   std::vector<SmoothView> views = smooth(organ_views(1, 64, {}));
-  EXPECT_EQ(refine_poses({}, views).rounds, 0);
+  EXPECT_EQ(refine_poses(views).rounds, 0);
 }
 
 }  // namespace

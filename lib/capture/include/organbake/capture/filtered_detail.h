@@ -13,7 +13,6 @@ enum class MicroSplit {
   proxy,
   gaussian,
   bilateral,  // Tomasi & Manduchi 1998: keeps jumps of more than the size
-  guided,     // He, Sun & Tang 2010, by itself: keeps them without halos
 };
 
 struct DetailOptions {

@@ -170,8 +170,6 @@ std::unique_ptr<SurfaceColor> make_material_color(const Material& material);
 struct ExemplarLook {
   std::unique_ptr<SurfaceColor> color;
   Lighting lighting;
-  double highlight_share = 0;  // of the mask's pixels, left out
-  std::size_t tissue_px = 0;   // that the tissue was taken from
 };
 // Throws UsageError, or BadDataError for a photograph without enough tissue.
 ExemplarLook make_exemplar_color(const ExemplarPhoto& photo, Material material);

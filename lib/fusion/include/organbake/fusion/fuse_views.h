@@ -61,12 +61,6 @@ struct ScaledViews {
 // maps are relative and others are not.
 ScaledViews scaled_views(const std::vector<DepthView>& views, DepthScale scale);
 
-struct PoseRefinement {
-  int rounds = 30;           // at most
-  double place_mm = 1;       // how far off cameras are given, standard deviation
-  double angle_rad = 0.018;  // and how much turned
-};
-
 struct RefinedPoses {
   int rounds = 0;
   double moved_mm = 0, turned_rad = 0;  // the camera that was farthest off
@@ -75,8 +69,8 @@ struct RefinedPoses {
 
 // Moves the cameras so that each view's points lie on the surfaces that the others see (point to
 // plane, all views at once, Gauss–Newton with a robust weight), within small motions: each is held
-// where it was given, as firmly as that is likely to be right. Deterministic.
-RefinedPoses refine_poses(const PoseRefinement& options, std::vector<SmoothView>& views);
+// where it was given, as firmly as poses that are good to 1 mm and a degree. Deterministic.
+RefinedPoses refine_poses(std::vector<SmoothView>& views);
 
 // How far the views' surfaces are apart as they are, along the normal, root mean square.
 double views_apart_mm(std::vector<SmoothView> views);
@@ -108,7 +102,7 @@ struct DistanceVolume {
 // and so that no more than kMostVoxels are needed. Throws UsageError when the one asked for needs
 // more.
 inline constexpr std::size_t kMostVoxels = 40'000'000;
-VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double margin_mm);
+VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm);
 // Median distance on the surface between the views' pixels, or as many as were averaged.
 double usual_pixel_mm(const std::vector<SmoothView>& views);
 
@@ -144,16 +138,14 @@ double color_by_views(const std::vector<DepthView>& views, const std::vector<Smo
                       PictureLight light, double surface_mm, TriangleMesh& mesh);
 
 struct FusionOptions {
-  double voxel_mm = 0;       // 0 = as fine as the depth maps' pixels
-  double truncation_mm = 0;  // of the distances; 0 = by the voxels and the depths' noise
-  double color_mm = 0;       // longest edge of the surface, for its colours; 0 = as voxels have it
+  double voxel_mm = 0;  // 0 = as fine as the depth maps' pixels
+  double color_mm = 0;  // longest edge of the surface, for its colours; 0 = as voxels have it
   Holes holes = Holes::open;
   // Of the usual weight, what a border of an open surface must have: poorer fringes are cut off,
   // and the border is rounded. 0 = it stays as the voxels have it.
   double least_support = 0;
   PictureLight light = PictureLight::any;
-  bool refine = false;  // the poses, which are then off by about:
-  PoseRefinement off = {};
+  bool refine = false;  // the poses
   DepthScale scale = DepthScale::automatic;
   std::size_t largest = 1;  // pieces of largest area that are kept; 0 = all
 
@@ -163,7 +155,6 @@ struct FusionOptions {
 struct FusedSurface {
   TriangleMesh mesh;  // world mm, coloured when a view has a picture
   double voxel_mm = 0, truncation_mm = 0;
-  double noise_mm = 0;       // of the depth maps' pixels, median
   double apart_mm = 0;       // from view to view, along the normal, root mean square
   double colored_share = 0;  // of the vertices, seen by a picture
   std::optional<RefinedPoses> refined;
