@@ -97,7 +97,9 @@ void write_truth_of_view(const Command& command, Player& player, const View& vie
     tracker.advance(player, from, options.solids, drawn);
     PixelTruth seen;
     if (lens) lens->show(tracker.now(), seen);
-    write_layers(folder, name + "_", "", command.layers, lens ? seen : tracker.now());
+    for (const WriteJob& job :
+         layer_jobs(folder, name + "_", "", command.layers, lens ? seen : tracker.now()))
+      job();
     cameras.cameras.push_back(from.camera);
     if (lens) cameras.cameras.back().intrinsics = lens->lens();
     cameras.cameras.back().name = name;

@@ -211,7 +211,7 @@ TEST(WorstPoke, IsNearerTheTruthThanThePapersWarp) {
   const auto folder = bundles.folder({80, "fitted", bundles.map_size()});
   Player player(folder, {}, true);
   const CarriedSurface truth(BundleReader(folder).read_surface(), player.bundle().shell());
-  hold_poke(player, player.bundle().cameras.manifold.directions.front(), table.poke_share,
+  hold_poke(player, player.bundle().cameras.manifold.directions.front(), CompareOptions::kPokeShare,
             player.bundle().mechanics.instrument_radius_mm);
   std::optional<PokedView> worst;
   for (const double angle : table.angles_rad) {
@@ -222,7 +222,7 @@ TEST(WorstPoke, IsNearerTheTruthThanThePapersWarp) {
                       error_picture(worst->papers, worst->truth)},
                      4, 2),
        "truth, ours, its error, the paper's error");
-  expect({"poked by " + to_text(100 * table.poke_share) + " %, the worst view, " +
+  expect({"poked by " + to_text(100 * CompareOptions::kPokeShare) + " %, the worst view, " +
               to_text(worst->angle_rad, 3) + " rad: PSNR beyond the paper's own warp",
           "dB", worst->psnr_db - compare_images(worst->papers, worst->truth).psnr_db, 0,
           Figure::Goal::at_least});

@@ -84,17 +84,17 @@ class Sitter {
   }
 
   // The proxy with a tip held in it.
-  Positions poked(const CompareOptions& table, TissueSolver solver) const {
+  Positions poked(TissueSolver solver) const {
     Player player(bundle_, {.solver = solver});
-    hold_poke(player, poke_direction(bundle_), table.poke_share,
+    hold_poke(player, poke_direction(bundle_), CompareOptions::kPokeShare,
               bundle_.mechanics.instrument_radius_mm);
     return player.proxy_positions();
   }
 
   // The surface's field as far as it does not come from a proxy: pushed in as deep as the tip.
-  Poke analytic_poke(const CompareOptions& table) const {
+  Poke analytic_poke() const {
     const Eigen::Vector3d front = poke_direction(bundle_).normalized();
-    const double depth_mm = table.poke_share * thickness_mm(bundle_, front);
+    const double depth_mm = CompareOptions::kPokeShare * thickness_mm(bundle_, front);
     return {skin_point(bundle_, front), -depth_mm * front, depth_mm};
   }
 
@@ -109,7 +109,7 @@ class Sitter {
 
   // At rest and poked, the truth carried by the proxy.
   std::vector<Pose> carried_poses(const CompareOptions& table) const {
-    const Positions dented = poked(table, TissueSolver::springs);
+    const Positions dented = poked(TissueSolver::springs);
     std::vector<Pose> all = poses(table, proxy().vertices, truth_.at_rest().vertices);
     for (Pose& pose : poses(table, dented, truth_.carry(dented))) all.push_back(std::move(pose));
     return all;
@@ -193,7 +193,7 @@ class Comparison {
 
   Decibels of_analytic_poke(const BakeChoice& choice) {
     Sitter sitter(bundles_.folder(choice));
-    const Poke poke = sitter.analytic_poke(table_);
+    const Poke poke = sitter.analytic_poke();
     const Positions shape = poked_surface(sitter.proxy(), poke).vertices;
     const Positions surface = poked_surface(sitter.truth().at_rest(), poke).vertices;
     return judge(sitter.poses(table_, shape, surface), sitter);
@@ -214,8 +214,8 @@ class Comparison {
   // The springs of a coarse proxy, the truth carried by finite elements of 1,000 faces.
   void against_elements(const Sitter& finer, std::size_t faces) {
     Sitter coarse(bundles_.folder({static_cast<int>(faces), "fitted", bundles_.map_size()}));
-    const Positions shape = coarse.poked(table_, TissueSolver::springs);
-    const Positions truth = finer.truth().carry(finer.poked(table_, TissueSolver::fem));
+    const Positions shape = coarse.poked(TissueSolver::springs);
+    const Positions truth = finer.truth().carry(finer.poked(TissueSolver::fem));
     const Decibels psnr = judge(coarse.poses(table_, shape, truth), coarse);
     tell("organplay, " + std::to_string(faces) + " faces, the truth poked by finite elements",
          psnr);
@@ -233,7 +233,7 @@ class Comparison {
   }
   std::string scene() const {
     return "Pictures from " + std::to_string(table_.angles_rad.size()) +
-           " angles, at rest and poked by " + to_text(100 * table_.poke_share) + " %";
+           " angles, at rest and poked by " + to_text(100 * CompareOptions::kPokeShare) + " %";
   }
 
   PlayerBundles& bundles_;

@@ -36,7 +36,7 @@ Plane brightness_log_range(const Plane& intensity) {
 
 NearScene noisy_scene(double amplitude, int size, double noise, std::uint64_t seed) {
   NearScene scene = near_scene(amplitude, size);
-  if (noise > 0) add_noise(scene.intensity, noise, true, seed);
+  if (noise > 0) add_noise(scene.intensity, noise, seed);
   return scene;
 }
 

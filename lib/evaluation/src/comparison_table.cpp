@@ -11,7 +11,6 @@
 #include <set>
 
 #include "organbake/bundle/json_fields.h"
-#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/view_manifold.h"
@@ -284,23 +283,8 @@ std::string cell(const std::string& text, std::size_t width) {
 
 }  // namespace
 
-void CompareOptions::check() const {
-  if (angles_rad.empty()) throw UsageError("a comparison needs a viewing angle");
-  for (const double angle : angles_rad) {
-    if (!std::isfinite(angle)) throw UsageError("viewing angles must be finite numbers of radians");
-  }
-  if (size_px < kSmallestSide_px || size_px > kLargestSide_px) {
-    throw UsageError("the comparison's size is " + std::to_string(size_px) +
-                     ", needs 16…4096 pixels");
-  }
-  if (!(poke_share >= 0 && poke_share <= 0.5)) {
-    throw UsageError("the poke is " + to_text(poke_share) + " of the organ, needs 0…0.5");
-  }
-}
-
 ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
                                    const CompareOptions& options, const RunContext& context) {
-  options.check();
   Comparer comparer(player, surface, options);
   ComparisonTable table;
   const Bundle& bundle = player.bundle();
@@ -310,7 +294,7 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
     player.reset();
     // Half-way between the viewing angles' extremes would be out of some views: poke the front.
     if (poked) {
-      hold_poke(player, poke_direction(bundle), options.poke_share,
+      hold_poke(player, poke_direction(bundle), CompareOptions::kPokeShare,
                 bundle.mechanics.instrument_radius_mm);
     }
     for (const double angle : options.angles_rad) {

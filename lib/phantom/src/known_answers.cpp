@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs with known answers, by their formulas. A voxel of the ball's CT is the mean over its box,
-// and a perfect marching cubes' error is counted from it; the surfaces for shading are those of
-// Zhang et al. 1999 and others. Depth is faulty as matching leaves it: noise from pixel to pixel,
-// errors that are smooth over the tissue, a scale that is a little wrong, and tissue in front.
+// Inputs with known answers, by their formulas. A voxel of the ball's CT is the mean over its box;
+// the surfaces for shading are those of Zhang et al. 1999 and others. Depth is faulty as matching
+// leaves it: noise from pixel to pixel, errors that are smooth over the tissue, a scale that is a
+// little wrong, and tissue in front.
 #include "organbake/phantom/known_answers.h"
 
 #include <algorithm>
@@ -68,29 +68,6 @@ Volume scan_ball(double radius_mm, const Eigen::Vector3d& spacing_mm) {
     }
   }
   return ct;
-}
-
-double linear_crossing_rms_mm(const Volume& ball, double radius_mm) {
-  double squares = 0;
-  std::size_t count = 0;
-  for (int k = 0; k + 1 < ball.size[2]; ++k) {
-    for (int j = 0; j + 1 < ball.size[1]; ++j) {
-      for (int i = 0; i + 1 < ball.size[0]; ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-          Eigen::Vector3i next(i, j, k);
-          ++next[axis];
-          const double here = ball.at(i, j, k), there = ball.at(next.x(), next.y(), next.z());
-          if ((here >= kBallHalfWay_hu) == (there >= kBallHalfWay_hu)) continue;
-          Eigen::Vector3d index(i, j, k);
-          index[axis] += (kBallHalfWay_hu - here) / (there - here);
-          const double miss = ball.world_from_index(index).norm() - radius_mm;
-          squares += miss * miss;
-          ++count;
-        }
-      }
-    }
-  }
-  return std::sqrt(squares / static_cast<double>(count));
 }
 
 namespace {
@@ -173,12 +150,11 @@ NearScene near_scene(double amplitude, int size) {
   return scene;
 }
 
-void add_noise(Plane& intensity, double share, bool eight_bit, std::uint64_t seed) {
+void add_noise(Plane& intensity, double share, std::uint64_t seed) {
   for (std::size_t k = 0; k < intensity.size(); ++k) {
     RandomStream random(seed, k);
-    double value = intensity.values[k] + share * random.normal();
-    if (eight_bit) value = std::round(255 * std::clamp(value, 0.0, 1.0)) / 255;
-    intensity.values[k] = static_cast<float>(value);
+    const double value = intensity.values[k] + share * random.normal();
+    intensity.values[k] = static_cast<float>(std::round(255 * std::clamp(value, 0.0, 1.0)) / 255);
   }
 }
 

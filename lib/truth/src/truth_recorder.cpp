@@ -111,11 +111,6 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
   return jobs;
 }
 
-void write_layers(const std::filesystem::path& folder, const std::string& before,
-                  const std::string& after, const LayerSet& layers, const PixelTruth& truth) {
-  for (const WriteJob& job : layer_jobs(folder, before, after, layers, truth)) job();
-}
-
 std::vector<WriteJob> flow_jobs(const std::filesystem::path& file, int width, int height,
                                 const Flow* forward, const Flow* backward) {
   std::vector<Channel> channels;

@@ -292,6 +292,31 @@ TriangleMesh surface_of(const Volume& ct, bool refine) {
   return extract_isosurface(ct, options).mesh;
 }
 
+// RMS radial error (mm), over all edges of the grid, of where the straight line between two voxels
+// crosses the half-way level: what marching cubes reaches when it does nothing wrong.
+double linear_crossing_rms_mm(const Volume& ball, double radius_mm) {
+  double squares = 0;
+  std::size_t count = 0;
+  for (int k = 0; k + 1 < ball.size[2]; ++k) {
+    for (int j = 0; j + 1 < ball.size[1]; ++j) {
+      for (int i = 0; i + 1 < ball.size[0]; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          Eigen::Vector3i next(i, j, k);
+          ++next[axis];
+          const double here = ball.at(i, j, k), there = ball.at(next.x(), next.y(), next.z());
+          if ((here >= kBallHalfWay_hu) == (there >= kBallHalfWay_hu)) continue;
+          Eigen::Vector3d index(i, j, k);
+          index[axis] += (kBallHalfWay_hu - here) / (there - here);
+          const double miss = ball.world_from_index(index).norm() - radius_mm;
+          squares += miss * miss;
+          ++count;
+        }
+      }
+    }
+  }
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
 TEST(RefineCrossings, PutsABallInThickSlicesInItsPlace) {
   constexpr double kRadius = 20;
   const Volume ct = scan_ball(kRadius, {0.7, 0.7, 3});

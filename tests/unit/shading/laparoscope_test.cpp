@@ -54,7 +54,7 @@ TEST(Laparoscope, NoisySurfacesWithinTheirFigures) {
     for (double amplitude : {0.25, 0.5, 1.0})
       for (int size : {128, 256}) {
         NearScene scene = near_scene(amplitude, size);
-        add_noise(scene.intensity, noise, true, 5);
+        add_noise(scene.intensity, noise, 5);
         EXPECT_LT(relative_error_percent(shade(scene).log_range, scene.log_range), figure)
             << "noise " << noise << ", A = " << amplitude << ", " << size;
       }
@@ -64,7 +64,7 @@ TEST(Laparoscope, AccuracyDoesNotFallWithResolution) {
   double last = 1e9;
   for (int size : {64, 128, 256}) {
     NearScene scene = near_scene(0.5, size);
-    add_noise(scene.intensity, 0.03, true, 9);
+    add_noise(scene.intensity, 0.03, 9);
     const double error = relative_error_percent(shade(scene).log_range, scene.log_range);
     EXPECT_LT(error, last) << size;
     last = error;
@@ -73,15 +73,15 @@ TEST(Laparoscope, AccuracyDoesNotFallWithResolution) {
 
 TEST(Laparoscope, BeatsTheFlatPlane) {
   NearScene scene = near_scene(1, 128);
-  add_noise(scene.intensity, 0.01, true, 3);
+  add_noise(scene.intensity, 0.01, 3);
   const double error = relative_error_percent(shade(scene).log_range, scene.log_range);
   EXPECT_LT(error, 0.1 * relative_error_percent(flat_plane(scene), scene.log_range));
 }
 
 TEST(Laparoscope, PreviousFrameSavesAllSweeps) {
   NearScene first = near_scene(0.5, 128), second = near_scene(0.53, 128);  // it has moved
-  add_noise(first.intensity, 0.01, true, 1);
-  add_noise(second.intensity, 0.01, true, 2);
+  add_noise(first.intensity, 0.01, 1);
+  add_noise(second.intensity, 0.01, 2);
   const RangeEstimate cold = shade(first);
   const RangeEstimate warm = shade(second, {}, &cold);
   EXPECT_TRUE(warm.warm);
@@ -94,12 +94,12 @@ TEST(Laparoscope, PreviousFrameSavesAllSweeps) {
 TEST(Laparoscope, NoiseAloneDoesNotMoveTheDepth) {
   const NearScene still = near_scene(0.5, 128);
   NearScene noisy = still;
-  add_noise(noisy.intensity, 0.01, true, 1);
+  add_noise(noisy.intensity, 0.01, 1);
   const RangeEstimate first = shade(noisy);
   RangeEstimate last = first;
   for (std::uint64_t seed = 2; seed < 12; ++seed) {
     noisy = still;
-    add_noise(noisy.intensity, 0.01, true, seed);
+    add_noise(noisy.intensity, 0.01, seed);
     last = shade(noisy, {}, &last);
     EXPECT_EQ(last.refinements, 0) << seed;
   }
@@ -108,7 +108,7 @@ TEST(Laparoscope, NoiseAloneDoesNotMoveTheDepth) {
 
 TEST(Laparoscope, OneSpotThatMovesIsSeen) {
   NearScene scene = near_scene(0.5, 128);
-  add_noise(scene.intensity, 0.01, true, 1);
+  add_noise(scene.intensity, 0.01, 1);
   const RangeEstimate cold = shade(scene);
   for (int y = 60; y < 66; ++y)
     for (int x = 60; x < 66; ++x) scene.intensity.at(x, y) *= 1.1F;

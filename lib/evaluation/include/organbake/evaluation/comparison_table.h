@@ -21,9 +21,7 @@ struct CompareOptions {
   std::vector<double> angles_rad = {0.705723, 0.867709, 1.91832, 2.44696, 2.44881};
   static constexpr int kSmallestSide_px = 16, kLargestSide_px = 4096;
   int size_px = 512;
-  double poke_share = 0.3;  // of the organ's thickness
-
-  void check() const;  // throws UsageError
+  static constexpr double kPokeShare = 0.3;  // of the organ's thickness
 };
 
 // A picture against the 16-ray truth, over the union of both silhouettes.

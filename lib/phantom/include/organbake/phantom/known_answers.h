@@ -24,10 +24,6 @@ inline constexpr double kBallHalfWay_hu = (kBallAir_hu + kBallTissue_hu) / 2;
 // its box. The grid's middle is off the origin by a part of a voxel and 10 mm of air lie around.
 Volume scan_ball(double radius_mm, const Eigen::Vector3d& spacing_mm);
 
-// RMS radial error (mm), over all edges of the grid, of where the straight line between two voxels
-// crosses the half-way level: what marching cubes reaches when it does nothing wrong.
-double linear_crossing_rms_mm(const Volume& ball, double radius_mm);
-
 // The surfaces on which shape from shading is usually measured, with what an ideal camera sees.
 
 // "vase", "sphere", "gauss", "sombrero", "peaks" (Zhang et al. 1999 and others), size × size
@@ -48,8 +44,8 @@ struct NearScene {
 };
 NearScene near_scene(double amplitude, int size);
 
-// Adds Gaussian noise of this share of full scale, and 8 bits when `eight_bit`.
-void add_noise(Plane& intensity, double share, bool eight_bit, std::uint64_t seed);
+// Adds Gaussian noise of this share of full scale, and leaves 8 bits.
+void add_noise(Plane& intensity, double share, std::uint64_t seed);
 
 // How the depth of a real endoscope errs, and what else it shows.
 struct DepthFaults {

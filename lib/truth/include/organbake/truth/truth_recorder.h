@@ -29,10 +29,6 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
                                  const std::string& after, const LayerSet& layers,
                                  const PixelTruth& truth);
 
-// The same, at once.
-void write_layers(const std::filesystem::path& folder, const std::string& before,
-                  const std::string& after, const LayerSet& layers, const PixelTruth& truth);
-
 // flow as EXR: forward.x forward.y forward.seen and backward likewise, px to 1/256 as half floats
 // (to one part in 4096), and 0 or 1; of a picture that is the first or the last one of the two is
 // missing; without both there is no file.
@@ -65,7 +61,6 @@ struct TruthClip {
 // The same view from further to the right, as the other of two eyes with parallel axes. Those of
 // 3D laparoscopes are about 5 mm apart (Surg. Endosc. 22:2396, 2008).
 View right_eye(const View& view, double baseline_mm);
-inline constexpr double kUsualBaseline_mm = 5;
 // Throws UsageError for a baseline that makes no stereo: the right eye lies to the right of the
 // left one, and far enough for anything to look different.
 inline constexpr double kNarrowestBaseline_mm = 0.1, kWidestBaseline_mm = 1000;
