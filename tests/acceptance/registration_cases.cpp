@@ -106,7 +106,7 @@ RigidTransform LampScenes::start_at_least(std::size_t camera, double shift_mm, d
 }
 
 double LampScenes::mtre_mm(std::size_t camera, const RigidTransform& camera_from_world) const {
-  return mean_distance_mm(*surface_, cameras_[camera].camera_from_world, camera_from_world);
+  return surface_->mean_distance_mm(cameras_[camera].camera_from_world, camera_from_world);
 }
 
 double LampScenes::reprojection_px(std::size_t camera,

@@ -22,7 +22,7 @@ struct Tally {
   void add(const RegisteredSurface& surface, const RegistrationCase& made,
            const RegisteredPhoto& found) {
     const double mtre_mm =
-        mean_distance_mm(surface, made.camera_from_world, found.camera.camera_from_world);
+        surface.mean_distance_mm(made.camera_from_world, found.camera.camera_from_world);
     const bool ok = found.quality.verdict == Verdict::ok;
     ++cases;
     not_ok += !ok;
@@ -166,7 +166,7 @@ void expect_patches_held(const std::string& what, const DepthFaults& faults, dou
                                     starts[k].turn_deg, seed);
       const RegisteredPhoto found = register_photo(*made.patch, made.photo, {});
       tallies[k].add(
-          mean_distance_mm(*made.patch, made.camera_from_world, found.camera.camera_from_world),
+          made.patch->mean_distance_mm(made.camera_from_world, found.camera.camera_from_world),
           seed, found.quality);
     }
   }

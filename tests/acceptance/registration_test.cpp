@@ -134,8 +134,8 @@ TEST(Registration, FindsPhotographsUnderStudioLights) {
       photo.image = phantom.photograph(camera);
       photo.intrinsics = camera.intrinsics;
       const RegisteredPhoto pose = register_photo(surface, photo, {});
-      const bool right = mean_distance_mm(surface, camera.camera_from_world,
-                                          pose.camera.camera_from_world) <= kFound_mm;
+      const bool right = surface.mean_distance_mm(camera.camera_from_world,
+                                                  pose.camera.camera_from_world) <= kFound_mm;
       found += right;
       false_ok += !right && pose.quality.verdict == Verdict::ok;
     }
@@ -205,7 +205,7 @@ TEST(Registration, OfTheRenderedLiverFindsItsPose) {
   for (int i = 0; i < count; ++i) {
     photo.start = start_from(surface, truth, 20, 15, static_cast<std::uint64_t>(i));
     const auto found = register_photo(surface, photo, options);
-    worst_mm = std::max(worst_mm, mean_distance_mm(surface, truth, found.camera.camera_from_world));
+    worst_mm = std::max(worst_mm, surface.mean_distance_mm(truth, found.camera.camera_from_world));
     const Eigen::AngleAxisd turn(found.camera.camera_from_world.rotation *
                                  truth.rotation.transpose());
     worst_deg = std::max(worst_deg, turn.angle() * 180 / std::numbers::pi);

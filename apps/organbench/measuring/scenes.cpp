@@ -38,14 +38,6 @@ RigidTransform start_from(const RegisteredSurface& surface, const RigidTransform
   return rigid_transform(moved(object_pose(truth, surface.center()), motion), surface.center());
 }
 
-double mean_distance_mm(const RegisteredSurface& surface, const RigidTransform& a,
-                        const RigidTransform& b) {
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples())
-    sum += (a * sample.point - b * sample.point).norm();
-  return sum / static_cast<double>(surface.samples().size());
-}
-
 namespace {
 
 constexpr double kThirtyDegrees_rad = 0.5235987755982988;  // tilted so, tissue is 40…100 mm away

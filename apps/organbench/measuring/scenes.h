@@ -24,8 +24,6 @@ Eigen::Vector3d random_direction(RandomStream& random);  // unit
 // A pose that is off by exactly so much.
 RigidTransform start_from(const RegisteredSurface& surface, const RigidTransform& truth,
                           double shift_mm, double turn_deg, std::uint64_t seed);
-double mean_distance_mm(const RegisteredSurface& surface, const RigidTransform& a,
-                        const RigidTransform& b);
 
 // What both eyes of an endoscope see of the phantom's laparoscopy at 40…100 mm.
 struct EyePair {

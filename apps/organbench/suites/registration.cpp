@@ -33,7 +33,7 @@ class LampPhoto {
     return photo;
   }
   double mtre_mm(const RegisteredPhoto& found) const {
-    return mean_distance_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world);
+    return surface_.mean_distance_mm(camera_.camera_from_world, found.camera.camera_from_world);
   }
 
   // The largest piece of the faces near the point in the middle of the picture.
@@ -114,9 +114,9 @@ void promise_tracking(Bench& bench, const LampPhoto& scene) {
     tracker.start_from(cameras.front().camera_from_world);
     errors_mm.clear();
     for (int i = 0; i < frames; ++i)
-      errors_mm.push_back(
-          mean_distance_mm(scene.surface(), cameras[i].camera_from_world,
-                           tracker.next(clip[i], {}, bench.context()).camera.camera_from_world));
+      errors_mm.push_back(scene.surface().mean_distance_mm(
+          cameras[i].camera_from_world,
+          tracker.next(clip[i], {}, bench.context()).camera.camera_from_world));
   });
   bench.point("a clip of 640×480 that is tracked", "organbake register",
               of_one(timing, clip.size()), {{"mTRE, median", "mm", spread_of(errors_mm).median}},

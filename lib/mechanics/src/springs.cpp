@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <new>
-#include <numeric>
 #include <optional>
 
+#include "organbake/core/union_find.h"
 #include "organbake/raycast/ray_scene.h"
 #include "tissue_parts.h"
 
@@ -115,18 +115,9 @@ std::vector<Spring> SpringBuilder::springs(const std::vector<double>& mass_kg,
 }
 
 std::vector<std::uint32_t> SpringBuilder::parts() const {
-  std::vector<std::uint32_t> parent(proxy_.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto find = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const auto& [ends, stiffness] : stiffness_n_per_mm_) {
-    const std::uint32_t a = find(ends.first), b = find(ends.second);
-    parent[std::max(a, b)] = std::min(a, b);
-  }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = find(v);
-  return parent;
+  UnionFind parts(proxy_.vertices.size());
+  for (const auto& [ends, stiffness] : stiffness_n_per_mm_) parts.join(ends.first, ends.second);
+  return std::move(parts).roots();
 }
 
 void tie_loose_parts(const TriangleMesh& proxy, const std::vector<double>& vertex_area_mm2,

@@ -55,11 +55,4 @@ RigidTransform disturbed(const RegisteredSurface& surface, const RigidTransform&
                          surface.center());
 }
 
-double mtre_mm(const RegisteredSurface& surface, const RigidTransform& a, const RigidTransform& b) {
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples())
-    sum += (a * sample.point - b * sample.point).norm();
-  return sum / static_cast<double>(surface.samples().size());
-}
-
 }  // namespace organbake

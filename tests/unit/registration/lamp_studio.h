@@ -29,7 +29,4 @@ const LampStudio& lamp_studio();
 RigidTransform disturbed(const RegisteredSurface& surface, const RigidTransform& camera_from_world,
                          double shift_mm, double turn_deg, std::uint64_t seed);
 
-// Mean distance between the surface's points under both poses: mTRE.
-double mtre_mm(const RegisteredSurface& surface, const RigidTransform& a, const RigidTransform& b);
-
 }  // namespace organbake

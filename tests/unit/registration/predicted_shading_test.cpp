@@ -200,8 +200,8 @@ RegisteredPhoto found_under(const PhotoLight& light, std::uint64_t seed) {
 }
 
 double lit_error_mm(const RegisteredPhoto& found) {
-  return mtre_mm(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world,
-                 found.camera.camera_from_world);
+  return lamp_studio().surface.mean_distance_mm(lamp_studio().cameras[0].camera_from_world,
+                                                found.camera.camera_from_world);
 }
 
 constexpr double kRight_mm = 0.25;  // a quarter of a pixel

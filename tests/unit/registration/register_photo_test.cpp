@@ -29,7 +29,7 @@ PhotoToRegister started(const LampPicture& picture, const Sensor& sensor, double
 }
 
 double error_mm(const RegisteredPhoto& found) {
-  return mtre_mm(lamp_studio().fine, truth(), found.camera.camera_from_world);
+  return lamp_studio().fine.mean_distance_mm(truth(), found.camera.camera_from_world);
 }
 
 // The test's photographs are small (256 px, 0.9 mm a pixel), so errors are a few hundredths of a
@@ -234,7 +234,7 @@ TEST_F(OpenSurface, APieceOfTheOrganFindsItsPlace) {
   RegistrationOptions options;
   options.light = LightModel::camera;  // else the piece is taken for tissue
   const auto found = register_photo(surface_, photo, options);
-  EXPECT_LT(mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world),
+  EXPECT_LT(surface_.mean_distance_mm(camera_.camera_from_world, found.camera.camera_from_world),
             kPiece_mm);
 }
 
@@ -252,7 +252,7 @@ TEST_F(OpenSurface, AnOrganThatEndsAtTheBorderIsNeverFalselyOk) {
     photo.start = disturbed(surface_, camera_.camera_from_world, 8, 6, seed);
     const auto found = register_photo(ending, photo, options);
     const double error_mm =
-        mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world);
+        surface_.mean_distance_mm(camera_.camera_from_world, found.camera.camera_from_world);
     EXPECT_TRUE(found.quality.verdict != Verdict::ok || error_mm < kRight_mm) << error_mm << " mm";
   }
 }
@@ -282,8 +282,8 @@ Rgb8Image nothing() {
 }
 
 double frame_error_mm(int frame, const RegisteredPhoto& found) {
-  return mtre_mm(lamp_studio().surface, camera_at(frame).camera_from_world,
-                 found.camera.camera_from_world);
+  return lamp_studio().surface.mean_distance_mm(camera_at(frame).camera_from_world,
+                                                found.camera.camera_from_world);
 }
 
 TEST(PoseTracker, FollowsAndFindsAgainWhatWasLost) {

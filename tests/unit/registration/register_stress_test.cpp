@@ -60,7 +60,7 @@ void expect_right_or_not_ok(const PhotoToRegister& photo) {
   options.light = LightModel::camera;
   const auto found = register_photo(lamp_studio().surface, photo, options);
   const double error_mm =
-      mtre_mm(lamp_studio().surface, in_front(), found.camera.camera_from_world);
+      lamp_studio().surface.mean_distance_mm(in_front(), found.camera.camera_from_world);
   EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << error_mm << " mm";
 }
 
@@ -147,7 +147,7 @@ class RegisterRenderedLiver : public testing::Test {
     options.light = LightModel::estimated;
     options.finest_side_px = 500;
     const auto found = register_photo(*surface_, photo_, options);
-    EXPECT_LT(mtre_mm(*surface_, truth_, found.camera.camera_from_world), 1);
+    EXPECT_LT(surface_->mean_distance_mm(truth_, found.camera.camera_from_world), 1);
     const Eigen::AngleAxisd turn(found.camera.camera_from_world.rotation *
                                  truth_.rotation.transpose());
     EXPECT_LT(turn.angle() * 180 / std::numbers::pi, 0.5);

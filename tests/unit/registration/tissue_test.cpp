@@ -115,7 +115,8 @@ TEST_F(Tissue, ATexturedPieceFindsItsPlace) {
   constexpr double kPiece_mm = 1.5;  // a pixel and a half of this small photograph
   photo.start = disturbed(surface_, camera_.camera_from_world, 10, 8, 3);
   const auto found = register_photo(surface_, photo, {});
-  EXPECT_LT(mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world), kPiece_mm)
+  EXPECT_LT(surface_.mean_distance_mm(camera_.camera_from_world, found.camera.camera_from_world),
+            kPiece_mm)
       << found.quality.reason;
 }
 

@@ -31,41 +31,15 @@ NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& 
 
 }  // namespace
 
-// d (Exp(ω) q) / d ω at ω = 0: half the quaternion product (ω, 0) q.
-PoseManifold::PlusMatrix PoseManifold::plus_jacobian(const double* q) {
-  const double x = q[0], y = q[1], z = q[2], w = q[3];
-  PlusMatrix j = PlusMatrix::Zero();
-  j.topLeftCorner<4, 3>() << w, z, -y, -z, w, x, y, -x, w, -x, -y, -z;
-  j.topLeftCorner<4, 3>() *= 0.5;
-  j.bottomRightCorner<3, 3>().setIdentity();
-  return j;
-}
-
-Eigen::Matrix<double, 6, 7, Eigen::RowMajor> PoseManifold::minus_jacobian(const double* x) {
-  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> inverse = plus_jacobian(x).transpose();
-  inverse.topRows<3>() *= 4;  // the columns of the rotation part have length ½
-  return inverse;
-}
-
-bool PoseManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  const auto sum = moved(ObjectPose::from_array(x), Motion::Map(delta)).to_array();
-  std::copy(sum.begin(), sum.end(), x_plus_delta);
-  return true;
-}
-
-bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
-  PlusMatrix::Map(jacobian) = plus_jacobian(x);
-  return true;
-}
-
-bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Motion::Map(y_minus_x) = motion_between(ObjectPose::from_array(x), ObjectPose::from_array(y));
-  return true;
-}
-
-bool PoseManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Eigen::Matrix<double, 6, 7, Eigen::RowMajor>::Map(jacobian) = minus_jacobian(x);
-  return true;
+// The quaternion is Exp(ω) q: dq = ½ (ω, 0) q, whose inverse on unit quaternions is twice the
+// transposed product.
+Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_numbers(const double* pose) {
+  const double x = pose[0], y = pose[1], z = pose[2], w = pose[3];
+  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> m = Eigen::Matrix<double, 6, 7>::Zero();
+  m.topLeftCorner<3, 4>() << w, -z, y, -x, z, w, -x, -y, -y, x, w, -z;
+  m.topLeftCorner<3, 4>() *= 2;
+  m.bottomRightCorner<3, 3>().setIdentity();
+  return m;
 }
 
 // Cholesky's way, row by row, past columns that depend on those before.
@@ -269,7 +243,7 @@ bool NccCost::Evaluate(double const* const* parameters, double* residuals,
   if (jacobians[0]) {
     Eigen::MatrixXd by_motion = upper.middleCols<6>(1);
     by_motion.col(5) *= scale;
-    RowMajor::Map(jacobians[0], n, 7) = by_motion * PoseManifold::minus_jacobian(parameters[0]);
+    RowMajor::Map(jacobians[0], n, 7) = by_motion * motion_by_numbers(parameters[0]);
   }
   const Eigen::Index basis = live_.basis().size();
   if (jacobians[1]) RowMajor::Map(jacobians[1], n, basis) = upper.rightCols(basis);
@@ -313,8 +287,7 @@ bool DepthCost::Evaluate(double const* const* parameters, double* residuals,
   if (!jacobians) return true;
   using Slopes = Eigen::Matrix<double, 8, 7, Eigen::RowMajor>;
   if (jacobians[0])
-    Slopes::Map(jacobians[0]) =
-        upper.middleCols<6>(1) * PoseManifold::minus_jacobian(parameters[0]);
+    Slopes::Map(jacobians[0]) = upper.middleCols<6>(1) * motion_by_numbers(parameters[0]);
   if (jacobians[1]) Row::Map(jacobians[1]) = upper.col(7);
   return true;
 }

@@ -5,6 +5,7 @@
 #include <ceres/evaluation_callback.h>
 #include <ceres/manifold.h>
 #include <ceres/problem.h>
+#include <ceres/product_manifold.h>
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
@@ -19,23 +20,11 @@
 
 namespace organbake {
 
-// ObjectPose as Ceres sees it: seven numbers that move by a Motion (six).
-class PoseManifold : public ceres::Manifold {
- public:
-  using PlusMatrix = Eigen::Matrix<double, 7, 6, Eigen::RowMajor>;
-
-  int AmbientSize() const override { return 7; }
-  int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
-
-  static PlusMatrix plus_jacobian(const double* x);
-  // Its left inverse: a derivative by the motion times this is a derivative by the seven numbers
-  // that gives the former back on the manifold.
-  static Eigen::Matrix<double, 6, 7, Eigen::RowMajor> minus_jacobian(const double* x);
-};
+// ObjectPose as Ceres moves it: a unit quaternion and a place.
+using PoseManifold =
+    ceres::ProductManifold<ceres::EigenQuaternionManifold, ceres::EuclideanManifold<3>>;
+// d motion / d the seven numbers: a derivative by the motion times this is one by the numbers.
+Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_numbers(const double* pose);
 
 // U of a Gram matrix GᵀG = UᵀU; rows of what depends on those before are zero. Cost functions hand
 // the solver U for G: the same cost and slopes in a few rows, and sums of fixed order.

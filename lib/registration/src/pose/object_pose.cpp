@@ -18,12 +18,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 Quaterniond exponential(const Vector3d& rotation) {
-  const double angle = rotation.norm();
-  constexpr double kTiny = 1e-12;
-  if (angle < kTiny) {
-    return Quaterniond(1, rotation.x() / 2, rotation.y() / 2, rotation.z() / 2).normalized();
-  }
-  return Quaterniond(Eigen::AngleAxisd(angle, rotation / angle));
+  return Quaterniond(Eigen::AngleAxisd(rotation.norm(), rotation.stableNormalized()));
 }
 
 Matrix3d cross_matrix(const Vector3d& v) {
