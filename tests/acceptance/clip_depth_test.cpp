@@ -212,7 +212,7 @@ TEST(Tracking, FollowsAClipThroughInstrumentsAndBlindFrames) {
       continue;
     }
     const double mm =
-        mean_distance_mm(clip.surface(), clip.camera_from_world(i), found.camera.camera_from_world);
+        clip.surface().mean_distance_mm(clip.camera_from_world(i), found.camera.camera_from_world);
     ++seen;
     wrong_ok += ok && mm > 1;
     if (ok) errors_mm.push_back(mm);

@@ -44,7 +44,7 @@ expect_err "relative"
 expect_equal "$(figure depth_unit one/report.json)" "relative, median 1"
 
 # The other model; which frames; options that contradict or make no sense.
-expect 0 organbake shade p/frames --model tsai-shah --light-deg 28.6,40.1 --every 2 --iterations 5 -o ts
+expect 0 organbake shade p/frames --model tsai-shah --light-deg 28.6,40.1 --every 2 -o ts
 expect_equal "$(figure frames_shaded ts/report.json)" 2
 expect 0 organbake shade p/frames --sharpest 4 --halvings 1 -o sharp
 expect_equal "$(figure frames_blurred sharp/report.json)" 3

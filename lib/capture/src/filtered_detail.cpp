@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -21,6 +20,8 @@ namespace {
 constexpr float kBlack = 1e-4f;
 // Two stops of light are no detail of one skin, but two tissues, or a highlight.
 constexpr double kTonalSigma = 0.4;
+// What counts as detail on the surface is no larger: the filters' σ.
+constexpr double kDetail_mm = 4;
 constexpr double kWidestSigma_px = 32;  // beyond it a filter takes minutes and tells no more
 
 // Every texel's nearest texel of skin, itself for skin.
@@ -56,14 +57,7 @@ cv::Mat filtered(const cv::Mat& image, MicroSplit split, double sigma_px, double
 
 }  // namespace
 
-void DetailOptions::check() const {
-  if (!(size_mm >= 0.05 && size_mm <= 1000))
-    throw UsageError("micro_size = " + to_text(size_mm) + ": take 0.05…1000 mm");
-}
-
-ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens,
-                             const DetailOptions& options) {
-  options.check();
+ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens, MicroSplit split) {
   const std::size_t count = maps.face.size();
   std::vector<float> depth(count, 0.0f), intensity(count, 1.0f);
   double depth_sum = 0;
@@ -82,10 +76,9 @@ ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens,
       tones.ptr<float>()[i] = std::log(std::max(luminance(color[0], color[1], color[2]), kBlack));
     }
     const double mean_depth_mm = depth_sum / static_cast<double>(skin);
-    const double sigma_px =
-        std::clamp(options.size_mm * lens.fx / mean_depth_mm, 0.5, kWidestSigma_px);
-    const cv::Mat macro = filtered(depths, options.split, sigma_px, options.size_mm);
-    const cv::Mat light = filtered(tones, options.split, sigma_px, kTonalSigma);
+    const double sigma_px = std::clamp(kDetail_mm * lens.fx / mean_depth_mm, 0.5, kWidestSigma_px);
+    const cv::Mat macro = filtered(depths, split, sigma_px, kDetail_mm);
+    const cv::Mat light = filtered(tones, split, sigma_px, kTonalSigma);
     for (std::size_t i = 0; i < count; ++i) {
       if (maps.face[i] == kNoFace) continue;
       depth[i] = maps.depth_mm[i] - macro.ptr<float>()[i];

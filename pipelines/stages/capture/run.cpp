@@ -97,7 +97,7 @@ void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& con
 void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
                    const std::vector<PosedCamera>& cameras, const CaptureStageOptions& options,
                    StageReport& report) {
-  if (options.detail.split == MicroSplit::proxy) {
+  if (options.micro == MicroSplit::proxy) {
     report.skipped.push_back({"filtered detail images", "the player draws by the proxy's split"});
     return;
   }
@@ -109,7 +109,7 @@ void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
     call.context.throw_if_cancelled();
     writing.camera = cameras[c];
     write_exr(call.output_folder / camera_folder(c) / "detail.exr",
-              filtered_detail(maps[c], cameras[c].intrinsics, options.detail), writing);
+              filtered_detail(maps[c], cameras[c].intrinsics, options.micro), writing);
   }
 }
 
@@ -177,7 +177,6 @@ void warn_of_several_tissues(const StageCall& call, const ExemplarPhoto& photo) 
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<CaptureStageOptions>();
   options.capture.check();
-  options.detail.check();
   options.material.check();
   const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
   if (exemplar) warn_of_several_tissues(call, *exemplar);

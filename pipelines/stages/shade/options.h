@@ -86,15 +86,14 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
       .add("relief", &o.shading.relief,
            {.help = "share of the relief that is kept, of a tube 1; auto: what each frame's own "
                     "evidence allows",
-            .range = {0, 1}})
-      .add("iterations", &o.shading.iterations,
-           {.help = "iterations of Tsai–Shah", .range = {1, 1000000}});
+            .range = {0, 1}});
   bind_frames(list, o.selection.every, o.sharpest);
   list.add("halvings", &o.frame.halvings,
            {.help = "how often the frames' size is halved before anything else", .range = {0, 4}})
       .add("masks", &o.frame.masks,
            {.help = "look for the round field of view, highlights and instruments"})
       .retire("piecewise_albedo", "tissues of different colour are always told apart", true)
+      .retire("iterations", "Tsai–Shah always has 20", true)
       .retire("full_relief", "relief=1 keeps all of it", true)
       .retire("from_previous", "a frame like the one before always starts from its depth", true);
   bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);

@@ -244,7 +244,7 @@ void write_surface(const ClipResult& result, const Clip& clip, const ShadeStageO
     for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
     call.context.warn(
         "the depth is relative; surface.ply has its median at an assumed 60 mm "
-        "(give --range-mm or --albedo)");
+        "(give --range-mm or --albedo-mm2)");
   }
   const TriangleMesh mesh = mesh_from_depth(depth, color, key.frame.camera, options.mesh);
   write_ply(call.output_folder / "surface.ply", mesh);

@@ -13,7 +13,6 @@
 #include <limits>
 
 #include "organbake/core/error.h"
-#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/distant.h"
@@ -103,13 +102,6 @@ Plane confidence_map(const PreparedFrame& frame, const Plane& log_range,
   return confidence;
 }
 
-double median_where(const Plane& plane, const Mask& inside) {
-  std::vector<float> values;
-  for (std::size_t k = 0; k < plane.size(); ++k)
-    if (inside.values[k] && std::isfinite(plane.values[k])) values.push_back(plane.values[k]);
-  return median(std::move(values));
-}
-
 void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
                 const FrameDepth* previous, FrameDepth& result) {
   RangeEstimate estimate =
@@ -132,7 +124,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   Plane scaled = estimate.log_range;
   keep_relief(rays, frame.tissue, result.quality.kept, scaled);
   result.normals = normals_from_log_range(scaled, rays);
-  double shift = -median_where(scaled, frame.tissue);
+  double shift = -median_inside(scaled, frame.tissue);
   result.metric = true;
   if (options.range_mm > 0) {
     shift += std::log(options.range_mm);
@@ -160,7 +152,7 @@ void place_relief(const PreparedFrame& frame, const ShadingOptions& options, con
                   FrameDepth& result) {
   const double range = options.range_mm > 0 ? options.range_mm : 1;
   const double per_pixel = range / frame.camera.fx;
-  const double middle = median_where(relief_px, frame.tissue);
+  const double middle = median_inside(relief_px, frame.tissue);
   const int width = relief_px.width, height = relief_px.height;
   result.metric = options.range_mm > 0;
   result.depth = Plane(width, height, std::numeric_limits<float>::infinity());
@@ -186,9 +178,10 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
   const LightEstimate estimated = estimate_light(frame.intensity, frame.diffuse);
   result.light = options.light ? *options.light : previous ? previous->light : estimated.light;
   const Plane intensity = unit_intensity(frame, std::max(estimated.albedo, 1e-9));
-  TsaiShahEstimate estimate = shade_tsai_shah(intensity, {result.light, options.iterations},
+  constexpr int kIterations = 20;
+  TsaiShahEstimate estimate = shade_tsai_shah(intensity, {result.light, kIterations},
                                               previous ? &previous->tsai_shah_depth : nullptr);
-  result.refinements = options.iterations;
+  result.refinements = kIterations;
   result.residual = estimate.residual;
   Plane relief(intensity.width, intensity.height);
   for (std::size_t k = 0; k < relief.size(); ++k)
@@ -212,8 +205,6 @@ void ShadingOptions::check() const {
     throw UsageError("albedo is " + to_text(albedo) + "; it must not be negative");
   if (relief && !(*relief >= 0 && *relief <= 1))
     throw UsageError("relief is " + to_text(*relief) + "; it must be auto or in 0…1");
-  if (iterations < 1)
-    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be at least 1");
 }
 
 FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,

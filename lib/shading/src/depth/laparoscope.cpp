@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/grid_filters.h"
 
@@ -210,13 +209,6 @@ Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOption
 
 bool beside_or_beamed(const LaparoscopeOptions& o) {
   return o.light_offset_x_mm != 0 || o.light_offset_y_mm != 0 || o.beam_exponent != 0;
-}
-
-double median_inside(const Plane& plane, const Mask& inside) {
-  std::vector<float> values;
-  for (std::size_t k = 0; k < plane.size(); ++k)
-    if (inside.values[k]) values.push_back(plane.values[k]);
-  return median(std::move(values));
 }
 
 // The misfit that is left where noise and fine texture have averaged out.

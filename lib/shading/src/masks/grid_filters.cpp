@@ -66,6 +66,13 @@ Plane box_mean(const Plane& plane, const Mask& inside, int radius) {
   return sum;
 }
 
+double median_inside(const Plane& plane, const Mask& inside) {
+  std::vector<float> values;
+  for (std::size_t k = 0; k < plane.size(); ++k)
+    if (inside.values[k] && std::isfinite(plane.values[k])) values.push_back(plane.values[k]);
+  return median(std::move(values));
+}
+
 double derivative_at(const float* v, int i, int n, std::ptrdiff_t stride) {
   const auto at = [&](int k) { return double(v[k * stride]); };
   if (n < 3) return n == 2 ? at(1) - at(0) : 0;

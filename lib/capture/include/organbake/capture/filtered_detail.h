@@ -15,21 +15,12 @@ enum class MicroSplit {
   bilateral,  // Tomasi & Manduchi 1998: keeps jumps of more than the size
 };
 
-struct DetailOptions {
-  MicroSplit split = MicroSplit::proxy;
-  // Of what counts as detail, on the surface: the filters' σ, of at most 32 texels; 0.05…1000.
-  double size_mm = 4;
-
-  void check() const;  // throws UsageError
-};
-
 // The microstructure that a filter leaves of one camera's maps:
 //   Y          depth − filtered depth, mm (float): added to a deformed macrostructure
 //   intensity  luminance / filtered luminance (half; filtered as a logarithm, Durand & Dorsey
 //              2002): multiplied with the light on one
 // Background: 0 and 1; it takes no part, the filters see the nearest skin there. OpenCV filters.
 // Throws UsageError for the split `proxy`, which the maps hold already.
-ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens,
-                             const DetailOptions& options);
+ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens, MicroSplit split);
 
 }  // namespace organbake

@@ -98,7 +98,6 @@ struct ShadingOptions {
   ShadingModel model = ShadingModel::laparoscope;
   LaparoscopeOptions laparoscope{.texture = 0.03};
   std::optional<DistantLight> light;  // of Tsai–Shah; nothing = estimated from each cold frame
-  int iterations = 20;                // of Tsai–Shah
   // What makes the laparoscope's depth metric, first come: the median range of the tissue, or the
   // albedo (intensity = albedo · cos θ / r², r in mm). 0 = unknown: depth is relative, median 1.
   double range_mm = 0;

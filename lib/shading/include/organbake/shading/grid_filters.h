@@ -57,6 +57,8 @@ double roughness_of(const Plane& log_range, const ShadedImage& image);
 
 // Mean over the inside pixels of a square window of 2·radius + 1; where there are none, 0.
 [[nodiscard]] Plane box_mean(const Plane& plane, const Mask& inside, int radius);
+// Of the inside pixels that are finite.
+[[nodiscard]] double median_inside(const Plane& plane, const Mask& inside);
 
 // dv/di at index i of n values `stride` apart: central, of fourth order where there is room and of
 // second order elsewhere (one-sided at the ends).
