@@ -12,7 +12,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
-#include "organbake/core/text.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
@@ -135,6 +134,10 @@ namespace {
 constexpr int kBaseSide = 48;       // of the coarsest level
 constexpr float kLeastSd = 0.006F;  // of ln r: poses and lens are no better
 constexpr float kAlikePixels = 10;  // neighbouring matches share one window's errors
+constexpr double kTexture = 0.3;    // share of the brightness that is no shape: texture and gloss
+// Share of the picture's width over which the albedo may change by itself: what brightness says
+// over longer ways is not believed.
+constexpr double kAlbedoShare = 0.08;
 
 // One level of the pyramid: the picture, and what parallax holds.
 struct HeldLevel {
@@ -210,8 +213,7 @@ Plane slowly(Plane plane, const Mask& inside, int radius) {
 
 class HeldFit {
  public:
-  HeldFit(const PreparedFrame& frame, const SweptDepth& swept, const HeldShadingOptions& options)
-      : options_(options), rays_(ray_grid(frame.camera)) {
+  HeldFit(const PreparedFrame& frame, const SweptDepth& swept) : rays_(ray_grid(frame.camera)) {
     levels_.push_back({shaded(frame), held_range(swept, rays_)});
     while (std::max(levels_.back().image.rays.width, levels_.back().image.rays.height) > kBaseSide)
       levels_.push_back({halved(levels_.back().image), halved(levels_.back().held)});
@@ -261,7 +263,7 @@ class HeldFit {
   void fit(const HeldLevel& level, bool shading, RangeFitOptions fit_options, Plane& v) const {
     constexpr float kUsual = 0.1F;  // an edge of an organ is no stray match
     constexpr double kRoughness = 1;
-    fit_options.model_error = options_.texture;
+    fit_options.model_error = kTexture;
     fit_options.roughness = kRoughness;
     const HeldRange held = let_go(level.held, v, kUsual);
     ShadedImage image = level.image;
@@ -282,7 +284,7 @@ class HeldFit {
       if (image.inside.values[k])
         left.values[k] = std::log(std::max(image.intensity.values[k], 1e-4F)) - model.values[k];
     const int radius =
-        std::max(1, static_cast<int>(std::lround(options_.albedo_share * image.rays.width / 2)));
+        std::max(1, static_cast<int>(std::lround(kAlbedoShare * image.rays.width / 2)));
     const Plane albedo = slowly(left, image.inside, radius);
     for (std::size_t k = 0; k < v.size(); ++k) {
       if (!image.inside.values[k]) continue;
@@ -295,7 +297,6 @@ class HeldFit {
     }
   }
 
-  const HeldShadingOptions& options_;
   RayGrid rays_;
   std::vector<HeldLevel> levels_;
 };
@@ -308,38 +309,18 @@ Plane support_of(const SweptDepth& swept, double reach_share) {
   return box_mean(box_mean(swept.confidence, all, radius), all, radius);
 }
 
-void check_sizes(const PreparedFrame& frame, const SweptDepth& swept) {
-  const auto fits = [&](const Plane& plane) {
-    return plane.width == frame.camera.width && plane.height == frame.camera.height;
-  };
-  if (!fits(swept.depth) || !fits(swept.confidence) || !fits(swept.relative_sd))
-    throw BadDataError("held shading: the frame and its swept depth are of different sizes");
+}  // namespace
+
+FrameDepth fill_by_shading(const PreparedFrame& frame, const SweptDepth& swept,
+                           double reach_share) {
   if (std::none_of(swept.confidence.values.begin(), swept.confidence.values.end(),
                    [](float c) { return c > 0; }))
     throw BadDataError("held shading: parallax tells no depth of this frame");
-}
-
-}  // namespace
-
-void HeldShadingOptions::check() const {
-  const auto share = [](const char* name, double value) {
-    if (!(value > 0 && value <= 1))
-      throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in 0…1");
-  };
-  share("texture", texture);
-  share("albedo_share", albedo_share);
-  share("reach_share", reach_share);
-}
-
-FrameDepth fill_by_shading(const PreparedFrame& frame, const SweptDepth& swept,
-                           const HeldShadingOptions& options) {
-  options.check();
-  check_sizes(frame, swept);
   const RayGrid rays = ray_grid(frame.camera);
   FrameDepth result;
-  result.range.log_range = HeldFit(frame, swept, options).run();
+  result.range.log_range = HeldFit(frame, swept).run();
   const Plane& v = result.range.log_range;
-  const Plane support = support_of(swept, options.reach_share);
+  const Plane support = support_of(swept, reach_share);
   Mask reached = frame.tissue;
   constexpr float kLeastSupport = 0.02F, kFilled = 0.5F;
   result.confidence = Plane(rays.width, rays.height);

@@ -56,9 +56,11 @@ Overlap overlap_of(const PosedCamera& reference, const PosedCamera& other, doubl
   return overlap;
 }
 
+constexpr double kBestAngle_rad = 0.08;  // between the rays to one point
+
 // Rises to the best angle and falls slowly beyond it.
-double worth(double angle_rad, double best_rad) {
-  const double x = angle_rad / best_rad;
+double worth(double angle_rad) {
+  const double x = angle_rad / kBestAngle_rad;
   return x < 1 ? x : 1 / x;
 }
 
@@ -72,14 +74,16 @@ double nearness(std::size_t i, std::size_t reference, double usual_gap) {
 std::vector<std::size_t> best_neighbours(const std::vector<PosedCamera>& cameras,
                                          std::size_t reference, double depth,
                                          const NeighbourOptions& options) {
+  constexpr double kMostAngle_rad = 0.6;  // beyond, pictures are unlike
+  constexpr double kLeastOverlap = 0.5;   // share of the reference's picture that the other shows
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     if (i == reference) continue;
     const Overlap overlap = overlap_of(cameras[reference], cameras[i], depth);
-    if (overlap.share < options.least_overlap || overlap.angle_rad < options.least_angle_rad ||
-        overlap.angle_rad > options.most_angle_rad)
+    if (overlap.share < kLeastOverlap || overlap.angle_rad < options.least_angle_rad ||
+        overlap.angle_rad > kMostAngle_rad)
       continue;
-    double score = overlap.share * worth(overlap.angle_rad, options.best_angle_rad);
+    double score = overlap.share * worth(overlap.angle_rad);
     if (options.usual_gap > 0) score *= nearness(i, reference, options.usual_gap);
     candidates.push_back({i, score, cameras[i].center_world_mm()});
   }
@@ -88,11 +92,11 @@ std::vector<std::size_t> best_neighbours(const std::vector<PosedCamera>& cameras
   while (static_cast<int>(chosen.size()) < options.most && !candidates.empty()) {
     // One beside another that is chosen tells little anew.
     const auto gain = [&](const Candidate& candidate) {
-      double apart = depth * options.best_angle_rad;
+      double apart = depth * kBestAngle_rad;
       for (std::size_t i = 1; i < centers.size(); ++i)
         apart = std::min(apart, (candidate.center - centers[i]).norm());
       constexpr double kAlone = 0.25;
-      return candidate.score * (kAlone + apart / (depth * options.best_angle_rad));
+      return candidate.score * (kAlone + apart / (depth * kBestAngle_rad));
     };
     const auto best =
         std::max_element(candidates.begin(), candidates.end(),
@@ -243,7 +247,7 @@ class KeyDepths {
       Key& key = keys_[i];
       std::vector<const PosedFrame*> neighbours;
       for (const std::size_t view : key.neighbours) neighbours.push_back(&frames_.at(view));
-      key.swept = sweep_depth(frames_.at(key.view), neighbours, range_of(key.depths), {}, context_);
+      key.swept = sweep_depth(frames_.at(key.view), neighbours, range_of(key.depths), context_);
       context_.progress(static_cast<double>(++done) / static_cast<double>(keys_.size()));
     });
   }
@@ -272,7 +276,7 @@ class KeyDepths {
       KeyDepth& key = keys_[i].result;
       const SweptDepth& swept = keys_[i].swept;
       try {
-        key.depth = fill_by_shading(key.prepared, swept, {});
+        key.depth = fill_by_shading(key.prepared, swept);
       } catch (const BadDataError&) {
         return;  // nothing of it is certain
       }

@@ -9,13 +9,10 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
-#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
@@ -48,6 +45,11 @@ PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int hal
 }
 
 namespace {
+
+constexpr double kLabel_px = 0.5;          // parallax from one depth that is tried to the next
+constexpr int kMostLabels = 160;           // of the coarsest level, which tries the whole range
+constexpr int kRefiningLabels = 17;        // of each finer level, round what the coarser one found
+constexpr float kLeastCorrelation = 0.3F;  // of what is taken for a match at all
 
 struct Level {
   SweepView reference;
@@ -123,15 +125,12 @@ struct Found {
 
 class LevelSweep {
  public:
-  LevelSweep(const Level& level, const InverseDepthLabels& labels, const SweepOptions& options)
-      : level_(level), labels_(labels), options_(options) {}
+  LevelSweep(const Level& level, const InverseDepthLabels& labels)
+      : level_(level), labels_(labels) {}
 
   Found run() {
-    const CostVolume volume =
-        neighbour_costs(level_.reference, level_.neighbours, labels_,
-                        {.window_radius_px = options_.window_radius_px, .best = options_.best});
-    const std::vector<std::uint16_t> sums = aggregated(
-        volume, level_.grey, {.step = options_.smooth_step, .jump = options_.smooth_jump});
+    const CostVolume volume = neighbour_costs(level_.reference, level_.neighbours, labels_);
+    const std::vector<std::uint16_t> sums = aggregated(volume, level_.grey);
     const int width = volume.width, height = volume.height;
     Found found{Plane(width, height), Plane(width, height), Plane(width, height),
                 Plane(width, height)};
@@ -180,7 +179,7 @@ class LevelSweep {
     const float bend =
         scale * static_cast<float>(costs[before] + costs[after] - 2 * costs[best]) / 4;
     const float rest = std::max(0.02F, scale * static_cast<float>(costs[best]));
-    const float side = static_cast<float>(2 * options_.window_radius_px + 1);
+    constexpr float side = 2 * kWindowRadius_px + 1;
     constexpr float kAlikePixels = 9;  // that share one noise
     return std::sqrt(rest / (std::max(bend, kLeastBend) * side * side / kAlikePixels));
   }
@@ -188,15 +187,13 @@ class LevelSweep {
   static constexpr float kPlain = 150;  // of eight paths' costs: no doubt
   const Level& level_;
   const InverseDepthLabels& labels_;
-  const SweepOptions& options_;
 };
 
-InverseDepthLabels whole_range(const Level& level, const DepthRange& range,
-                               const SweepOptions& options) {
+InverseDepthLabels whole_range(const Level& level, const DepthRange& range) {
   const double near = 1 / range.nearest, far = 1 / range.farthest;
-  const double wanted = options.label_px / std::max(1e-12, parallax_px(level, 0.5 * (near + far)));
-  const int count = std::clamp(static_cast<int>(std::ceil((near - far) / wanted)) + 1, 8,
-                               std::max(8, options.most_labels));
+  const double wanted = kLabel_px / std::max(1e-12, parallax_px(level, 0.5 * (near + far)));
+  const int count =
+      std::clamp(static_cast<int>(std::ceil((near - far) / wanted)) + 1, 8, kMostLabels);
   InverseDepthLabels labels;
   labels.base = Plane(level.grey.width, level.grey.height, static_cast<float>(far));
   labels.step = static_cast<float>((near - far) / (count - 1));
@@ -206,15 +203,15 @@ InverseDepthLabels whole_range(const Level& level, const DepthRange& range,
 
 // Round the coarser level's surface, which is bridged where it is not sure.
 InverseDepthLabels round_surface(const Found& coarse, const Level& level, float coarse_step,
-                                 const DepthRange& range, const SweepOptions& options) {
+                                 const DepthRange& range) {
   Mask sure(coarse.sd.width, coarse.sd.height);
   for (std::size_t k = 0; k < sure.size(); ++k)
-    sure.values[k] = coarse.correlation.values[k] >= options.least_correlation;
+    sure.values[k] = coarse.correlation.values[k] >= kLeastCorrelation;
   Plane surface = box_mean(coarse.inverse_depth, sure, 1);
   fill_outside(surface, sure);
   InverseDepthLabels labels;
   labels.step = 0.5F * coarse_step;
-  labels.count = options.refining_labels;
+  labels.count = kRefiningLabels;
   labels.base = doubled(surface, level.grey.width, level.grey.height);
   const float half = labels.step * static_cast<float>(labels.count / 2);
   const float least = static_cast<float>(0.5 / range.farthest);
@@ -223,7 +220,7 @@ InverseDepthLabels round_surface(const Found& coarse, const Level& level, float 
 }
 
 // Small pieces of depth that hang together with nothing are chance matches: correlation 0.
-void drop_speckles(float label_step, const SweepOptions& options, Found& found) {
+void drop_speckles(float label_step, Found& found) {
   constexpr double kSmallest = 8e-4;  // share of the picture
   constexpr int kPerLabel = 8, kApart = 12;
   constexpr std::int16_t kNone = -1;
@@ -233,7 +230,7 @@ void drop_speckles(float label_step, const SweepOptions& options, Found& found) 
     for (int x = 0; x < width; ++x) {
       const std::size_t k = found.sd.index(x, y);
       const float step = found.inverse_depth.values[k] / label_step * kPerLabel;
-      const bool match = found.correlation.values[k] >= options.least_correlation && step > 0;
+      const bool match = found.correlation.values[k] >= kLeastCorrelation && step > 0;
       steps.at<std::int16_t>(y, x) =
           match ? static_cast<std::int16_t>(std::min(step, 32000.F)) : kNone;
     }
@@ -243,82 +240,39 @@ void drop_speckles(float label_step, const SweepOptions& options, Found& found) 
       if (steps.at<std::int16_t>(y, x) == kNone) found.correlation.at(x, y) = 0;
 }
 
-SweptDepth result_of(const Found& found, const Level& level, const SweepOptions& options) {
+SweptDepth result_of(const Found& found, const Level& level) {
   const int width = found.sd.width, height = found.sd.height;
   constexpr float kUnknown = std::numeric_limits<float>::infinity();
   constexpr float kGoodCorrelation = 0.75F;
   SweptDepth result{Plane(width, height, kUnknown), Plane(width, height, kUnknown),
                     Plane(width, height)};
-  const float least = static_cast<float>(options.least_correlation);
   for (std::size_t k = 0; k < found.sd.size(); ++k) {
     if (!level.reference.counts.values[k]) continue;
     const float correlation = found.correlation.values[k], w = found.inverse_depth.values[k];
-    if (correlation < least || !(w > 0)) continue;
+    if (correlation < kLeastCorrelation || !(w > 0)) continue;
     result.depth.values[k] = 1 / w;
     result.relative_sd.values[k] = found.sd.values[k] / w;
     result.confidence.values[k] =
-        smooth_step<float>(least, kGoodCorrelation, correlation) * found.margin.values[k];
+        smooth_step<float>(kLeastCorrelation, kGoodCorrelation, correlation) *
+        found.margin.values[k];
   }
   return result;
 }
 
-void check_sizes(const PosedFrame& frame) {
-  const Intrinsics& lens = frame.camera.intrinsics;
-  lens.check();
-  const auto fits = [&](int width, int height) {
-    return width == lens.width && height == lens.height;
-  };
-  if (!fits(frame.intensity.width, frame.intensity.height) ||
-      !fits(frame.counts.width, frame.counts.height))
-    throw BadDataError("plane sweep: picture, mask and camera " + frame.camera.name +
-                       " are of different sizes");
-  if (lens.has_distortion())
-    throw BadDataError("plane sweep: camera " + frame.camera.name +
-                       " has distortion; undistort its frame first");
-}
-
 }  // namespace
-
-void DepthRange::check() const {
-  if (!(nearest > 0 && farthest > nearest && std::isfinite(farthest)))
-    throw UsageError("the range of depths is " + to_text(nearest) + "…" + to_text(farthest) +
-                     "; the nearest must be positive and less than the farthest");
-}
-
-void SweepOptions::check() const {
-  const auto within = [](const char* name, double value, double least, double most) {
-    if (!(value >= least && value <= most))
-      throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in " +
-                       to_text(least) + "…" + to_text(most));
-  };
-  within("label_px", label_px, 0.05, 4);
-  within("most_labels", most_labels, 8, 512);
-  within("refining_labels", refining_labels, 5, 65);
-  within("coarsest_px", coarsest_px, 64, 4096);
-  within("window_radius_px", window_radius_px, 1, 16);
-  within("best", best, 1, 8);
-  within("smooth_step", smooth_step, 0, 250);
-  within("smooth_jump", smooth_jump, 1, 1000);
-  within("least_correlation", least_correlation, 0, 0.7);
-}
 
 SweptDepth sweep_depth(const PosedFrame& reference,
                        const std::vector<const PosedFrame*>& neighbours, const DepthRange& range,
-                       const SweepOptions& options, const RunContext& context) {
-  options.check();
-  range.check();
-  if (neighbours.empty()) throw BadDataError("plane sweep: a frame needs at least one neighbour");
-  check_sizes(reference);
-  for (const PosedFrame* frame : neighbours) check_sizes(*frame);
-  const std::vector<Level> levels = pyramid(reference, neighbours, options.coarsest_px);
-  InverseDepthLabels labels = whole_range(levels.back(), range, options);
+                       const RunContext& context, int coarsest_px) {
+  const std::vector<Level> levels = pyramid(reference, neighbours, coarsest_px);
+  InverseDepthLabels labels = whole_range(levels.back(), range);
   for (std::size_t i = levels.size();;) {
     context.throw_if_cancelled();
     const Level& level = levels[--i];
-    Found found = LevelSweep(level, labels, options).run();
-    drop_speckles(labels.step, options, found);
-    if (i == 0) return result_of(found, level, options);
-    labels = round_surface(found, levels[i - 1], labels.step, range, options);
+    Found found = LevelSweep(level, labels).run();
+    drop_speckles(labels.step, found);
+    if (i == 0) return result_of(found, level);
+    labels = round_surface(found, levels[i - 1], labels.step, range);
   }
 }
 

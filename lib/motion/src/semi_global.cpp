@@ -13,6 +13,9 @@ namespace organbake {
 namespace {
 
 constexpr int kDirections = 4;  // in each of two passes over the picture
+constexpr int kStep = 24;       // what a step to the next label costs, where a match costs 0…250
+constexpr int kJump = 240;      // what a farther one costs, within one piece of tissue
+constexpr float kEdge = 12;     // grey levels from one pixel to the next at which a jump costs half
 
 // Path costs of one pixel: labels with a number too large to be chosen on either side.
 class Paths {
@@ -55,10 +58,9 @@ std::uint16_t follow(const std::uint8_t* __restrict cost, const std::uint16_t* _
 
 class Aggregation {
  public:
-  Aggregation(const CostVolume& volume, const Plane& grey, const SmoothnessOptions& options)
+  Aggregation(const CostVolume& volume, const Plane& grey)
       : volume_(volume),
         grey_(grey),
-        options_(options),
         sums_(volume.costs.size()),
         before_(volume.width, volume.labels),
         now_(volume.width, volume.labels) {}
@@ -94,7 +96,7 @@ class Aggregation {
         continue;
       }
       now_.least(x, k) =
-          follow(cost, from.at(fx, k), from.least(fx, k), options_.step,
+          follow(cost, from.at(fx, k), from.least(fx, k), kStep,
                  jump(grey_.at(x, y), grey_.at(fx, fy)), volume_.labels, now_.at(x, k), sum);
     }
   }
@@ -112,22 +114,20 @@ class Aggregation {
 
   // Depth jumps where brightness does.
   int jump(float here, float there) const {
-    const float share = 1 / (1 + std::abs(here - there) / options_.edge);
-    return std::max(options_.step + 1, static_cast<int>(static_cast<float>(options_.jump) * share));
+    const float share = 1 / (1 + std::abs(here - there) / kEdge);
+    return std::max(kStep + 1, static_cast<int>(kJump * share));
   }
 
   const CostVolume& volume_;
   const Plane& grey_;
-  const SmoothnessOptions& options_;
   std::vector<std::uint16_t> sums_;
   Paths before_, now_;
 };
 
 }  // namespace
 
-std::vector<std::uint16_t> aggregated(const CostVolume& volume, const Plane& grey,
-                                      const SmoothnessOptions& options) {
-  return Aggregation(volume, grey, options).run();
+std::vector<std::uint16_t> aggregated(const CostVolume& volume, const Plane& grey) {
+  return Aggregation(volume, grey).run();
 }
 
 }  // namespace organbake

@@ -16,7 +16,7 @@ namespace {
 constexpr float kHidden = 1e4F;  // marks what does not count in a neighbour's pattern
 constexpr float kLegible = 100;  // patterns are smaller; interpolated marks are not
 constexpr int kStripRows = 24;   // worked on together, so that all stays in the cache
-constexpr int kMostBest = 8;
+constexpr int kMostBest = 4;     // of the neighbours that are believed at each pixel
 // Of the window's pixels, in standard deviations²: patterns weaker than this are noise, alike or
 // not.
 constexpr float kNoise = 0.04F;
@@ -130,12 +130,10 @@ void take_row(const float* __restrict row, int width, float* __restrict sum) {
 // One thread's work on a strip of rows.
 class Strip {
  public:
-  Strip(const SweepView& reference, const InverseDepthLabels& labels, const CostOptions& options,
-        int first, int last)
+  Strip(const SweepView& reference, const InverseDepthLabels& labels, int best, int first, int last)
       : reference_(reference),
         labels_(labels),
-        radius_(options.window_radius_px),
-        best_count_(options.best),
+        best_count_(best),
         first_(first),
         last_(last),
         width_(reference.pattern.width),
@@ -271,7 +269,7 @@ class Strip {
 
   const SweepView& reference_;
   const InverseDepthLabels& labels_;
-  int radius_, best_count_, first_, last_, width_, above_, below_;
+  int radius_ = kWindowRadius_px, best_count_, first_, last_, width_, above_, below_;
   std::vector<float> seen_;
   std::vector<float> wide_;  // a row between zeros
   Rows products_[3];         // a², a·b, b² of what both see, summed along rows
@@ -283,18 +281,17 @@ class Strip {
 }  // namespace
 
 CostVolume neighbour_costs(const SweepView& reference, const std::vector<SweepView>& neighbours,
-                           const InverseDepthLabels& labels, const CostOptions& options) {
+                           const InverseDepthLabels& labels) {
   const int width = reference.pattern.width, height = reference.pattern.height;
   CostVolume volume{width, height, labels.count, {}};
   volume.costs.resize(std::size_t(width) * height * labels.count);
   std::vector<Target> targets;
   targets.reserve(neighbours.size());
   for (const SweepView& view : neighbours) targets.push_back(target_of(reference, view));
-  CostOptions used = options;
-  used.best = std::clamp(options.best, 1, std::min(kMostBest, static_cast<int>(targets.size())));
+  const int best = std::min(kMostBest, static_cast<int>(targets.size()));
   const int strips = (height + kStripRows - 1) / kStripRows;
   parallel_for(0, strips, [&](int i) {
-    Strip strip(reference, labels, used, i * kStripRows, std::min(height, (i + 1) * kStripRows));
+    Strip strip(reference, labels, best, i * kStripRows, std::min(height, (i + 1) * kStripRows));
     for (int label = 0; label < labels.count; ++label) strip.label_costs(targets, label, volume);
   });
   return volume;

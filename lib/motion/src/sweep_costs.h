@@ -36,25 +36,16 @@ struct CostVolume {
   }
 };
 
-struct CostOptions {
-  int window_radius_px = 4;
-  int best = 4;  // of the neighbours: those that see the pixel's surroundings unhidden
-};
+inline constexpr int kWindowRadius_px = 5;  // of the correlation
 
 // 1 − NCC of the patterns (Lewis 1995), what does not count left out, as the mean of the best
-// neighbours. Where no neighbour sees enough of a window all labels cost the same.
+// neighbours: those that see the pixel's surroundings unhidden. Where no neighbour sees enough of a
+// window all labels cost the same.
 CostVolume neighbour_costs(const SweepView& reference, const std::vector<SweepView>& neighbours,
-                           const InverseDepthLabels& labels, const CostOptions& options);
-
-struct SmoothnessOptions {
-  int step = 24;    // what a step to the next label costs, where a match costs 0…250
-  int jump = 240;   // what a farther one costs, within one piece of tissue
-  float edge = 12;  // grey levels from one pixel to the next at which a jump costs half
-};
+                           const InverseDepthLabels& labels);
 
 // Sums of the costs with what neighbours ask for, along eight directions (semi-global matching,
 // Hirschmüller 2008). Labels of a pixel side by side, as in the volume.
-std::vector<std::uint16_t> aggregated(const CostVolume& volume, const Plane& grey,
-                                      const SmoothnessOptions& options);
+std::vector<std::uint16_t> aggregated(const CostVolume& volume, const Plane& grey);
 
 }  // namespace organbake

@@ -26,22 +26,6 @@ PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int hal
 
 struct DepthRange {
   double nearest = 0, farthest = 0;  // planar z, in the unit of the poses
-
-  void check() const;  // throws UsageError: 0 < nearest < farthest
-};
-
-struct SweepOptions {
-  double label_px = 0.5;     // parallax from one depth that is tried to the next
-  int most_labels = 160;     // of the coarsest level, which tries the whole range
-  int refining_labels = 17;  // of each finer level, round what the coarser one found
-  int coarsest_px = 340;     // the longest side that the whole range is tried at, at most
-  int window_radius_px = 5;  // of the correlation
-  int best = 4;              // of the neighbours that are believed at each pixel
-  int smooth_step = 24;      // what a step to the next label costs, where a match costs 0…250
-  int smooth_jump = 240;     // what a farther one costs within one piece of tissue
-  double least_correlation = 0.3;  // of what is taken for a match at all
-
-  void check() const;  // throws UsageError
 };
 
 // What parallax tells of one frame.
@@ -54,20 +38,18 @@ struct SweptDepth {
 // Depth of `reference` by plane sweep (Collins 1996) over inverse depth: correlations with the
 // neighbours, the best of each pixel (hidden places drop out), made smooth along the picture by
 // semi-global matching, from coarse to fine; on finer levels the sweep follows the coarser one's
-// surface, so that windows lie on it. Frames may be of different sizes and lenses. Throws
-// BadDataError when there is no neighbour, or a plane is not of its camera's size.
+// surface, so that windows lie on it. Frames may be of different sizes and lenses; there is at
+// least one neighbour. `coarsest_px`: the longest side that the whole range is tried at, at most.
 SweptDepth sweep_depth(const PosedFrame& reference,
                        const std::vector<const PosedFrame*>& neighbours, const DepthRange& range,
-                       const SweepOptions& options, const RunContext& context = {});
+                       const RunContext& context = {}, int coarsest_px = 340);
 
 struct NeighbourOptions {
   int most = 8;
-  // Between the rays to one point: less tells little of depth, more makes pictures unlike.
-  double best_angle_rad = 0.08, least_angle_rad = 0.012, most_angle_rad = 0.6;
+  double least_angle_rad = 0.012;  // between the rays to one point: less tells little of depth
   // Frames that lie farther off in the list count less: tissue moves meanwhile. 0 = time says
   // nothing.
   double usual_gap = 0;
-  double least_overlap = 0.5;  // share of the reference's picture that the other frame shows
 };
 
 // The frames whose rays meet the reference's at the best angles at this depth, from as many sides
@@ -91,26 +73,14 @@ void borrow_depth(const std::vector<PosedCamera>& cameras,
                   const std::vector<std::vector<std::size_t>>& partners,
                   std::vector<SweptDepth>& swept);
 
-struct HeldShadingOptions {
-  // Share of the brightness that texture and gloss change without being shape.
-  double texture = 0.3;
-  // Share of the picture's width over which the albedo may change by itself: what brightness says
-  // over longer ways is not believed.
-  double albedo_share = 0.08;
-  // Share of the width that shading reaches from where parallax is sure; farther off there is no
-  // depth.
-  double reach_share = 0.12;
-
-  void check() const;  // throws UsageError
-};
-
 // Depth of one frame from parallax and shading in one solve: ln r is held to the swept depth where
 // that is certain (robustly: what a smooth surface cannot follow is let go) and bends between so
 // that the picture under the lamp at the lens is explained. The albedo's slow changes are free, so
-// that only what is shorter than `albedo_share` comes from brightness. The depth is in the swept
-// depth's unit, `metric` is the caller's to say. confidence: the certainty of parallax near the
-// pixel. Throws BadDataError when sizes differ or nothing is certain.
+// that only what is short comes from brightness. The depth is in the swept depth's unit, `metric`
+// is the caller's to say. confidence: the certainty of parallax near the pixel. `reach_share`: of
+// the width, how far shading reaches from where parallax is sure; farther off there is no depth.
+// Throws BadDataError when nothing is certain.
 FrameDepth fill_by_shading(const PreparedFrame& frame, const SweptDepth& swept,
-                           const HeldShadingOptions& options);
+                           double reach_share = 0.12);
 
 }  // namespace organbake
