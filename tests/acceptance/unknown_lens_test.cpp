@@ -244,28 +244,25 @@ struct Told {
 
 void measure(const std::vector<WallFrame>& frames, Told& told) {
   const Scene& scene = told.motion.scene;
-  std::vector<double> orders, errors;
+  DepthPairs all;
+  std::vector<double> orders;
   for (std::size_t view = 0; view < told.motion.view_frames.size(); ++view) {
     if (!scene.is_posed(view)) continue;
     const Plane& truth = frames[told.motion.view_frames[view]].depth_mm;
-    std::vector<float> found, known;
+    DepthPairs own;
     for (const Landmark& landmark : scene.landmarks) {
       const Sighting* seen = landmark.place ? sighting_in(landmark, view) : nullptr;
       if (!seen || !seen->agrees) continue;
-      const double depth = truth.at(int(seen->pixel.x()), int(seen->pixel.y()));
-      if (!std::isfinite(depth)) continue;
-      const double told_depth = (*scene.camera_from_world[view] * *landmark.place).z();
-      found.push_back(static_cast<float>(told_depth));
-      known.push_back(static_cast<float>(depth));
-      errors.push_back(std::log(told_depth / depth));
+      const auto found = static_cast<float>((*scene.camera_from_world[view] * *landmark.place).z());
+      const float known = truth.at(int(seen->pixel.x()), int(seen->pixel.y()));
+      own.add(found, known);
+      all.add(found, known);
     }
     constexpr std::size_t kFewest = 20;
-    if (found.size() >= kFewest) orders.push_back(spearman(found, known));
+    if (own.found.size() >= kFewest) orders.push_back(agreement_of(own).spearman);
   }
   told.order = median(std::move(orders));
-  const double scale = median(errors);
-  for (double& error : errors) error = std::abs(error - scale);
-  told.error = median(std::move(errors));
+  told.error = agreement_of(all).median_percent / 100;
 }
 
 Told told_of(const WallClip& clip) {
@@ -283,7 +280,7 @@ Told told_of(const WallClip& clip) {
     pictures[i].picture.color = image;
   }
   MotionOptions options;
-  options.reconstruction.lens = {.focal = true, .distortion = true};
+  options.lens = {.focal = true, .distortion = true};
   constexpr double kStart_rad = 1.2217;  // 70 degrees, as the stage's own
   Told told{find_motion(options, tracker.take(), sharp,
                         assumed_camera(kWallWidth, kWallHeight, kStart_rad),

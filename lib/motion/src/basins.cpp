@@ -2,9 +2,9 @@
 //
 // Which scene a clip shows, where several explain it nearly as well. A scene turned inside out
 // looks alike through a long lens (Koenderink & van Doorn 1991), and so does a flatter one through
-// a longer lens. In: sightings, a lens or what is known of scopes' lenses, pictures. A sample of
+// a longer lens. In: sightings with their light, a lens or what is known of scopes'. A sample of
 // the views is solved from several focal lengths and, for each scene that is found, from its mirror
-// image; the pictures tell by the lamp at the lens which one is right side out. Out: the poses to
+// image; the light tells by the lamp at the lens which one is right side out. Out: the poses to
 // begin with, and what the next best scene costs.
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -64,7 +64,7 @@ Scene sample_of(const Scene& scene, const std::vector<std::size_t>& views) {
     Landmark part{landmark.track, {}, {}};
     for (std::size_t i = 0; i < views.size(); ++i)
       if (const Sighting* seen = sighting_in(landmark, views[i]))
-        part.seen.push_back({i, seen->pixel});
+        part.seen.push_back({i, seen->pixel, true, seen->light});
     if (part.seen.size() >= 2) sample.landmarks.push_back(std::move(part));
   }
   std::stable_sort(
@@ -111,15 +111,15 @@ Scene turned_inside_out(Scene scene) {
 // A scene that a search ended in.
 struct Basin {
   Scene scene;
-  double parallax_px = 0, cost = 0;
+  double cost = 0;
   LampAgreement lamp;
 };
 
-void settle(const ReconstructionOptions& options, const FreeLens& lens, Scene& scene) {
+void settle(const FreeLens& lens, Scene& scene) {
   constexpr int kIterations = 30;
   adjust({.lens = lens, .iterations = kIterations}, scene);
-  drop_outliers(options.triangulation, scene);
-  triangulate(options.triangulation, scene);
+  drop_outliers(scene);
+  triangulate(scene);
 }
 
 // Correlation of the depths that both scenes give the places before one view.
@@ -145,19 +145,17 @@ bool is_same(const Basin& a, const Basin& b) {
   return alike_in_depth(a.scene, b.scene) > kSameDepth;
 }
 
-std::vector<Basin> settled(const ReconstructionOptions& options, std::vector<Scene> scenes,
-                           bool begun, const RunContext& context) {
+std::vector<Basin> settled(const FreeLens& lens, std::vector<Scene> scenes, bool begun,
+                           const RunContext& context) {
   std::vector<Basin> found(scenes.size());
   parallel_for(std::size_t{0}, scenes.size(), [&](std::size_t i) {
     found[i].scene = std::move(scenes[i]);
-    if (!begun) {
-      const ReconstructionSummary summary = reconstruct(options, found[i].scene, context);
-      found[i].parallax_px = summary.parallax_px;
-      if (!summary.failure.empty()) return;
-    }
     // With a lens that gives way a mirror image would turn back before it has settled.
-    if (begun) settle(options, {}, found[i].scene);
-    settle(options, options.lens, found[i].scene);
+    if (begun)
+      settle({}, found[i].scene);
+    else if (!reconstruct(lens, found[i].scene, context).empty())
+      return;
+    settle(lens, found[i].scene);
   });
   std::erase_if(found, [](const Basin& basin) { return basin.scene.posed_views() < 3; });
   return found;
@@ -211,31 +209,24 @@ std::vector<Scene> turned_inside_out(const std::vector<Basin>& basins) {
 
 }  // namespace
 
-BasinChoice choose_basin(const ReconstructionOptions& whole, const PictureLoader& load,
-                         const std::vector<std::size_t>& frames, Scene& scene,
-                         const RunContext& context) {
+BasinChoice choose_basin(const FreeLens& whole, Scene& scene, const RunContext& context) {
   // A few views tell distortion from focal length badly.
-  ReconstructionOptions options = whole;
-  options.lens.distortion = false;
+  const FreeLens free{.focal = whole.focal};
   const std::vector<std::size_t> views = sampled_views(scene);
   const Scene sample = sample_of(scene, views);
   std::vector<Scene> starts;
-  for (const Intrinsics& lens : starts_of(options.lens, scene.lens)) {
+  for (const Intrinsics& lens : starts_of(free, scene.lens)) {
     starts.push_back(sample);
     starts.back().lens = lens;
   }
-  std::vector<Basin> basins = settled(options, std::move(starts), false, context);
+  std::vector<Basin> basins = settled(free, std::move(starts), false, context);
   BasinChoice choice;
   if (basins.empty()) return choice;
   weigh(basins);
-  for (Basin& basin : settled(options, turned_inside_out(basins), true, context))
+  for (Basin& basin : settled(free, turned_inside_out(basins), true, context))
     basins.push_back(std::move(basin));
   weigh(basins);
-  std::vector<std::size_t> sampled_frames;
-  for (const std::size_t view : views) sampled_frames.push_back(frames[view]);
-  const auto pictures = load(sampled_frames);
-  for (Basin& basin : basins) basin.lamp = lamp_agreement(pictures, basin.scene);
-  const FreeLens& free = options.lens;
+  for (Basin& basin : basins) basin.lamp = lamp_agreement(basin.scene);
   std::stable_sort(basins.begin(), basins.end(),
                    [&](const Basin& a, const Basin& b) { return price(a, free) < price(b, free); });
   const Basin& best = basins.front();
@@ -243,7 +234,6 @@ BasinChoice choose_basin(const ReconstructionOptions& whole, const PictureLoader
   for (std::size_t i = 0; i < views.size(); ++i)
     scene.camera_from_world[views[i]] = best.scene.camera_from_world[i];
   for (const Basin& basin : basins) {
-    choice.parallax_px = std::max(choice.parallax_px, basin.parallax_px);
     // Of one shape through several lenses all views together tell the right one.
     if (is_same(best, basin)) continue;
     const double costs = price(basin, free) / std::max(1e-9, price(best, free));

@@ -62,20 +62,14 @@ namespace {
 
 constexpr std::size_t kEnoughFeatures = 300;  // features hold a pose as well as thousands
 constexpr std::size_t kFewestFeatures = 15;
-constexpr double kFitsFrame_px = 4;
 
-struct FeaturePlaces {
-  std::vector<Eigen::Vector3d> places;
-  std::vector<Eigen::Vector2d> pixels;
-};
-
-FeaturePlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame) {
+SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame) {
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
     if (scene.landmarks[i].place && clip.tracks[scene.landmarks[i].track].is_in(frame))
       all.push_back(i);
   const std::size_t step = std::max<std::size_t>(1, all.size() / kEnoughFeatures);
-  FeaturePlaces seen;
+  SeenPlaces seen;
   for (std::size_t i = 0; i < all.size(); i += step) {
     const Landmark& landmark = scene.landmarks[all[i]];
     seen.places.push_back(*landmark.place);
@@ -111,9 +105,8 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
                           [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
     RigidTransform pose = *scene.camera_from_world[nearest];
     if (view_frames[nearest] != frame) {
-      const FeaturePlaces seen = seen_in(clip, scene, frame);
-      const std::size_t agreeing =
-          adjust_pose(scene.lens, seen.places, seen.pixels, kFitsFrame_px, pose);
+      const SeenPlaces seen = seen_in(clip, scene, frame);
+      const std::size_t agreeing = adjust_pose(scene.lens, seen, pose);
       if (agreeing < kFewestFeatures || 2 * agreeing < seen.places.size()) return;
     }
     poses[frame] = pose;
@@ -122,7 +115,7 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
 }
 
 constexpr double kSureAngle_rad = 0.0349;  // 2 degrees
-constexpr std::size_t kSureViews = 3;
+constexpr std::size_t kSureViews = 3, kFewestViews = 5;
 
 using Frames = std::vector<std::size_t>;
 
@@ -148,13 +141,11 @@ void measure(ClipMotion& motion) {
   motion.median_angle_rad = median(std::move(angles));
   if (motion.points == 0) return;
   motion.mean_error_px = errors / sightings;
-  motion.mean_track = sightings / static_cast<double>(motion.points);
 }
 
 // The verdict; a failure, where the lamp says that all is inside out.
-void judge(const PictureLoader& load, double runner_up, bool lens_is_free, ClipMotion& motion) {
-  const LampAgreement lamp = lamp_agreement(load(motion.view_frames), motion.scene);
-  motion.quality = judge_motion(motion, lamp, runner_up, lens_is_free);
+void judge(double runner_up, bool lens_is_free, ClipMotion& motion) {
+  motion.quality = judge_motion(motion, lamp_agreement(motion.scene), runner_up, lens_is_free);
   if (motion.failure.empty() && motion.quality.verdict == DepthVerdict::failed)
     motion.failure = motion.quality.reason;
 }
@@ -193,20 +184,19 @@ class MotionSearch {
   // Tries the views of each shot, then what their first scene left over; the best is kept.
   ClipMotion best_of(std::deque<Candidate> shots) {
     ClipMotion best;
-    const std::string fewest = std::to_string(options_.fewest_views);
-    best.failure = clip_.frames < options_.fewest_views
+    const std::string fewest = std::to_string(kFewestViews);
+    best.failure = clip_.frames < kFewestViews
                        ? "the clip is too short: it has " + std::to_string(clip_.frames) +
                              " frames, and at least " + fewest + " are needed"
                        : "no shot of the clip has " + fewest + " frames that differ";
     while (!shots.empty()) {
       const auto [frames, smaller] = std::move(shots.front());
       shots.pop_front();
-      if (frames.size() < options_.fewest_views) {
+      if (frames.size() < kFewestViews) {
         // One frame neither moves nor stands still.
         const std::string still = frames.size() > 1 ? without_motion(frames) : "";
         leave_out(frames, still.empty() ? "too short" : still);
-        if (!still.empty() && clip_.frames >= options_.fewest_views &&
-            best.scene.posed_views() == 0)
+        if (!still.empty() && clip_.frames >= kFewestViews && best.scene.posed_views() == 0)
           best.failure = still;
         continue;
       }
@@ -263,11 +253,12 @@ class MotionSearch {
 
   // Why frames tell nothing though there are enough of them; empty where features move.
   std::string without_motion(const Frames& frames) const {
+    constexpr double kLeastMotion_px = 4;
     const std::optional<double> farthest = farthest_px(frames);
     if (!farthest)
       return "no two frames share enough features: what is seen is lost from one frame to the next "
              "(too fast, blurred, dark or without texture)";
-    if (*farthest >= options_.least_motion_px) return "";
+    if (*farthest >= kLeastMotion_px) return "";
     return "the scope stands still: features move by " + to_text(*farthest, 1) + " pixels at most";
   }
 
@@ -279,36 +270,43 @@ class MotionSearch {
     if (!motion.failure.empty()) return motion;
     motion.scene.landmarks = landmarks_of(clip_, frames);
     motion.scene.camera_from_world.resize(frames.size());
-    const BasinChoice basin =
-        choose_basin(options_.reconstruction, load_, frames, motion.scene, context_);
-    const ReconstructionSummary summary =
-        reconstruct(options_.reconstruction, motion.scene, context_);
-    motion.parallax_px = std::max(basin.parallax_px, summary.parallax_px);
-    motion.failure = summary.failure;
-    if (motion.failure.empty()) finish(basin, motion);
+    // Read once, for all that is asked of them.
+    const std::vector<const ClipPicture*> pictures = load_(frames);
+    measure_light(pictures, motion.scene);
+    const BasinChoice basin = choose_basin(options_.lens, motion.scene, context_);
+    motion.failure = reconstruct(options_.lens, motion.scene, context_);
+    if (motion.failure.empty()) finish(basin, pictures, motion);
     return motion;
   }
 
-  void finish(const BasinChoice& basin, ClipMotion& motion) {
-    const FreeLens& free = options_.reconstruction.lens;
-    if (options_.rejoin && motion.scene.posed_views() > kSureViews) {
-      motion.rejoined = rejoin(load_(motion.view_frames), motion.scene);
-      drop_outliers(options_.reconstruction.triangulation, motion.scene);
+  void finish(const BasinChoice& basin, const std::vector<const ClipPicture*>& pictures,
+              ClipMotion& motion) {
+    constexpr double kLeastAngle_rad = 0.017;  // between the rays to a place: less tells no depth
+    const FreeLens& free = options_.lens;
+    if (motion.scene.posed_views() > kSureViews) {
+      rejoin(pictures, motion.scene);
+      measure_light(pictures, motion.scene);
+      drop_outliers(motion.scene);
     }
-    adjust({.lens = free, .iterations = 20}, motion.scene);
-    drop_outliers(options_.reconstruction.triangulation, motion.scene);
-    keep_rigid_span(options_.reconstruction, options_.fewest_views, motion.scene);
+    adjust({.lens = free}, motion.scene);
+    drop_outliers(motion.scene);
+    keep_rigid_span(free, kFewestViews, motion.scene);
+    if (free.focal) {
+      // What agrees was told anew, and a lens goes a long way for little.
+      adjust({.lens = free, .tolerance = 1e-6}, motion.scene);
+      drop_outliers(motion.scene);
+    }
     measure(motion);
-    if (motion.scene.posed_views() < options_.fewest_views)
+    if (motion.scene.posed_views() < kFewestViews)
       motion.failure = "only " + std::to_string(motion.scene.posed_views()) +
                        " frames agree about one rigid scene";
-    else if (motion.median_angle_rad < options_.least_angle_rad)
+    else if (motion.median_angle_rad < kLeastAngle_rad)
       motion.failure = "the scope hardly moves sideways: its rays to the tissue stand " +
                        to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
     if (!motion.failure.empty()) return;
     motion.lens_spread = lens_spread(free, motion.scene, basin.focal_variance_px2);
     motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
-    judge(load_, basin.runner_up, free.focal, motion);
+    judge(basin.runner_up, free.focal, motion);
   }
 
   const MotionOptions& options_;
@@ -358,7 +356,8 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
     motion.scene.camera_from_world.push_back(camera_from_world[posed[i]]);
   }
   motion.scene.landmarks = landmarks_of(clip, motion.view_frames);
-  triangulate(options.reconstruction.triangulation, motion.scene);
+  measure_light(load(motion.view_frames), motion.scene);
+  triangulate(motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
   const double explained = explained_share(motion.scene);
@@ -366,7 +365,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   if (explained < kFew)
     motion.failure = "the given poses explain only " + percent(explained) +
                      " of what was followed: are they of this clip and lens?";
-  judge(load, 0, false, motion);
+  judge(0, false, motion);
   return motion;
 }
 

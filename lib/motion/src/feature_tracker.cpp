@@ -88,8 +88,10 @@ FlowPoints in_opencv(const std::vector<Eigen::Vector2f>& points) {
 
 }  // namespace
 
-FlowPyramid::FlowPyramid(const Grid<std::uint8_t>& picture) {
-  cv::buildOpticalFlowPyramid(cv_view(picture), levels_, kWindow, kPyramidLevels);
+FlowPyramid flow_pyramid(const Grid<std::uint8_t>& picture) {
+  FlowPyramid levels;
+  cv::buildOpticalFlowPyramid(cv_view(picture), levels, kWindow, kPyramidLevels);
+  return levels;
 }
 
 std::vector<std::optional<Eigen::Vector2f>> follow_points(
@@ -103,11 +105,11 @@ std::vector<std::optional<Eigen::Vector2f>> follow_points(
   constexpr int kGuessedLevels = 1;
   const bool guessed = !guesses.empty();
   std::vector<std::uint8_t> forward, backward;
-  cv::calcOpticalFlowPyrLK(from.levels(), to.levels(), here, there, forward, cv::noArray(), kWindow,
+  cv::calcOpticalFlowPyrLK(from, to, here, there, forward, cv::noArray(), kWindow,
                            guessed ? kGuessedLevels : kPyramidLevels, kConverged,
                            guessed ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
-  cv::calcOpticalFlowPyrLK(to.levels(), from.levels(), there, back, backward, cv::noArray(),
-                           kWindow, kGuessedLevels, kConverged, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(to, from, there, back, backward, cv::noArray(), kWindow, kGuessedLevels,
+                           kConverged, cv::OPTFLOW_USE_INITIAL_FLOW);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point2f gap = back[i] - here[i];
     if (forward[i] && backward[i] && std::hypot(gap.x, gap.y) <= most_apart_px)
@@ -129,15 +131,6 @@ constexpr double kCutSurvivors = 0.15;
 constexpr std::size_t kFewestToSeeACut = 100;
 
 }  // namespace
-
-void TrackingOptions::check() const {
-  if (!(features >= 50 && features <= 100000))
-    throw UsageError("features is " + std::to_string(features) + "; it must be in 50…100000");
-  if (refill_every < 1)
-    throw UsageError("refill_every is " + std::to_string(refill_every) + "; it must be at least 1");
-  if (!(most_apart_px > 0 && most_apart_px <= 10))
-    throw UsageError("most_apart_px must be above 0 and at most 10");
-}
 
 struct FeatureTracker::Impl {
   TrackingOptions options;
@@ -218,7 +211,6 @@ struct FeatureTracker::Impl {
 };
 
 FeatureTracker::FeatureTracker(const TrackingOptions& options) : impl_(std::make_unique<Impl>()) {
-  options.check();
   impl_->options = options;
   impl_->aim = options.features;
 }
@@ -236,7 +228,7 @@ void FeatureTracker::add(const Grid<std::uint8_t>& picture, const Mask& usable) 
       usable.height != clip.height)
     throw BadDataError("frame " + std::to_string(clip.frames) +
                        " or its mask has another size than the frames before");
-  FlowPyramid now(picture);
+  FlowPyramid now = flow_pyramid(picture);
   const std::size_t shots = clip.shots.size();
   impl_->follow(now, usable);
   if (impl_->needs_refill(clip.shots.size() != shots)) impl_->refill(picture, usable);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // How sure a clip's scene is. In: a scene, the pictures of its views, what another scene costs.
-// Out: how its distances agree with the light of a lamp at the lens; the lens's standard deviations
-// (block jackknife, Künsch 1989); the verdict.
+// Out: how its distances agree with the light of a lamp at the lens; the verdict.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -41,15 +40,8 @@ Eigen::Vector2d unlike_a_scope(const Intrinsics& lens) {
 
 namespace {
 
-// One sighting: logarithms of the green light round it, of green by red light, and of the range
-// from the lamp.
-struct Lit {
-  std::size_t landmark, view;
-  double brightness, hue, range;
-};
-
-// Linear light, red and green; nothing where it is overexposed or black.
-std::optional<Eigen::Vector2d> light_at(const Rgb8Image& picture, const Eigen::Vector2d& pixel) {
+// Linear light, red and green; 0 where it is overexposed or black.
+Eigen::Vector2d light_at(const Rgb8Image& picture, const Eigen::Vector2d& pixel) {
   constexpr int kOfWidth = 160, kBurnt = 250;
   const int reach = std::max(1, picture.width / kOfWidth), step = std::max(1, reach / 3);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -59,24 +51,42 @@ std::optional<Eigen::Vector2d> light_at(const Rgb8Image& picture, const Eigen::V
       const int x = static_cast<int>(pixel.x()) + dx, y = static_cast<int>(pixel.y()) + dy;
       if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) continue;
       const std::uint8_t* color = picture.at(x, y);
-      if (*std::max_element(color, color + 3) > kBurnt) return std::nullopt;
+      if (*std::max_element(color, color + 3) > kBurnt) return Eigen::Vector2d::Zero();
       sum += Eigen::Vector2d(linear_from_srgb8()[color[0]], linear_from_srgb8()[color[1]]);
       ++count;
     }
-  return sum.minCoeff() > 0 ? std::optional(Eigen::Vector2d(sum / count)) : std::nullopt;
+  return sum / std::max(1, count);
 }
 
-std::vector<Lit> lit_sightings(const std::vector<const ClipPicture*>& views, const Scene& scene) {
+}  // namespace
+
+void measure_light(const std::vector<const ClipPicture*>& views, Scene& scene) {
+  parallel_for(std::size_t{0}, scene.landmarks.size(), [&](std::size_t i) {
+    for (Sighting& seen : scene.landmarks[i].seen)
+      if (views[seen.view] && seen.light.isZero())
+        seen.light = light_at(views[seen.view]->picture.color, seen.pixel);
+  });
+}
+
+namespace {
+
+// One sighting: logarithms of the green light round it, of green by red light, and of the range
+// from the lamp.
+struct Lit {
+  std::size_t landmark, view;
+  double brightness, hue, range;
+};
+
+std::vector<Lit> lit_sightings(const Scene& scene) {
   std::vector<Lit> all;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i) {
     const Landmark& landmark = scene.landmarks[i];
     if (!landmark.place) continue;
     for (const Sighting& seen : landmark.seen) {
-      if (!seen.agrees || !scene.is_posed(seen.view) || !views[seen.view]) continue;
+      if (!seen.agrees || !scene.is_posed(seen.view) || seen.light.minCoeff() <= 0) continue;
       const double range = (*scene.camera_from_world[seen.view] * *landmark.place).norm();
-      if (const auto light = light_at(views[seen.view]->picture.color, seen.pixel))
-        all.push_back({i, seen.view, std::log(light->y()), std::log(light->y() / light->x()),
-                       std::log(range)});
+      all.push_back({i, seen.view, std::log(seen.light.y()),
+                     std::log(seen.light.y() / seen.light.x()), std::log(range)});
     }
   }
   return all;
@@ -114,84 +124,22 @@ double correlation_in(const Eigen::Matrix2d& spread) {
   return both > 0 ? spread(0, 1) / std::sqrt(both) : 0;
 }
 
-LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene) {
+LampAgreement lamp_agreement(const Scene& scene) {
   constexpr std::size_t kFewest = 50;
-  std::vector<Lit> all = lit_sightings(views, scene);
+  std::vector<Lit> all = lit_sightings(scene);
   if (all.size() < kFewest) return {};
   // The exposure is each frame's own: only what differs within one tells.
-  take_from_means(&Lit::view, views.size(), all);
+  take_from_means(&Lit::view, scene.camera_from_world.size(), all);
   const Eigen::Matrix2d spread = spread_of(all);
   LampAgreement lamp{correlation_in(spread), spread(0, 1) / std::max(1e-300, spread(0, 0)), 0,
                      all.size()};
   constexpr int kSweeps = 8;
   for (int i = 0; i < kSweeps; ++i) {
     take_from_means(&Lit::landmark, scene.landmarks.size(), all);
-    take_from_means(&Lit::view, views.size(), all);
+    take_from_means(&Lit::view, scene.camera_from_world.size(), all);
   }
   lamp.correlation_over_time = correlation_in(spread_of(all));
   return lamp;
-}
-
-namespace {
-
-constexpr std::size_t kParts = 4;
-
-// The lens as all but one part of the posed views have it.
-Intrinsics lens_without_views(std::size_t part, const FreeLens& free, Scene scene) {
-  const std::size_t posed = scene.posed_views();
-  std::size_t at = 0;
-  for (auto& pose : scene.camera_from_world) {
-    if (!pose) continue;
-    if (at++ * kParts / posed == part) pose.reset();
-  }
-  adjust({.lens = free, .iterations = 12, .sightings_per_view = 150}, scene);
-  return scene.lens;
-}
-
-// The lens as all but the features of one side of the picture have it.
-Intrinsics lens_without_side(std::size_t part, const FreeLens& free, Scene scene) {
-  const Eigen::Vector2d middle(scene.lens.cx, scene.lens.cy);
-  for (Landmark& landmark : scene.landmarks) {
-    const Eigen::Vector2d from_middle = landmark.seen[landmark.seen.size() / 2].pixel - middle;
-    const std::size_t side = (from_middle.x() > 0 ? 1 : 0) + (from_middle.y() > 0 ? 2 : 0);
-    if (side == part) landmark.place.reset();
-  }
-  adjust({.lens = free, .iterations = 12, .sightings_per_view = 150}, scene);
-  return scene.lens;
-}
-
-double jackknife_sd(const std::vector<Intrinsics>& lenses, double Intrinsics::*figure) {
-  double mean = 0, squares = 0;
-  for (const Intrinsics& lens : lenses) mean += lens.*figure / kParts;
-  for (const Intrinsics& lens : lenses) squares += std::pow(lens.*figure - mean, 2);
-  return std::sqrt(squares * (kParts - 1) / kParts);
-}
-
-}  // namespace
-
-LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2) {
-  if (!free.any()) return {};
-  const bool in_time = scene.posed_views() >= 2 * kParts;
-  std::vector<Intrinsics> parts(kParts), sides(kParts);
-  parallel_for(std::size_t{0}, 2 * kParts, [&](std::size_t i) {
-    if (i < kParts)
-      sides[i] = lens_without_side(i, free, scene);
-    else if (in_time)
-      parts[i - kParts] = lens_without_views(i - kParts, free, scene);
-  });
-  const auto spread = [&](double Intrinsics::*figure) {
-    // Measured on seeded clips: parts have tracks in common, and a lens that fewer views hold
-    // strays farther than the whole clip's errs.
-    constexpr double kOfError = 0.65;
-    const double by_sides = jackknife_sd(sides, figure);
-    return kOfError * (in_time ? std::hypot(by_sides, jackknife_sd(parts, figure)) / std::sqrt(2.0)
-                               : by_sides);
-  };
-  // Whatever is left out, windows slide along edges a little in the same way.
-  constexpr double kNeverTold = 0.005;
-  const double of_focal = std::hypot(spread(&Intrinsics::fx), kNeverTold * scene.lens.fx);
-  return {free.focal ? std::hypot(of_focal, std::sqrt(focal_variance_px2)) : 0,
-          spread(&Intrinsics::k1), spread(&Intrinsics::cx), spread(&Intrinsics::cy)};
 }
 
 namespace {

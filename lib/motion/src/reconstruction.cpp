@@ -84,14 +84,6 @@ TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>
 
 namespace {
 
-constexpr std::size_t kFewestAgreeing = 20;
-constexpr double kAgreesWithPose_px = 4;
-
-struct SeenPlaces {
-  std::vector<Eigen::Vector3d> places;
-  std::vector<Eigen::Vector2d> pixels;
-};
-
 SeenPlaces places_seen_by(const Scene& scene, std::size_t view) {
   SeenPlaces seen;
   for (const Landmark& landmark : scene.landmarks)
@@ -104,18 +96,15 @@ SeenPlaces places_seen_by(const Scene& scene, std::size_t view) {
 }
 
 std::optional<RigidTransform> pose_by_chance(const Intrinsics& lens, const SeenPlaces& seen) {
+  constexpr double kAgrees_px = 4;
   std::vector<cv::Point3d> places;
-  std::vector<cv::Point2d> rays;
-  for (std::size_t i = 0; i < seen.places.size(); ++i) {
-    const Eigen::Vector3d& place = seen.places[i];
+  for (const Eigen::Vector3d& place : seen.places)
     places.emplace_back(place.x(), place.y(), place.z());
-    const Eigen::Vector3d ray = unproject(lens, seen.pixels[i]);
-    rays.emplace_back(ray.x(), ray.y());
-  }
   cv::Mat turn, translation;
-  if (!cv::solvePnPRansac(places, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn,
-                          translation, false, 300, static_cast<float>(kAgreesWithPose_px / lens.fx),
-                          0.999, cv::noArray(), cv::SOLVEPNP_AP3P))
+  if (!cv::solvePnPRansac(places, straight(lens, seen.pixels), cv::Mat::eye(3, 3, CV_64F),
+                          cv::noArray(), turn, translation, false, 300,
+                          static_cast<float>(kAgrees_px / lens.fx), 0.999, cv::noArray(),
+                          cv::SOLVEPNP_AP3P))
     return std::nullopt;
   cv::Mat rotation;
   cv::Rodrigues(turn, rotation);
@@ -126,18 +115,17 @@ std::optional<RigidTransform> pose_by_chance(const Intrinsics& lens, const SeenP
 }
 
 // Finds the pose of a view from the places that it sees: three points at a time by OpenCV's RANSAC
-// (Fischler & Bolles 1981), then all that agree. False, and no pose, when fewer than
-// `least_agreeing_share` of them, or too few at all, agree. Deterministic.
-bool pose_view(double least_agreeing_share, std::size_t view, Scene& scene) {
+// (Fischler & Bolles 1981), then all that agree. False, and no pose, when too few of them agree:
+// the view sees something else that moves. Deterministic.
+bool pose_view(std::size_t view, Scene& scene) {
+  constexpr std::size_t kFewestAgreeing = 20;
+  constexpr double kLeastAgreeing = 0.2;  // share
   const SeenPlaces seen = places_seen_by(scene, view);
   if (seen.places.size() < kFewestAgreeing) return false;
   std::optional<RigidTransform> pose = pose_by_chance(scene.lens, seen);
   if (!pose) return false;
-  const std::size_t agreeing =
-      adjust_pose(scene.lens, seen.places, seen.pixels, kAgreesWithPose_px, *pose);
-  if (agreeing < kFewestAgreeing ||
-      static_cast<double>(agreeing) <
-          least_agreeing_share * static_cast<double>(seen.places.size()))
+  const std::size_t agreeing = adjust_pose(scene.lens, seen, *pose);
+  if (agreeing < kFewestAgreeing || double(agreeing) < kLeastAgreeing * double(seen.places.size()))
     return false;
   scene.camera_from_world[view] = *pose;
   return true;
@@ -189,51 +177,46 @@ std::vector<std::size_t> keys_among(std::size_t views) {
 
 class Growth {
  public:
-  Growth(const ReconstructionOptions& options, Scene& scene, const RunContext& context)
-      : options_(options),
+  Growth(const FreeLens& lens, Scene& scene, const RunContext& context)
+      : lens_(lens),
         scene_(scene),
         context_(context),
         keys_(keys_among(scene.camera_from_world.size())) {}
 
-  ReconstructionSummary run() {
-    ReconstructionSummary summary;
-    if (scene_.posed_views() < 2) summary = begin_with_pair();
-    if (!summary.failure.empty()) return summary;
-    triangulate(options_.triangulation, scene_);
+  std::string run() {
+    if (scene_.posed_views() < 2)
+      if (const std::string failure = begin_with_pair(); !failure.empty()) return failure;
+    triangulate(scene_);
     settle({}, 10);
     grow();
     add_others();
-    return summary;
+    return "";
   }
 
  private:
-  ReconstructionSummary begin_with_pair() {
-    ReconstructionSummary summary;
+  std::string begin_with_pair() {
     const std::vector<Pair> pairs = candidate_pairs(scene_, keys_);
+    double most_parallax_px = 0;
     for (const Pair& pair : pairs)
-      summary.parallax_px = std::max(summary.parallax_px, pair.relation.parallax_px);
+      most_parallax_px = std::max(most_parallax_px, pair.relation.parallax_px);
     const auto best =
         std::max_element(pairs.begin(), pairs.end(),
                          [&](const Pair& a, const Pair& b) { return worth(a) < worth(b); });
-    if (best == pairs.end() || worth(*best) <= 0) {
-      summary.failure = "no two frames see the tissue from places far enough apart (parallax of " +
-                        to_text(summary.parallax_px, 1) + " pixels)";
-      return summary;
-    }
+    if (best == pairs.end() || worth(*best) <= 0)
+      return "no two frames see the tissue from places far enough apart (parallax of " +
+             to_text(most_parallax_px, 1) + " pixels)";
     scene_.camera_from_world[best->first] = RigidTransform{};
     scene_.camera_from_world[best->second] = best->relation.second_from_first;
-    return summary;
+    return "";
   }
 
-  // A lens's distortion looks like parallax, the more the larger the picture is.
-  double least_parallax_px() const {
-    constexpr double kUsualWidth = 1280;
-    return options_.least_parallax_px * std::clamp(scene_.lens.width / kUsualWidth, 0.5, 1.0);
-  }
-
+  // A pair that a plane, a pure turn or a zoom explains to two pixels tells no shape. A lens's
+  // distortion looks like parallax, the more the larger the picture is.
   double worth(const Pair& pair) const {
-    return pair.relation.parallax_px >= least_parallax_px() &&
-                   pair.relation.median_angle_rad >= options_.least_pair_angle_rad
+    constexpr double kLeastParallax_px = 2, kUsualWidth = 1280, kLeastAngle_rad = 0.02;
+    const double of_usual = std::clamp(scene_.lens.width / kUsualWidth, 0.5, 1.0);
+    return pair.relation.parallax_px >= kLeastParallax_px * of_usual &&
+                   pair.relation.median_angle_rad >= kLeastAngle_rad
                ? pair.score()
                : 0;
   }
@@ -257,9 +240,9 @@ class Growth {
     std::size_t settled_at = scene_.posed_views();
     while (const auto view = next_view(refused)) {
       context_.throw_if_cancelled();
-      refused[*view] = !pose_view(options_.least_agreeing_share, *view, scene_);
+      refused[*view] = !pose_view(*view, scene_);
       if (refused[*view]) continue;
-      triangulate(options_.triangulation, scene_, view);
+      triangulate(scene_, view);
       settle_near(*view);
       const std::size_t posed = scene_.posed_views();
       context_.progress(static_cast<double>(posed) / static_cast<double>(keys_.size()));
@@ -272,18 +255,14 @@ class Growth {
 
   // A lens is told by several views only, and what it does at the borders by more.
   FreeLens lens_now(std::size_t posed) const {
-    FreeLens free = options_.lens;
-    free.focal = free.focal && posed >= 4;
-    free.distortion = free.distortion && posed >= 6;
-    free.center = false;
-    return free;
+    return {lens_.focal && posed >= 4, lens_.distortion && posed >= 6};
   }
 
   void settle(const FreeLens& lens, int iterations) {
     adjust({.lens = lens, .iterations = iterations, .tolerance = 1e-3, .sightings_per_view = 250},
            scene_);
-    drop_outliers(options_.triangulation, scene_);
-    triangulate(options_.triangulation, scene_);
+    drop_outliers(scene_);
+    triangulate(scene_);
   }
 
   // The new view and those around it, the others held.
@@ -308,14 +287,14 @@ class Growth {
       context_.throw_if_cancelled();
       posed = scene_.posed_views();
       parallel_for(std::size_t{0}, scene_.camera_from_world.size(), [&](std::size_t view) {
-        if (!scene_.is_posed(view)) pose_view(options_.least_agreeing_share, view, scene_);
+        if (!scene_.is_posed(view)) pose_view(view, scene_);
       });
-      triangulate(options_.triangulation, scene_);
+      triangulate(scene_);
     }
-    settle(options_.lens, 20);
+    settle(lens_, 20);
   }
 
-  const ReconstructionOptions& options_;
+  const FreeLens lens_;
   Scene& scene_;
   const RunContext& context_;
   const std::vector<std::size_t> keys_;
@@ -323,9 +302,8 @@ class Growth {
 
 }  // namespace
 
-ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& scene,
-                                  const RunContext& context) {
-  return Growth(options, scene, context).run();
+std::string reconstruct(const FreeLens& lens, Scene& scene, const RunContext& context) {
+  return Growth(lens, scene, context).run();
 }
 
 }  // namespace organbake

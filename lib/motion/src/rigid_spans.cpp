@@ -59,7 +59,7 @@ double tied_share(const Scene& scene, std::size_t view) {
 }
 
 // These views by themselves, with places of their own.
-Scene alone(const ReconstructionOptions& options, const Scene& scene, const ViewRange& range) {
+Scene alone(const Scene& scene, const ViewRange& range) {
   Scene part = scene;
   for (std::size_t view = 0; view < part.camera_from_world.size(); ++view)
     if (!range.has(view)) part.camera_from_world[view].reset();
@@ -67,10 +67,10 @@ Scene alone(const ReconstructionOptions& options, const Scene& scene, const View
     landmark.place.reset();
     for (Sighting& seen : landmark.seen) seen.agrees = true;
   }
-  triangulate(options.triangulation, part);
+  triangulate(part);
   adjust({.iterations = 10, .tolerance = 1e-4, .sightings_per_view = 100}, part);
-  drop_outliers(options.triangulation, part);
-  triangulate(options.triangulation, part);
+  drop_outliers(part);
+  triangulate(part);
   return part;
 }
 
@@ -87,20 +87,19 @@ ClipEnd end_of(std::size_t views, std::size_t count, bool last) {
 }
 
 // Whether these views agree clearly better by themselves.
-bool breaks_off(const ReconstructionOptions& options, const Scene& scene, const ClipEnd& end) {
+bool breaks_off(const Scene& scene, const ClipEnd& end) {
   constexpr double kTied = 0.75;  // of a scene that holds, nearly all features are
   // Of the sightings: a rigid scene's parts gain up to 0.02 by themselves, those of tissue that
   // breathes a little 0.1, though all of its path is right.
   constexpr double kClearly = 0.14;
   const std::size_t border = end.views.first == 0 ? end.views.end : end.views.first;
   if (tied_share(scene, border) > kTied) return false;
-  return agreeing_share(alone(options, scene, end.views), end.border) >
+  return agreeing_share(alone(scene, end.views), end.border) >
          agreeing_share(scene, end.border) + kClearly;
 }
 
 // The most views of one end that break off; 0 = none do.
-std::size_t broken_off(const ReconstructionOptions& options, const Scene& scene,
-                       std::size_t fewest_views, bool last) {
+std::size_t broken_off(const Scene& scene, std::size_t fewest_views, bool last) {
   constexpr std::size_t kTries = 5;
   const std::size_t views = scene.camera_from_world.size(), most = views / 2;
   if (most < fewest_views) return 0;
@@ -109,23 +108,22 @@ std::size_t broken_off(const ReconstructionOptions& options, const Scene& scene,
   for (std::size_t count = fewest_views; count <= most; count += step) counts.push_back(count);
   std::vector<char> broken(counts.size());
   parallel_for(std::size_t{0}, counts.size(), [&](std::size_t i) {
-    broken[i] = breaks_off(options, scene, end_of(views, counts[i], last));
+    broken[i] = breaks_off(scene, end_of(views, counts[i], last));
   });
   const auto farthest = std::find(broken.rbegin(), broken.rend(), 1);
   if (farthest == broken.rend()) return 0;
   std::size_t count = counts[static_cast<std::size_t>(broken.rend() - farthest) - 1];
   for (std::size_t i = 1; i < step && count + 1 <= most; ++i, ++count)
-    if (!breaks_off(options, scene, end_of(views, count + 1, last))) break;
+    if (!breaks_off(scene, end_of(views, count + 1, last))) break;
   return count;
 }
 
-void fit_anew(const ReconstructionOptions& options, Scene& scene) {
-  drop_outliers(options.triangulation, scene);
-  triangulate(options.triangulation, scene);
-  adjust({.lens = options.lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250},
-         scene);
-  drop_outliers(options.triangulation, scene);
-  triangulate(options.triangulation, scene);
+void fit_anew(const FreeLens& lens, Scene& scene) {
+  drop_outliers(scene);
+  triangulate(scene);
+  adjust({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
+  drop_outliers(scene);
+  triangulate(scene);
 }
 
 // While the scope jumps or tissue moves, views fit neither side of a break.
@@ -156,24 +154,23 @@ void drop_transition(bool last, Scene& scene) {
 
 }  // namespace
 
-bool keep_rigid_span(const ReconstructionOptions& options, std::size_t fewest_views, Scene& scene) {
+void keep_rigid_span(const FreeLens& lens, std::size_t fewest_views, Scene& scene) {
   std::vector<bool> broken;  // ends: whether it is the last one
   for (const bool last : {true, false}) {
-    const std::size_t count = broken_off(options, scene, fewest_views, last);
+    const std::size_t count = broken_off(scene, fewest_views, last);
     if (count == 0) continue;
     broken.push_back(last);
     const ViewRange gone = end_of(scene.camera_from_world.size(), count, last).views;
     for (std::size_t view = gone.first; view < gone.end; ++view)
       scene.camera_from_world[view].reset();
-    fit_anew(options, scene);
+    fit_anew(lens, scene);
   }
-  if (broken.empty()) return false;
+  if (broken.empty()) return;
   // What is usual is told by the rest alone.
   for (const bool last : broken) drop_transition(last, scene);
-  fit_anew(options, scene);
-  adjust({.lens = options.lens, .iterations = 20}, scene);
-  drop_outliers(options.triangulation, scene);
-  return true;
+  fit_anew(lens, scene);
+  adjust({.lens = lens, .iterations = 20}, scene);
+  drop_outliers(scene);
 }
 
 }  // namespace organbake

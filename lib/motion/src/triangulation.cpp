@@ -72,6 +72,9 @@ const Sighting* sighting_in(const Landmark& landmark, std::size_t view) {
 
 namespace {
 
+constexpr double kLeastAngle_rad = 0.012;  // between two rays: 0.7 degrees
+constexpr double kAgrees_px = 3;           // a sighting with its place
+
 struct Ray {
   Eigen::Vector3d origin, direction;
 };
@@ -124,17 +127,16 @@ std::size_t mark_agreeing(const Scene& scene, double most_error_px, Landmark& la
   return agreeing;
 }
 
-bool is_sound(const TriangulationOptions& options, const Scene& scene, Landmark& landmark) {
-  return landmark.place->allFinite() &&
-         mark_agreeing(scene, options.most_error_px, landmark) >= 2 &&
-         scene.angle_rad(landmark) >= options.least_angle_rad;
+bool is_sound(const Scene& scene, Landmark& landmark) {
+  return landmark.place->allFinite() && mark_agreeing(scene, kAgrees_px, landmark) >= 2 &&
+         scene.angle_rad(landmark) >= kLeastAngle_rad;
 }
 
-void place_landmark(const TriangulationOptions& options, const Scene& scene, Landmark& landmark) {
+void place_landmark(const Scene& scene, Landmark& landmark) {
   std::vector<Ray> rays;
   for (const Sighting& sighting : landmark.seen)
     if (scene.is_posed(sighting.view)) rays.push_back(ray_of(scene, sighting));
-  double widest = std::cos(options.least_angle_rad);
+  double widest = std::cos(kLeastAngle_rad);
   const Ray *a = nullptr, *b = nullptr;
   for (std::size_t i = 0; i < rays.size(); ++i)
     for (std::size_t j = i + 1; j < rays.size(); ++j)
@@ -145,36 +147,26 @@ void place_landmark(const TriangulationOptions& options, const Scene& scene, Lan
       }
   if (!a) return;
   landmark.place = nearest_to(*a, *b);
-  if (mark_agreeing(scene, 2 * options.most_error_px, landmark) >= 2) refine_place(scene, landmark);
-  if (!is_sound(options, scene, landmark)) landmark.place.reset();
+  if (mark_agreeing(scene, 2 * kAgrees_px, landmark) >= 2) refine_place(scene, landmark);
+  if (!is_sound(scene, landmark)) landmark.place.reset();
 }
 
 }  // namespace
 
-void triangulate(const TriangulationOptions& options, Scene& scene,
-                 std::optional<std::size_t> view) {
+void triangulate(Scene& scene, std::optional<std::size_t> view) {
   parallel_pieces(std::size_t{0}, scene.landmarks.size(), std::size_t{256},
                   [&](std::size_t first, std::size_t last) {
                     for (std::size_t i = first; i < last; ++i) {
                       Landmark& landmark = scene.landmarks[i];
                       if (!landmark.place && (!view || sighting_in(landmark, *view)))
-                        place_landmark(options, scene, landmark);
+                        place_landmark(scene, landmark);
                     }
                   });
 }
 
-std::size_t drop_outliers(const TriangulationOptions& options, Scene& scene) {
-  std::size_t agreeing = 0;
-  for (Landmark& landmark : scene.landmarks) {
-    if (!landmark.place) continue;
-    if (!is_sound(options, scene, landmark)) {
-      landmark.place.reset();
-      continue;
-    }
-    for (const Sighting& sighting : landmark.seen)
-      agreeing += sighting.agrees && scene.is_posed(sighting.view);
-  }
-  return agreeing;
+void drop_outliers(Scene& scene) {
+  for (Landmark& landmark : scene.landmarks)
+    if (landmark.place && !is_sound(scene, landmark)) landmark.place.reset();
 }
 
 namespace {
@@ -268,29 +260,25 @@ void add_sighting(std::size_t view, const Eigen::Vector2d& pixel, Landmark& land
   const auto at = std::lower_bound(
       landmark.seen.begin(), landmark.seen.end(), view,
       [](const Sighting& sighting, std::size_t wanted) { return sighting.view < wanted; });
-  landmark.seen.insert(at, {view, pixel, true});
+  landmark.seen.insert(at, {view, pixel});
 }
 
 }  // namespace
 
-std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene) {
+void rejoin(const std::vector<const ClipPicture*>& views, Scene& scene) {
   std::vector<FlowPyramid> pyramids(views.size());
   std::vector<std::vector<Rejoined>> found(views.size());
   parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
-    if (scene.is_posed(view))
-      pyramids[view] = FlowPyramid(tracked_picture(views[view]->picture.color));
+    if (views[view] && scene.is_posed(view))
+      pyramids[view] = flow_pyramid(tracked_picture(views[view]->picture.color));
   });
   parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
-    if (scene.is_posed(view))
+    if (views[view] && scene.is_posed(view))
       found[view] = find(views, pyramids, wanted_in(views, scene, view), view);
   });
-  std::size_t added = 0;
   for (std::size_t view = 0; view < views.size(); ++view)
-    for (const Rejoined& one : found[view]) {
+    for (const Rejoined& one : found[view])
       add_sighting(view, one.pixel, scene.landmarks[one.landmark]);
-      ++added;
-    }
-  return added;
 }
 
 }  // namespace organbake

@@ -14,15 +14,8 @@
 namespace organbake {
 
 // The pyramid of a tracked picture, as Lucas–Kanade reads it.
-class FlowPyramid {
- public:
-  FlowPyramid() = default;
-  explicit FlowPyramid(const Grid<std::uint8_t>& picture);
-  const std::vector<cv::Mat>& levels() const { return levels_; }
-
- private:
-  std::vector<cv::Mat> levels_;
-};
+using FlowPyramid = std::vector<cv::Mat>;
+FlowPyramid flow_pyramid(const Grid<std::uint8_t>& picture);
 
 // Where points (pixels, the first one's centre at (0.5, 0.5)) of one picture are in another, by
 // pyramidal Lucas–Kanade (Bouguet 2000); nothing for those that, tracked back, end more than
@@ -56,15 +49,15 @@ Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Ve
 
 // Takes the poses from the views at the clip's end, or its beginning, that fit clearly better by
 // themselves than with the rest: there the scope has jumped, or tissue has moved. The rest, at
-// least half of the views, is fitted anew. Whether there were such views. Deterministic.
-bool keep_rigid_span(const ReconstructionOptions& options, std::size_t fewest_views, Scene& scene);
+// least half of the views, is fitted anew. Deterministic.
+void keep_rigid_span(const FreeLens& lens, std::size_t fewest_views, Scene& scene);
 
 // Looks for places in views that do not see them yet but should, by where they are projected to:
 // where the scope comes back, and where a track was lost. Each is tracked there from the view that
-// saw it under the most similar direction and distance, and back again. Returns how many sightings
-// are new; they agree until drop_outliers() says otherwise. Deterministic for any number of
-// threads.
-std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene);
+// saw it under the most similar direction and distance, and back again. New sightings agree until
+// drop_outliers() says otherwise. `views`: the picture of each view, or null. Deterministic for any
+// number of threads.
+void rejoin(const std::vector<const ClipPicture*>& views, Scene& scene);
 
 // How the brightness of places in one view goes with their range from a lamp at the lens, where
 // their hue is alike. The inverse square alone gives a slope of -2; a scene that is inside out has
@@ -77,8 +70,11 @@ struct LampAgreement {
   double correlation_over_time = 0;
   std::size_t sightings = 0;  // 0 = there are no pictures to tell by
 };
-// `views`: of each view, or null.
-LampAgreement lamp_agreement(const std::vector<const ClipPicture*>& views, const Scene& scene);
+LampAgreement lamp_agreement(const Scene& scene);
+
+// Measures the light of the sightings that have none yet. `views`: the picture of each view, or
+// null.
+void measure_light(const std::vector<const ClipPicture*>& views, Scene& scene);
 
 // Of two figures, by their variances and covariance; 0 where one of them is the same everywhere.
 double correlation_in(const Eigen::Matrix2d& spread);
@@ -88,19 +84,15 @@ double focal_of_view(const Intrinsics& lens, double view_rad);
 Eigen::Vector2d unlike_a_scope(const Intrinsics& lens);
 
 struct BasinChoice {
-  double parallax_px = 0;
   double runner_up = 0;  // what the next best scene of another shape costs by the best; 0 = none
   double focal_variance_px2 = 0;  // by those scenes, each as far as it is believed
 };
 // Gives the scene the lens and the poses of some views to begin with; of a scene that cannot be
-// told it poses none. `frames` are its views'. Deterministic for any number of threads.
-BasinChoice choose_basin(const ReconstructionOptions& options, const PictureLoader& load,
-                         const std::vector<std::size_t>& frames, Scene& scene,
-                         const RunContext& context);
+// told it poses none. Deterministic for any number of threads.
+BasinChoice choose_basin(const FreeLens& free, Scene& scene, const RunContext& context);
 
-// By leaving out one part of the clip after another, and one side of the picture after another,
-// whichever tells more: what tracks have wrong hangs together over time and place, so that the
-// equations' own covariance would be far too sure. Views are parts where there are eight or more.
+// By leaving out one region of the tissue after another (bundle_adjustment.cpp), and by the scenes
+// that fit nearly as well.
 LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2);
 
 // Failed where the lamp contradicts the scene; doubtful where something speaks against it.

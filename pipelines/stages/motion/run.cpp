@@ -183,7 +183,7 @@ constexpr double kVoxelShare = 0.022, kColorShare = 0.006;
 
 MotionOptions search_of(const FollowedClip& clip) {
   MotionOptions options;
-  if (!clip.lens) options.reconstruction.lens = {.focal = true, .distortion = true};
+  if (!clip.lens) options.lens = {.focal = true, .distortion = true};
   return options;
 }
 
@@ -237,10 +237,7 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("views_posed", scene.posed_views());
   report.add("points", motion.points);
   report.add("mean_error_px", motion.mean_error_px);
-  report.add("mean_track", motion.mean_track);
   report.add("median_angle_rad", motion.median_angle_rad);
-  report.add("parallax_px", motion.parallax_px);
-  report.add("rejoined", motion.rejoined);
   report.add("lens", clip.lens ? "given" : "found");
   report.add("focal_px", scene.lens.fx);
   report.add("focal_sd_px", motion.lens_spread.focal_px);

@@ -16,13 +16,7 @@ std::vector<const ClipPicture*> no_pictures(const std::vector<std::size_t>& fram
   return std::vector<const ClipPicture*>(frames.size());
 }
 
-MotionOptions plain() {
-  MotionOptions options;
-  options.rejoin = false;  // there are no pictures
-  return options;
-}
-
-ClipMotion motion_of(const TrackedScene& tracked, const MotionOptions& options,
+ClipMotion motion_of(const TrackedScene& tracked, const MotionOptions& options = {},
                      const Intrinsics& lens = hd_lens()) {
   const std::vector<double> sharpness(tracked.clip.frames, 1);
   return find_motion(options, tracked.clip, sharpness, lens, no_pictures);
@@ -30,7 +24,7 @@ ClipMotion motion_of(const TrackedScene& tracked, const MotionOptions& options,
 
 TEST(ClipMotion, FindsThePathOfAScopeWithAGivenLens) {
   const TrackedScene tracked = tracks_of(swinging_scope(40));
-  const ClipMotion motion = motion_of(tracked, plain());
+  const ClipMotion motion = motion_of(tracked);
   ASSERT_EQ(motion.failure, "");
   for (const auto& pose : motion.camera_from_world) EXPECT_TRUE(pose.has_value());
   EXPECT_LT(path_error(tracked.cameras, motion.camera_from_world), kPathShare);
@@ -41,8 +35,8 @@ TEST(ClipMotion, FindsALensThatIsNotGiven) {
   Intrinsics lens = hd_lens();
   lens.k1 = -0.05;
   const TrackedScene tracked = tracks_of(swinging_scope(40, lens));
-  MotionOptions options = plain();
-  options.reconstruction.lens = {.focal = true, .distortion = true};
+  MotionOptions options;
+  options.lens = {.focal = true, .distortion = true};
   Intrinsics start = hd_lens();
   start.fx = start.fy = 760;
   const ClipMotion motion = motion_of(tracked, options, start);
@@ -56,7 +50,7 @@ TEST(ClipMotion, FindsALensThatIsNotGiven) {
 
 TEST(ClipMotion, IsTheSameTwice) {
   const TrackedScene tracked = tracks_of(swinging_scope(20));
-  const ClipMotion a = motion_of(tracked, plain()), b = motion_of(tracked, plain());
+  const ClipMotion a = motion_of(tracked), b = motion_of(tracked);
   ASSERT_EQ(a.camera_from_world.size(), b.camera_from_world.size());
   for (std::size_t i = 0; i < a.camera_from_world.size(); ++i)
     EXPECT_EQ(a.camera_from_world[i]->translation, b.camera_from_world[i]->translation);
@@ -64,7 +58,7 @@ TEST(ClipMotion, IsTheSameTwice) {
 
 TEST(ClipMotion, TellsNoShapeOfAScopeThatStandsStill) {
   std::vector<PosedCamera> still(30, swinging_scope(2)[0]);
-  const ClipMotion motion = motion_of(tracks_of(std::move(still), 0.3, 0), plain());
+  const ClipMotion motion = motion_of(tracks_of(std::move(still), 0.3, 0));
   EXPECT_NE(motion.failure.find("stands still"), std::string::npos) << motion.failure;
 }
 
@@ -72,7 +66,7 @@ TEST(ClipMotion, DoesNotCallAFastScopeStill) {
   // Every feature is lost after one frame.
   TrackedScene tracked = tracks_of(swinging_scope(12));
   for (FeatureTrack& track : tracked.clip.tracks) track.pixels.resize(1);
-  const std::string failure = motion_of(tracked, plain()).failure;
+  const std::string failure = motion_of(tracked).failure;
   EXPECT_EQ(failure.find("stands still"), std::string::npos) << failure;
   EXPECT_NE(failure.find("lost from one frame to the next"), std::string::npos) << failure;
 }
@@ -81,7 +75,7 @@ TEST(ClipMotion, SaysNothingOfTheMotionOfOneFrame) {
   TrackedScene tracked = tracks_of(swinging_scope(2));
   for (FeatureTrack& track : tracked.clip.tracks) track.pixels.resize(1);
   tracked.clip.frames = 1;
-  const ClipMotion motion = motion_of(tracked, plain());
+  const ClipMotion motion = motion_of(tracked);
   EXPECT_NE(motion.failure.find("too short"), std::string::npos) << motion.failure;
   for (const FrameSpan& span : motion.left_out)
     EXPECT_EQ(span.reason.find("stands still"), std::string::npos) << span.reason;
@@ -90,36 +84,22 @@ TEST(ClipMotion, SaysNothingOfTheMotionOfOneFrame) {
 TEST(ClipMotion, SaysThatNothingCouldBeFollowed) {
   TrackedScene tracked = tracks_of(swinging_scope(10));
   tracked.clip.tracks.clear();
-  EXPECT_NE(motion_of(tracked, plain()).failure.find("nothing can be followed"), std::string::npos);
+  EXPECT_NE(motion_of(tracked).failure.find("nothing can be followed"), std::string::npos);
 }
 
-TEST(ClipMotion, TellsNoShapeOfAPureTurn) {
-  std::vector<PosedCamera> turning;
+TEST(ClipMotion, TellsNoShapeOfAPureTurnOrAZoom) {
+  std::vector<PosedCamera> turning(30, {"", hd_lens(), {}}), zooming = turning;
   for (int i = 0; i < 30; ++i) {
-    PosedCamera camera{"", hd_lens(), {}};
-    camera.camera_from_world.rotation =
+    turning[i].camera_from_world.rotation =
         Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    turning.push_back(camera);
+    zooming[i].intrinsics.fx = zooming[i].intrinsics.fy = 900 + 10 * i;
   }
-  for (const bool free : {false, true}) {
-    MotionOptions options = plain();
-    options.reconstruction.lens = {.focal = free, .distortion = free};
-    EXPECT_NE(motion_of(tracks_of(turning, 0.3, 0), options).failure, "") << free;
-  }
-}
-
-TEST(ClipMotion, TellsNoShapeOfAZoom) {
-  std::vector<PosedCamera> zooming;
-  for (int i = 0; i < 30; ++i) {
-    PosedCamera camera{"", hd_lens(), {}};
-    camera.intrinsics.fx = camera.intrinsics.fy = 900 + 10 * i;
-    zooming.push_back(camera);
-  }
-  for (const bool free : {false, true}) {
-    MotionOptions options = plain();
-    options.reconstruction.lens = {.focal = free, .distortion = free};
-    EXPECT_NE(motion_of(tracks_of(zooming, 0.3, 0), options).failure, "") << free;
-  }
+  for (const auto& cameras : {turning, zooming})
+    for (const bool free : {false, true}) {
+      MotionOptions options;
+      options.lens = {.focal = free, .distortion = free};
+      EXPECT_NE(motion_of(tracks_of(cameras, 0.3, 0), options).failure, "") << free;
+    }
 }
 
 // Pictures of the scene's tissue under a lamp at the lens, whose light falls off by the inverse
@@ -169,8 +149,8 @@ struct LitClip {
 TEST(ClipMotion, IsOkWhereParallaxAndLampAgree) {
   const TrackedScene tracked = tracks_of(swinging_scope(14));
   const LitClip lit(tracked, 1);
-  MotionOptions options = plain();
-  options.reconstruction.lens = {.focal = true};
+  MotionOptions options;
+  options.lens = {.focal = true};
   const ClipMotion motion =
       find_motion(options, tracked.clip, std::vector<double>(14, 1), hd_lens(), lit.loader());
   ASSERT_EQ(motion.failure, "");
@@ -183,7 +163,7 @@ TEST(ClipMotion, RefusesASceneThatTheLampContradicts) {
   const TrackedScene tracked = tracks_of(swinging_scope(14));
   const LitClip lit(tracked, -1);
   const ClipMotion motion =
-      find_motion(plain(), tracked.clip, std::vector<double>(14, 1), hd_lens(), lit.loader());
+      find_motion({}, tracked.clip, std::vector<double>(14, 1), hd_lens(), lit.loader());
   EXPECT_EQ(motion.quality.verdict, DepthVerdict::failed);
   EXPECT_NE(motion.failure.find("contradict each other"), std::string::npos) << motion.failure;
 }
@@ -205,8 +185,8 @@ TEST(ClipMotion, FindsTheLensFromAnyStart) {
   Intrinsics lens = hd_lens();
   lens.fx = lens.fy = 1100;
   const TrackedScene tracked = tracks_of(advancing_scope(lens));
-  MotionOptions options = plain();
-  options.reconstruction.lens = {.focal = true, .distortion = true};
+  MotionOptions options;
+  options.lens = {.focal = true, .distortion = true};
   for (const double focal_px : {450.0, 900.0, 2800.0}) {
     Intrinsics start = hd_lens();
     start.fx = start.fy = focal_px;
@@ -232,7 +212,7 @@ TEST(ClipMotion, TakesTheLongerOfTwoShots) {
     }
   tracked.clip.tracks = std::move(tracks);
   tracked.clip.shots = {0, cut};
-  const ClipMotion motion = motion_of(tracked, plain());
+  const ClipMotion motion = motion_of(tracked);
   ASSERT_EQ(motion.failure, "");
   EXPECT_FALSE(motion.camera_from_world[5]);
   EXPECT_TRUE(motion.camera_from_world[30]);
@@ -259,7 +239,7 @@ TEST(ClipMotion, KeepsTheSpanBeforeTissueMoves) {
       pixel = project(camera.intrinsics, point).cast<float>();
     }
   }
-  MotionOptions options = plain();
+  MotionOptions options;
   options.views.most_apart = 2;
   const ClipMotion motion = motion_of(tracked, options);
   ASSERT_EQ(motion.failure, "");
@@ -276,7 +256,7 @@ TEST(ClipMotion, TakesPosesOfAnotherProgram) {
   const TrackedScene tracked = tracks_of(swinging_scope(20));
   std::vector<std::optional<RigidTransform>> poses;
   for (const PosedCamera& camera : tracked.cameras) poses.emplace_back(camera.camera_from_world);
-  const ClipMotion motion = motion_of_poses(plain(), tracked.clip, hd_lens(), poses, no_pictures);
+  const ClipMotion motion = motion_of_poses({}, tracked.clip, hd_lens(), poses, no_pictures);
   ASSERT_EQ(motion.failure, "");
   EXPECT_GT(motion.points, 1000u);
   EXPECT_LT(motion.mean_error_px, 0.6);
@@ -287,7 +267,7 @@ TEST(ClipMotion, RefusesPosesOfAnotherClip) {
   std::vector<std::optional<RigidTransform>> poses;
   for (std::size_t i = 0; i < tracked.cameras.size(); ++i)
     poses.emplace_back(look_at({0, 30.0 * (i % 3), 200.0 - 20.0 * i}, {0, 0, 400}, {1, 0, 0}));
-  EXPECT_NE(motion_of_poses(plain(), tracked.clip, hd_lens(), poses, no_pictures).failure, "");
+  EXPECT_NE(motion_of_poses({}, tracked.clip, hd_lens(), poses, no_pictures).failure, "");
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST(TwoViews, TellNothingOfAFewPairs) {
 
 TEST(Triangulation, PutsLandmarksOnTheTissue) {
   Scene scene = posed_scene(tracks_of(swinging_scope(10), 0.0, 0));
-  triangulate({}, scene);
+  triangulate(scene);
   std::size_t placed = 0;
   for (const Landmark& landmark : scene.landmarks) {
     if (!landmark.place) continue;
@@ -65,18 +65,18 @@ TEST(Triangulation, LeavesWhatIsSeenUnderTooSmallAnAngle) {
   std::vector<PosedCamera> near(2, swinging_scope(2)[0]);
   near[1].camera_from_world.translation.x() += 0.2;  // 0.2 degrees at 60 mm
   Scene scene = posed_scene(tracks_of(std::move(near), 0.0, 0));
-  triangulate({}, scene);
+  triangulate(scene);
   for (const Landmark& landmark : scene.landmarks) EXPECT_FALSE(landmark.place);
 }
 
 TEST(Triangulation, DropsSightingsThatDoNotAgree) {
   Scene scene = posed_scene(tracks_of(swinging_scope(10), 0.0, 0));
-  triangulate({}, scene);
+  triangulate(scene);
   Landmark& landmark =
       *std::find_if(scene.landmarks.begin(), scene.landmarks.end(),
                     [](const Landmark& one) { return one.place && one.seen.size() == 10; });
   landmark.seen[4].pixel.x() += 20;
-  drop_outliers({}, scene);
+  drop_outliers(scene);
   ASSERT_TRUE(landmark.place);
   EXPECT_FALSE(landmark.seen[4].agrees);
   EXPECT_TRUE(landmark.seen[5].agrees);
@@ -85,7 +85,7 @@ TEST(Triangulation, DropsSightingsThatDoNotAgree) {
 // The scene as it is, its landmarks placed from their tracks.
 Scene true_scene(const TrackedScene& tracked) {
   Scene scene = posed_scene(tracked);
-  triangulate({}, scene);
+  triangulate(scene);
   return scene;
 }
 
@@ -94,8 +94,7 @@ TEST(BundleAdjustment, BringsShakenPosesBack) {
   Scene scene = true_scene(tracked);
   for (std::size_t view = 2; view < scene.camera_from_world.size(); ++view)
     scene.camera_from_world[view]->translation += Eigen::Vector3d(0.3, -0.2, 0.1);
-  const AdjustmentSummary summary = adjust({.iterations = 50, .tolerance = 1e-10}, scene);
-  EXPECT_LT(summary.rms_px, 0.01) << "exact tracks leave nothing";
+  adjust({.iterations = 50, .tolerance = 1e-10}, scene);
   EXPECT_LT(path_error(tracked.cameras, scene.camera_from_world), 1e-3);
 }
 
@@ -109,19 +108,18 @@ TEST(BundleAdjustment, LeavesAGivenLensAlone) {
 TEST(BundleAdjustment, PosesOneViewAlone) {
   const TrackedScene tracked = tracks_of(swinging_scope(6), 0.0, 0);
   const Scene scene = true_scene(tracked);
-  std::vector<Eigen::Vector3d> places;
-  std::vector<Eigen::Vector2d> pixels;
+  SeenPlaces seen;
   for (const Landmark& landmark : scene.landmarks)
     if (const Sighting* sighting = sighting_in(landmark, 3); sighting && landmark.place) {
-      places.push_back(*landmark.place);
-      pixels.push_back(sighting->pixel);
+      seen.places.push_back(*landmark.place);
+      seen.pixels.push_back(sighting->pixel);
     }
   // One that lies behind the camera hinders none of the others.
-  places.push_back(-2 * places.front());
-  pixels.push_back(pixels.front());
+  seen.places.push_back(-2 * seen.places.front());
+  seen.pixels.push_back(seen.pixels.front());
   RigidTransform pose = *scene.camera_from_world[2];
-  ASSERT_LT((pose * places.back()).z(), 0);
-  EXPECT_GT(adjust_pose(scene.lens, places, pixels, 1, pose), places.size() * 9 / 10);
+  ASSERT_LT((pose * seen.places.back()).z(), 0);
+  EXPECT_GT(adjust_pose(scene.lens, seen, pose), seen.places.size() * 9 / 10);
   EXPECT_LT((pose.translation - scene.camera_from_world[3]->translation).norm(), 1e-2);
 }
 

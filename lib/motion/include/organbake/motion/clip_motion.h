@@ -44,42 +44,22 @@ std::vector<std::size_t> choose_views(const ViewChoice& choice, const ClipTracks
                                       const std::vector<double>& sharpness, std::size_t first,
                                       std::size_t end);
 
-struct ReconstructionOptions {
-  FreeLens lens;  // what of it is to be found; none = it is given
-  TriangulationOptions triangulation;
-  // A pair that a plane, a pure turn or a zoom explains to less than this tells no shape.
-  double least_parallax_px = 2;
-  double least_pair_angle_rad = 0.02;  // between the rays of the first pair, median
-  // A view whose sightings agree by less than this share sees something else that moves.
-  double least_agreeing_share = 0.2;
-};
-
-struct ReconstructionSummary {
-  double parallax_px = 0;  // the most that a pair of views has
-  std::string failure;     // why there is none; empty when there is one
-};
-
 // Poses, places and lens of a clip's views, one after another (Schönberger & Frahm 2016): a first
 // pair by its essential matrix, then of two dozen key views each next one from the places that it
 // sees, new places from the views that are posed, and bundle adjustment as the scene grows; last,
 // all views between, which the places hold. Views that no rigid scene explains stay without a pose.
 // The scene comes with its landmarks' sightings and a lens to start from; where views are posed, it
-// grows from those. Deterministic.
-ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& scene,
-                                  const RunContext& context = {});
+// grows from those. Returns why there is none; nothing when there is one. Deterministic.
+std::string reconstruct(const FreeLens& lens, Scene& scene, const RunContext& context = {});
 
 // How sure a lens is that a clip told of itself: standard deviations; 0 of what was given.
 struct LensSpread {
-  double focal_px = 0, k1 = 0, center_x_px = 0, center_y_px = 0;
+  double focal_px = 0, k1 = 0;
 };
 
 struct MotionOptions {
   ViewChoice views;
-  ReconstructionOptions reconstruction;
-  bool rejoin = true;              // look for tissue that comes back into view
-  double least_motion_px = 4;      // of features over the clip: less is a scope that stands still
-  double least_angle_rad = 0.017;  // between the rays to a place, median: less tells no depth
-  std::size_t fewest_views = 5;
+  FreeLens lens;  // what of it is to be found; none = it is given
 };
 
 // Frames of a clip that one rigid scene explains, or does not.
@@ -113,12 +93,12 @@ struct ClipMotion {
   LensSpread lens_spread;
   std::vector<FrameSpan> left_out;
   // Agreeing sightings of places that three views or more see under more than 2 degrees.
-  double mean_error_px = 0, mean_track = 0, median_angle_rad = 0, parallax_px = 0;
-  std::size_t points = 0, rejoined = 0;
+  double mean_error_px = 0, median_angle_rad = 0;
+  std::size_t points = 0;
 };
 
 // `sharpness` is of each frame. `lens` is given, or what the search for it starts from (then
-// options.reconstruction.lens says what of it is free). Does not throw for a clip that tells
+// options.lens says what of it is free). Does not throw for a clip that tells
 // nothing. Deterministic.
 ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
                        const std::vector<double>& sharpness, const Intrinsics& lens,

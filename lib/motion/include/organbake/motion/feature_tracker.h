@@ -73,15 +73,11 @@ struct TrackingOptions {
   int features = 2000;
   int refill_every = 5;        // frames after which lost features are replaced by new ones
   double most_apart_px = 0.5;  // between a feature and where it is tracked back to
-
-  void check() const;  // throws UsageError
 };
 
 // Follows corners of the tissue through a clip by pyramidal Lucas–Kanade (Bouguet 2000), each step
 // checked by tracking it backwards. Lost ones are replaced evenly over the picture, at once where
-// most are lost, and by the more the fewer survive. The picture's
-// contrast is evened out first (CLAHE): tissue is pale, and its brightness goes with the lamp.
-// Deterministic for any number of threads.
+// most are lost, and by the more the fewer survive. Deterministic for any number of threads.
 class FeatureTracker {
  public:
   explicit FeatureTracker(const TrackingOptions& options = {});

@@ -16,6 +16,8 @@ struct Sighting {
   std::size_t view = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   bool agrees = true;  // with the point that was found
+  // Linear red and green round it (measure_light); 0 where it is burnt out, black or not known.
+  Eigen::Vector2d light = Eigen::Vector2d::Zero();
 };
 
 // A feature, and the point of the tissue that it shows, once that is found.
@@ -50,37 +52,26 @@ std::vector<std::size_t> seen_by_both(const std::vector<Landmark>& landmarks, st
 // Nothing where the view does not see it.
 const Sighting* sighting_in(const Landmark& landmark, std::size_t view);
 
-struct TriangulationOptions {
-  double least_angle_rad = 0.012;  // between two rays: 0.7 degrees
-  double most_error_px = 3;        // of a sighting that agrees
-};
-
 // Gives a place to each landmark without one that two posed views see under a wide enough angle,
 // and says which of its sightings agree. Places are the point nearest to the rays of the two views
 // that stand widest apart, then Gauss–Newton over the pixels of all that agree. With `view`, of
 // the landmarks that this view sees.
-void triangulate(const TriangulationOptions& options, Scene& scene,
-                 std::optional<std::size_t> view = std::nullopt);
+void triangulate(Scene& scene, std::optional<std::size_t> view = std::nullopt);
 
 // Sightings farther off do not agree (others do again), and landmarks of which fewer than two
-// agree, or under too small an angle, lose their place. How many sightings agree afterwards.
-std::size_t drop_outliers(const TriangulationOptions& options, Scene& scene);
+// agree, or under too small an angle, lose their place.
+void drop_outliers(Scene& scene);
 
 // What of the lens is moved with the poses and points. Both focal lengths keep their ratio.
 struct FreeLens {
   bool focal = false;
   bool distortion = false;  // k1 alone
-  bool center = false;      // of the picture, held where it was by `center_sd_px`
-  double center_sd_px = 60;
-
-  bool any() const { return focal || distortion || center; }
 };
 
 struct AdjustmentOptions {
   FreeLens lens = {};
   int iterations = 20;      // at most
   double tolerance = 1e-5;  // of the cost's change from one to the next
-  double robust_px = 1;     // beyond which an error counts less (Cauchy)
   // Of each view at most about so many sightings are taken, those of the longest tracks first; 0 =
   // all. A few hundred hold a pose as well as thousands, in a fraction of the time.
   std::size_t sightings_per_view = 0;
@@ -88,23 +79,21 @@ struct AdjustmentOptions {
   std::vector<bool> moving = {};
 };
 
-struct AdjustmentSummary {
-  bool converged = false;
-  int iterations = 0;
-  std::size_t sightings = 0;
-  double rms_px = 0;  // of the robust errors
-};
-
 // Moves poses, places and lens together until the sightings that agree lie where the places are
 // seen (bundle adjustment, Triggs et al. 2000; Ceres' sparse Schur complement). The first posed
 // view of those that move stays where it is, and the scene keeps its size where no lens or pose
 // fixes it. Deterministic: one thread, sums in one order.
-AdjustmentSummary adjust(const AdjustmentOptions& options, Scene& scene);
+void adjust(const AdjustmentOptions& options, Scene& scene);
 
-// Moves one view alone against places that are known: sightings are of those. Returns how many
-// agree to `most_error_px` afterwards.
-std::size_t adjust_pose(const Intrinsics& lens, const std::vector<Eigen::Vector3d>& places,
-                        const std::vector<Eigen::Vector2d>& pixels, double most_error_px,
+// Places that one view sees, and where.
+struct SeenPlaces {
+  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector2d> pixels;
+};
+
+// Moves one view alone against places that are known. Returns how many agree to four pixels
+// afterwards.
+std::size_t adjust_pose(const Intrinsics& lens, const SeenPlaces& seen,
                         RigidTransform& camera_from_world);
 
 }  // namespace organbake
