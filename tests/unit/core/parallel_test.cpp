@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/core/parallel.h"
-
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
 
 #include "organbake/core/background.h"
+#include "organbake/core/heap.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/quantile.h"
+#include "organbake/core/random.h"
+#include "organbake/core/smooth_step.h"
 
 namespace organbake {
 namespace {
@@ -166,6 +172,97 @@ TEST(ThreadSanitizerDeathTest, SeesARaceInSharedWork) {
   EXPECT_EXIT(race(), testing::ExitedWithCode(66), "data race");
 }
 #endif
+
+TEST(RandomStream, BelongsToItsItem) {
+  RandomStream a(7, 3), again(7, 3), other_item(7, 4), other_seed(8, 3);
+  const auto first = a();
+  EXPECT_EQ(first, again());
+  EXPECT_NE(first, other_item());
+  EXPECT_NE(first, other_seed());
+}
+
+TEST(RandomStream, IsFrozen) {
+  // Phantoms and their baked bytes hang on these numbers.
+  RandomStream stream(1, 2);
+  const auto first = stream(), second = stream();
+  RandomStream replay(1, 2);
+  EXPECT_EQ(replay(), first);
+  EXPECT_EQ(replay(), second);
+  EXPECT_NE(first, second);
+}
+
+TEST(RandomStream, HasTheMomentsItPromises) {
+  constexpr int kDraws = 200000;
+  constexpr double kTolerance = 0.01;  // about 4.5 standard errors of the mean, 3 of the variance
+  RandomStream stream(11);
+  double mean = 0, normal_mean = 0, normal_square = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double u = stream.uniform(), n = stream.normal();
+    ASSERT_GE(u, 0);
+    ASSERT_LT(u, 1);
+    ASSERT_TRUE(std::isfinite(n));
+    mean += u / kDraws;
+    normal_mean += n / kDraws;
+    normal_square += n * n / kDraws;
+  }
+  EXPECT_NEAR(mean, 0.5, kTolerance);
+  EXPECT_NEAR(normal_mean, 0, kTolerance);
+  EXPECT_NEAR(normal_square, 1, kTolerance);
+}
+
+TEST(RandomStream, BelowReachesEveryValueEvenly) {
+  std::array<int, 7> counts{};
+  RandomStream stream(5);
+  for (int i = 0; i < 70000; ++i) ++counts[stream.below(7)];
+  for (const int count : counts) EXPECT_NEAR(count, 10000, 500);  // five standard deviations
+}
+
+TEST(Quantile, IsWhatSortingSays) {
+  RandomStream random(5);
+  std::vector<double> values;
+  for (int k = 0; k < 101; ++k) values.push_back(random.uniform());
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(quantile(values, 0), sorted.front());
+  EXPECT_EQ(quantile(values, 0.25), sorted[25]);
+  EXPECT_EQ(quantile(values, 0.259), sorted[25]) << "the lower of two";
+  EXPECT_EQ(quantile(values, 1), sorted.back());
+  EXPECT_EQ(median(values), sorted[50]);
+  EXPECT_EQ(quantile(std::vector<double>{}, 0.5), 0);
+}
+
+TEST(SmoothStep, RisesOrFallsBetweenItsEnds) {
+  EXPECT_EQ(smooth_step(2, 4, 1), 0);
+  EXPECT_EQ(smooth_step(2, 4, 3), 0.5);
+  EXPECT_EQ(smooth_step(2, 4, 9), 1);
+  EXPECT_EQ(smooth_step(4, 2, 2.5), 1 - smooth_step(2, 4, 2.5));
+}
+
+// Of the pages that are written, how many the system had to bring.
+long faults_of_writing(std::size_t bytes) {
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  std::vector<char> written(bytes, 1);
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_EQ(written.back(), 1);
+  return after.ru_minflt - before.ru_minflt;
+}
+
+TEST(Heap, KeepsWhatWasFreed) {
+#if !defined(__GLIBC__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "another malloc than glibc's";
+#endif
+  constexpr std::size_t kBytes = std::size_t{24} << 20, kPages = kBytes / 4096;
+  keep_heap_in_large_pages();
+  faults_of_writing(kBytes);
+  EXPECT_LT(faults_of_writing(kBytes), long(kPages / 10));
+}
+
+TEST(Heap, MayBeAskedTwice) {
+  keep_heap_in_large_pages();
+  keep_heap_in_large_pages();
+  EXPECT_EQ(std::vector<int>(1 << 24, 7).back(), 7);
+}
 
 }  // namespace
 }  // namespace organbake
