@@ -149,7 +149,7 @@ class SamplePool {
 
 // The fewest cameras found that reach options.coverage, chosen among even directions over the
 // viewing region and a little beyond it (kBeyondRegion_rad) at one common distance, then moved
-// between them; where views over the VPM would still miss more than `view_gap` of what they show,
+// between them; where views over the VPM would still miss more than 0.1 % of what they show,
 // on average, cameras are added at the worst of them. Reached is what independent samples say. When
 // the goal is out of reach (or of 256 cameras) the best is kept, with a warning. Throws
 // BadDataError when no view of the region shows anything.

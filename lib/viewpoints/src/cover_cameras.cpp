@@ -168,14 +168,14 @@ Directions worst_views(const CoverScene& scene, const Directions& cameras, const
 }
 
 // The cameras, and more of them at the worst views until views over the VPM miss, on average, no
-// more than CoverageGoal::view_gap of what they show (see ViewCertificate).
+// more than kViewGap of what they show (see ViewCertificate).
 Placement complete_views(const CoverScene& scene, const Directions& given) {
   constexpr std::uint64_t kViewSeed = 3;
   constexpr std::size_t kViewSamples = 2048;
   constexpr int kCertificateViews = 512;
+  constexpr double kViewGap = 0.001;
   constexpr double kSpare = 0.9;  // the samples of a report are others: a little to spare
   Placement placement = scene.placed(given);
-  if (scene.goal().view_gap >= 1) return placement;
   const SurfaceSamples samples = scene.samples(kViewSamples, kViewSeed);
   const Directions views = scene.views(kCertificateViews);
   std::vector<Eigen::Vector3d> eyes_mm;
@@ -187,7 +187,7 @@ Placement complete_views(const CoverScene& scene, const Directions& given) {
     scene.context().throw_if_cancelled();
     const ViewCertificate certificate =
         certify_views(placement.manifold, kept, eyes_mm, seen, samples);
-    if (certificate.mean_gap <= kSpare * scene.goal().view_gap) break;
+    if (certificate.mean_gap <= kSpare * kViewGap) break;
     const Directions more = worst_views(scene, cameras, views, certificate.gaps);
     if (more.empty()) break;
     const std::vector<SampleBits> theirs = scene.visible(more, samples);
@@ -202,10 +202,7 @@ class CameraCover {
  public:
   CameraCover(const TriangleMesh& surface, const OrganFrame& organ, const PlacementOptions& options,
               const RunContext& context)
-      : surface_(surface),
-        scene_(surface_, organ, options, context),
-        goal_(scene_.goal()),
-        context_(context) {}
+      : scene_(surface, organ, options, context), goal_(scene_.goal()), context_(context) {}
 
   Placement run() {
     sample();
@@ -217,7 +214,6 @@ class CameraCover {
     context_.progress(0.9);
     Placement placement = complete_views(scene_, chosen_);
     summary_.for_coverage = chosen_.size();
-    summary_.for_views = placement.cameras.size() - chosen_.size();
     tell();
     placement.cover = summary_;
     return placement;
@@ -246,7 +242,6 @@ class CameraCover {
   // By the working samples; then, twice, with more candidates round each camera.
   void choose() {
     let_miss_what_the_goal_lets();
-    summary_.candidates = candidates_->size();
     const ChosenCover greedy =
         greedy_cover(candidates_->seen(), {}, cover_goal_, kMostCoverCameras);
     cover_ = annealed(greedy, kFirstTries, {});
@@ -344,7 +339,6 @@ class CameraCover {
         percent(goal_.share, 2) + " of the goal; more --candidates or less --overlap may help");
   }
 
-  const TriangleMesh& surface_;
   CoverScene scene_;
   const CoverageGoal& goal_;
   const RunContext& context_;

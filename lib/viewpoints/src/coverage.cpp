@@ -69,8 +69,9 @@ std::array<double, 3> seen_shares(const std::vector<SampleBits>& seen, const Sam
   return shares;
 }
 
-void measure_texels(const Eyes& cameras, const std::vector<SampleBits>& seen,
-                    const SurfaceSamples& samples, CoverageReport& report) {
+// Of the finest texel on each sample: the map with the best look at it counts.
+double median_finest_texel_mm(const Eyes& cameras, const std::vector<SampleBits>& seen,
+                              const SurfaceSamples& samples) {
   std::vector<double> finest;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     double least = std::numeric_limits<double>::infinity();
@@ -80,13 +81,7 @@ void measure_texels(const Eyes& cameras, const std::vector<SampleBits>& seen,
     }
     if (std::isfinite(least)) finest.push_back(least);
   }
-  if (finest.empty()) return;
-  const auto& edges = CoverageReport::kTexelEdges_mm;
-  for (const double texel : finest) {
-    const auto bin = std::upper_bound(edges.begin(), edges.end(), texel) - edges.begin();
-    report.texel_share[bin] += 1 / static_cast<double>(finest.size());
-  }
-  report.median_texel_mm = median(std::move(finest));
+  return finest.empty() ? 0 : median(std::move(finest));
 }
 
 // The same places on the surface after its vertices moved.
@@ -117,60 +112,39 @@ Poke poke_from(const Eye& eye, const SurfaceSamples& samples, const SampleBits& 
   return poke;
 }
 
-// What the views are held against: all samples of the certificate at rest.
-struct AtRest {
-  SurfaceSamples samples;
-  std::vector<SampleBits> kept, kept_well;  // by each camera: visible at all, and well
-};
-
-CoverageReport::Poked measure_poked(const TriangleMesh& surface, const Poke& poke,
-                                    const AtRest& rest, const Placement& placement,
-                                    const Eyes& views, const SightLimits& well) {
-  const TriangleMesh deformed = poked_surface(surface, poke);
-  const SurfaceSamples moved = moved_samples(rest.samples, deformed);
-  const Sight sight(deformed);
-  return {poke.displacement_mm.norm(),
-          certify_views(placement.manifold, rest.kept, positions(views),
-                        sight.seen_from_each(views, moved, {}), moved),
-          seen_shares(rest.kept_well, sight.seen_from_any(views, moved, well))};
-}
-
+// The organ is poked where three of the views look, and seen anew; the maps are those of the organ
+// at rest.
 void measure_views(const TriangleMesh& surface, const Sight& sight, const Placement& placement,
-                   const PlacementOptions& options, const SightLimits& well,
-                   const RunContext& context, CoverageReport& report) {
-  const Eyes cameras = camera_eyes(placement);
-  AtRest rest{sample_surface(surface, kCertificateSamples, kCertificateSeed), {}, {}};
-  rest.kept = sight.seen_from_each(cameras, rest.samples, {});
-  rest.kept_well = sight.seen_from_each(cameras, rest.samples, well);
+                   const PlacementOptions& options, const RunContext& context,
+                   CoverageReport& report) {
+  const SurfaceSamples samples = sample_surface(surface, kCertificateSamples, kCertificateSeed);
+  const std::vector<SampleBits> kept = sight.seen_from_each(camera_eyes(placement), samples, {});
   const Eyes views = region_eyes(kCertificateViews, placement, options);
-  const std::vector<SampleBits> shown = sight.seen_from_each(views, rest.samples, {});
-  report.at_rest =
-      certify_views(placement.manifold, rest.kept, positions(views), shown, rest.samples);
+  const std::vector<SampleBits> shown = sight.seen_from_each(views, samples, {});
+  report.at_rest = certify_views(placement.manifold, kept, positions(views), shown, samples);
   const Eyes some = region_eyes(kPokedViews, placement, options);
   const double size = bounds(surface).diagonal();
   for (const std::size_t percent : {10, 20, 30}) {
     context.throw_if_cancelled();
     const std::size_t from = views.size() * percent / 40;  // three sides
-    const Poke poke = poke_from(views[from], rest.samples, shown[from],
-                                0.01 * static_cast<double>(percent) * size);
-    report.poked.push_back(measure_poked(surface, poke, rest, placement, some, well));
+    const TriangleMesh poked = poked_surface(
+        surface,
+        poke_from(views[from], samples, shown[from], 0.01 * static_cast<double>(percent) * size));
+    const SurfaceSamples moved = moved_samples(samples, poked);
+    report.poked.push_back(certify_views(placement.manifold, kept, positions(some),
+                                         Sight(poked).seen_from_each(some, moved, {}), moved));
   }
 }
 
-struct Gap {
-  double picture = 0, surface = 0;
-};
-
-Gap gap_of(const SampleBits& seen, const std::vector<SampleBits>& kept, const ViewWeights& three,
-           const Eigen::Vector3d& eye, const SurfaceSamples& samples) {
+// What a view shows and none of its three cameras has, as a share of what it shows, by the area in
+// the picture: slivers at the outline hardly count.
+double gap_of(const SampleBits& seen, const std::vector<SampleBits>& kept, const ViewWeights& three,
+              const Eigen::Vector3d& eye, const SurfaceSamples& samples) {
   double picture = 0, missed_picture = 0;
-  std::size_t count = 0, missed_count = 0;
   for (std::size_t w = 0; w < seen.words().size(); ++w) {
     std::uint64_t known = 0;
     for (const std::uint32_t camera : three.cameras) known |= kept[camera].words()[w];
     const std::uint64_t shown = seen.words()[w], missed = shown & ~known;
-    count += std::popcount(shown);
-    missed_count += std::popcount(missed);
     for (std::uint64_t bits = shown; bits; bits &= bits - 1) {
       const std::size_t i = w * SampleBits::kWordBits + std::countr_zero(bits);
       const Eigen::Vector3d arm = eye - samples.points[i];
@@ -181,8 +155,7 @@ Gap gap_of(const SampleBits& seen, const std::vector<SampleBits>& kept, const Vi
       if (missed & bits & -bits) missed_picture += area;
     }
   }
-  if (count == 0 || !(picture > 0)) return {};
-  return {missed_picture / picture, static_cast<double>(missed_count) / static_cast<double>(count)};
+  return picture > 0 ? missed_picture / picture : 0;
 }
 
 }  // namespace
@@ -204,9 +177,9 @@ CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& pl
   context.throw_if_cancelled();
   const std::vector<SampleBits> seen = sight.seen_from_each(cameras, samples, well);
   report.seen_share = seen_shares(seen, reachable);
-  measure_texels(cameras, seen, samples, report);
+  report.median_texel_mm = median_finest_texel_mm(cameras, seen, samples);
   if (detail == CoverageDetail::brief) return report;
-  measure_views(surface, sight, placement, options, well, context, report);
+  measure_views(surface, sight, placement, options, context, report);
   report.painted = painted_by_cameras(surface, sight, cameras, region, well);
   return report;
 }
@@ -214,19 +187,15 @@ CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& pl
 ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<SampleBits>& kept,
                               const std::vector<Eigen::Vector3d>& views_mm,
                               const std::vector<SampleBits>& seen, const SurfaceSamples& samples) {
-  std::vector<Gap> gaps(views_mm.size());
+  ViewCertificate certificate;
+  std::vector<double>& gaps = certificate.gaps;
+  gaps.resize(views_mm.size());
   parallel_for(std::size_t{0}, views_mm.size(), [&](std::size_t v) {
     const ViewWeights three = view_weights(manifold, views_mm[v] - manifold.center_world_mm);
     gaps[v] = gap_of(seen[v], kept, three, views_mm[v], samples);
   });
-  ViewCertificate certificate;
-  certificate.views = static_cast<int>(views_mm.size());
-  for (const Gap& gap : gaps) {  // in order: the sum is the same for any number of threads
-    certificate.gaps.push_back(gap.picture);
-    certificate.mean_gap += gap.picture / static_cast<double>(gaps.size());
-    certificate.mean_surface_gap += gap.surface / static_cast<double>(gaps.size());
-    certificate.worst_gap = std::max(certificate.worst_gap, gap.picture);
-  }
+  // In order: the sum is the same for any number of threads.
+  for (const double gap : gaps) certificate.mean_gap += gap / static_cast<double>(gaps.size());
   return certificate;
 }
 

@@ -227,7 +227,6 @@ void CoverageGoal::check() const {
   check_range("coverage", share, 0.5, 1, " of the reachable area");
   check_range("overlap", overlap, 1, 4, " cameras");
   check_range("texel", texel_mm, 0, 1000, " mm");
-  check_range("view_gap", view_gap, 0, 1, " of a view");
   check_range("candidates", candidates, 16, 8192, " directions");
   check_range("samples", samples, 64, 65536, "");
 }

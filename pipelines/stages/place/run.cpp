@@ -24,8 +24,6 @@ void tell_choice(const PlacementOptions& options, const Placement& placement, St
   }
   const CoverSummary& cover = *placement.cover;
   report.add("cameras_for_coverage", cover.for_coverage);
-  report.add("cameras_added_for_views", cover.for_views);
-  report.add("candidates", cover.candidates);
   report.skipped.push_back({"the count", "a coverage is given"});
   if (cover.reached) return;
   report.add("coverage_reached", cover.coverage);
@@ -39,26 +37,14 @@ void tell_coverage(const CoverageReport& coverage, StageReport& report) {
   report.add("seen_by_2_share", coverage.seen_share[1]);
   report.add("seen_by_3_share", coverage.seen_share[2]);
   report.add("median_texel_mm", coverage.median_texel_mm);
-  report.add("texel_edges_mm", std::vector<double>(CoverageReport::kTexelEdges_mm.begin(),
-                                                   CoverageReport::kTexelEdges_mm.end()));
-  report.add("texel_shares",
-             std::vector<double>(coverage.texel_share.begin(), coverage.texel_share.end()));
 }
 
 void tell_views(const CoverageReport& coverage, StageReport& report) {
-  report.add("views", coverage.at_rest.views);
+  report.add("views", coverage.at_rest.gaps.size());
   report.add("view_gap_mean", coverage.at_rest.mean_gap);
-  report.add("view_gap_worst", coverage.at_rest.worst_gap);
-  report.add("view_gap_mean_of_surface", coverage.at_rest.mean_surface_gap);
-  std::vector<double> depths, gaps, seen_twice;
-  for (const CoverageReport::Poked& poked : coverage.poked) {
-    depths.push_back(poked.depth_mm);
-    gaps.push_back(poked.certificate.mean_gap);
-    seen_twice.push_back(poked.seen_share[1]);
-  }
-  report.add("poke_depths_mm", depths);
-  report.add("view_gap_mean_poked", gaps);
-  report.add("seen_by_2_share_poked", seen_twice);
+  std::vector<double> poked;
+  for (const ViewCertificate& certificate : coverage.poked) poked.push_back(certificate.mean_gap);
+  report.add("view_gap_mean_poked", poked);
 }
 
 // The size of maps in the middle of which a texel is a pixel of the picture.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -40,7 +39,6 @@ TEST(CoverageGoal, BoundsAreChecked) {
   refused([](auto& g) { g.overlap = 0; });
   refused([](auto& g) { g.overlap = 5; });
   refused([](auto& g) { g.texel_mm = -1; });
-  refused([](auto& g) { g.view_gap = 1.1; });
   refused([](auto& g) { g.candidates = 15; });
   refused([](auto& g) { g.samples = 63; });
 }
@@ -50,7 +48,7 @@ TEST(CoverCameras, ReachTheGoalWithFewerThanEvenOnes) {
   const Placement placement = place_cameras(lump, covering());
   ASSERT_TRUE(placement.cover);
   EXPECT_TRUE(placement.cover->reached);
-  EXPECT_EQ(placement.cover->for_coverage + placement.cover->for_views, placement.cameras.size());
+  EXPECT_LE(placement.cover->for_coverage, placement.cameras.size());
   const CoverageReport report = measure_coverage(lump, placement, covering());
   EXPECT_NEAR(report.reachable_share, 1, 1e-3);
   EXPECT_GE(report.seen_share[1], 0.99 - kSampling);
@@ -159,9 +157,9 @@ TEST(MeasureCoverage, AllOfASphereIsSeenAndNothingInsideIt) {
   const CoverageReport report = measure_coverage(sphere, place_cameras(sphere, options), options);
   EXPECT_EQ(report.reachable_share, 1);
   EXPECT_EQ(report.hidden_share, 0);
-  EXPECT_GE(report.at_rest.views, 500);
+  EXPECT_GE(report.at_rest.gaps.size(), 500u);
   EXPECT_GE(report.seen_share[0], report.seen_share[1]);
-  EXPECT_NEAR(std::accumulate(report.texel_share.begin(), report.texel_share.end(), 0.0), 1, 1e-9);
+  EXPECT_GT(report.median_texel_mm, 0);
   // An inner sphere of half the radius has a fifth of all area.
   const TriangleMesh both = joined(sphere, sphere_mesh(25, 4));
   const CoverageReport hollow = measure_coverage(both, place_cameras(both, options), options);
@@ -185,7 +183,7 @@ TEST(MeasureCoverage, ABriefReportAgreesWithTheFullOne) {
   const CoverageReport brief = measure_coverage(lump, placement, options, CoverageDetail::brief);
   EXPECT_NEAR(brief.reachable_share, full.reachable_share, kBriefShare);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(brief.seen_share[k], full.seen_share[k], kBriefShare);
-  EXPECT_EQ(brief.at_rest.views, 0);
+  EXPECT_TRUE(brief.at_rest.gaps.empty());
   EXPECT_TRUE(brief.poked.empty());
   EXPECT_TRUE(brief.painted.empty());
 }
@@ -223,7 +221,6 @@ TEST(CertifyViews, ACameraKeepsWhatItSeesAndNothingOfTheFarSide) {
   const ViewCertificate certificate = certify_views(manifold, {seen[0]}, views, seen, samples);
   EXPECT_EQ(certificate.gaps, (std::vector<double>{0, 1}));
   EXPECT_EQ(certificate.mean_gap, 0.5);
-  EXPECT_EQ(certificate.worst_gap, 1);
 }
 
 TEST(PokedSurface, MovesTheSiteAndLeavesTheFarSide) {

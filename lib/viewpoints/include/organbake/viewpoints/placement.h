@@ -24,12 +24,11 @@ struct ViewingCone {
 // lies between, when it is seen at less than 60° from its normal, and when a texel is small enough
 // on it. What no view of the region shows so is not asked for.
 struct CoverageGoal {
-  double share = 0.995;     // of the reachable area, 0.5…1
-  int overlap = 2;          // cameras that must see it, 1…4
-  double texel_mm = 0;      // longest side of a texel's footprint, 0…1000; 0 = any
-  double view_gap = 0.001;  // see ViewCertificate, 0…1; 1 = not looked at
-  int candidates = 1024;    // directions to choose from, 16…8192
-  int samples = 6144;       // of the surface, 64…65536
+  double share = 0.995;   // of the reachable area, 0.5…1
+  int overlap = 2;        // cameras that must see it, 1…4
+  double texel_mm = 0;    // longest side of a texel's footprint, 0…1000; 0 = any
+  int candidates = 1024;  // directions to choose from, 16…8192
+  int samples = 6144;     // of the surface, 64…65536
 
   // Throws UsageError.
   void check() const;
@@ -64,9 +63,7 @@ struct PlacementOptions {
 
 // How the cameras of a coverage goal were found.
 struct CoverSummary {
-  std::size_t candidates = 0;    // directions that the first choice had
   std::size_t for_coverage = 0;  // cameras that the goal of coverage took
-  std::size_t for_views = 0;     // more of them, so that views find all in their three cameras
   double coverage = 0;           // reached, on samples that had no part in choosing
   bool reached = false;
 };
@@ -92,13 +89,9 @@ Placement place_cameras(const TriangleMesh& surface, const PlacementOptions& opt
 // What viewers miss: the surface visible in a view but to none of the three cameras that the VPM
 // gives it.
 struct ViewCertificate {
-  int views = 0;
-  // Share of what the view shows, by the area that it has in the picture: the mean of all views and
-  // the worst one.
-  double mean_gap = 0, worst_gap = 0;
-  // The same, by area on the surface: slivers at the outline, which hardly show, count fully.
-  double mean_surface_gap = 0;
-  std::vector<double> gaps;  // of each view
+  // Share of what each view shows, by the area that it has in the picture, and the mean of all.
+  std::vector<double> gaps;
+  double mean_gap = 0;
 };
 
 // What the cameras of a placement show of the surface, measured on samples and views of its own.
@@ -108,20 +101,10 @@ struct CoverageReport {
   double reachable_share = 0, hidden_share = 0;
   // Of the reachable area: seen well by at least one, two, three cameras.
   std::array<double, 3> seen_share = {};
-  // Of the area seen: the longest side of the finest texel on it. Bin k reaches from edge k − 1 to
-  // edge k; the last one is open.
-  static constexpr std::array<double, 7> kTexelEdges_mm = {0.0625, 0.125, 0.25, 0.5, 1, 2, 4};
-  std::array<double, kTexelEdges_mm.size() + 1> texel_share = {};
-  double median_texel_mm = 0;
+  double median_texel_mm = 0;  // of the area seen: the longest side of the finest texel on it
   ViewCertificate at_rest;
   // Views of the surface poked by 10, 20 and 30 % of its size, cameras as they were at rest.
-  struct Poked {
-    double depth_mm = 0;
-    ViewCertificate certificate;
-    // Of what the views reach of the poked surface: seen at rest by at least one, two, three.
-    std::array<double, 3> seen_share = {};
-  };
-  std::vector<Poked> poked;
+  std::vector<ViewCertificate> poked;
   // The surface, a colour a vertex: grey = no view of the region shows it well, red = no camera
   // does though a view would, yellow = one, green = two, blue = three or more.
   TriangleMesh painted;
