@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A mesh as game engines draw it, by Mesa's llvmpipe: EGL without a display, one texture, the
+// vertices of each frame uploaded anew.
 #include "peers/peers.h"
 
 #define GL_GLEXT_PROTOTYPES

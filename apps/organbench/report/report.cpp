@@ -28,14 +28,17 @@ std::string point_text(const Point& point) {
   std::string text = "  " + point.task + ": " + point.subject + (point.peer ? " (peer)" : "");
   for (const Quantity& knob : point.knobs)
     text += ", " + knob.name + " " + with_unit(knob.value, knob.unit);
-  text += ":";
+  const char* before = ": ";
   if (point.timing.runs > 0) {
-    text += " " + with_unit(point.timing.wall_ms.median, "ms") + ", CPU " +
+    text += before + with_unit(point.timing.wall_ms.median, "ms") + ", CPU " +
             with_unit(point.timing.cpu_ms.median, "ms") + ", " +
             with_unit(point.timing.peak_mb, "MB");
+    before = "; ";
   }
-  for (const Quantity& error : point.errors)
-    text += "; " + error.name + " " + with_unit(error.value, error.unit);
+  for (const Quantity& error : point.errors) {
+    text += before + error.name + " " + with_unit(error.value, error.unit);
+    before = "; ";
+  }
   return text + "\n";
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// CT to surface: how far a ball's surface lies from the ball for voxels of several sizes, beside
+// VTK's marching cubes; and time and memory of a whole scan, beside VTK's flying edges.
 #include "organbake/isosurface/isosurface.h"
 
 #include <cmath>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A moving scope's clip to poses, depth and a surface: of the phantom against its truth, of the
+// shared video against the points of COLMAP's model, which tell depth up to one scale.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Cameras round a surface: what those that are found for a coverage see of it, beside as many that
+// are spread evenly.
 #include <algorithm>
 
 #include "bench.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-
+// How each stage's time grows with its main size, as an exponent (the slope of log time over log
+// size); and how much faster eight threads can bake at least, by the longest chain of work.
 #include <cmath>
 #include <memory>
 

@@ -156,7 +156,7 @@ TEST(SuiteText, TellsPointsFiguresAndWhatIsMissing) {
   EXPECT_EQ(suite_text({"suite", "summary", 1.5, result}),
             "suite: summary (1.5 s)\n"
             "  task: we, cameras 11: 1.5 ms, CPU 1 ms, 7 MB; gap 0.25 %\n"
-            "  task: they (peer):; gap 0.5 %\n"
+            "  task: they (peer): gap 0.5 %\n"
             "  reached: small: 1 mm ≤ 2\n"
             "  MISSED:  large: 3 mm ≤ 2\n"
             "  left out: a clip: no --data\n"
