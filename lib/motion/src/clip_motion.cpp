@@ -150,20 +150,6 @@ void judge(double runner_up, bool lens_is_free, ClipMotion& motion) {
     motion.failure = motion.quality.reason;
 }
 
-// Of the sightings of features that several views see, the share that agrees with a place.
-double explained_share(const Scene& scene) {
-  double all = 0, agreeing = 0;
-  for (const Landmark& landmark : scene.landmarks) {
-    if (landmark.seen.size() < kSureViews) continue;
-    all += static_cast<double>(landmark.seen.size());
-    if (!landmark.place) continue;
-    agreeing += static_cast<double>(
-        std::count_if(landmark.seen.begin(), landmark.seen.end(),
-                      [](const Sighting& sighting) { return sighting.agrees; }));
-  }
-  return all > 0 ? agreeing / all : 0;
-}
-
 const std::string kSmaller = "another span is longer",
                   kNotRigid =
                       "no one rigid scene with the longest span: there the scope jumps, or "
@@ -360,7 +346,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   triangulate(motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
-  const double explained = explained_share(motion.scene);
+  const double explained = agreeing_share(motion.scene, {0, motion.view_frames.size()});
   constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
   if (explained < kFew)
     motion.failure = "the given poses explain only " + percent(explained) +

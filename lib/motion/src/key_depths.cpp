@@ -282,24 +282,10 @@ class KeyDepths {
       }
       filled[i] = 1;
       if (!options_.shading) keep_sure_alone(swept, key.depth);
-      count_shares(swept, key);
     });
     std::size_t at = 0;
     std::erase_if(keys_, [&](const Key&) { return filled[at++] == 0; });
     if (keys_.empty()) throw BadDataError("parallax is sure of nothing in any key frame");
-  }
-
-  static void count_shares(const SweptDepth& swept, KeyDepth& key) {
-    const std::vector<std::uint8_t>& field = key.prepared.field.values;
-    double all = 0;
-    for (std::size_t k = 0; k < field.size(); ++k) {
-      if (!field[k]) continue;
-      ++all;
-      key.swept_share += swept.confidence.values[k] >= kSureMatch;
-      key.covered_share += std::isfinite(key.depth.depth.values[k]);
-    }
-    key.swept_share /= std::max(1.0, all);
-    key.covered_share /= std::max(1.0, all);
   }
 
   static void keep_sure_alone(const SweptDepth& swept, FrameDepth& depth) {

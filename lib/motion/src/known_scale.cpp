@@ -7,17 +7,17 @@
 // sin(half their angle) in the plane between them.
 #include "organbake/motion/key_depths.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
+#include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
 
@@ -66,26 +66,14 @@ struct Line {
   double offset = 0;
 };
 
-// Least squares, those far off left out again and again.
-std::optional<Line> line_through(std::vector<Vector2d> points) {
+// Robust least squares (Huber): a jaw or a glint lies off the line.
+std::optional<Line> line_through(const std::vector<cv::Point2f>& points) {
   constexpr std::size_t kFewest = 12;
-  constexpr double kStraight_px = 1.5;
-  Line line;
-  for (int round = 0; round < 4; ++round) {
-    if (points.size() < kFewest) return std::nullopt;
-    const Vector2d middle =
-        std::accumulate(points.begin(), points.end(), Vector2d(0, 0)) / double(points.size());
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    for (const Vector2d& p : points) spread += (p - middle) * (p - middle).transpose();
-    line.normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0);
-    line.offset = line.normal.dot(middle);
-    std::vector<double> off;
-    for (const Vector2d& p : points) off.push_back(std::abs(line.normal.dot(p) - line.offset));
-    const double most = std::max(kStraight_px, 2 * kSigmaOfMedianDeviation * median(off));
-    std::size_t i = 0;
-    std::erase_if(points, [&](const Vector2d&) { return off[i++] > most; });
-  }
-  return line;
+  if (points.size() < kFewest) return std::nullopt;
+  cv::Vec4f line;  // direction, and a point on it
+  cv::fitLine(points, line, cv::DIST_HUBER, 0, 0.01, 0.01);
+  const Vector2d normal(-line[1], line[0]);
+  return Line{normal, normal.dot(Vector2d(line[2], line[3]))};
 }
 
 // The instrument of a picture: where it lies, and its two outlines.
@@ -97,10 +85,11 @@ class ShaftPicture {
   // False where there is none, or nothing straight.
   bool find(const Mask& field) {
     if (!find_axis(field)) return false;
-    std::array<std::vector<Vector2d>, 2> edges;
+    constexpr double kFromTip = 0.3, kToRim = 0.9;  // of the length: a jaw is no shaft
+    std::array<std::vector<cv::Point2f>, 2> edges;
     for (double along = kFromTip * length_; along < kToRim * length_; along += 1)
       for (const int side : {0, 1})
-        if (const auto edge = edge_at(along, side)) edges[side].push_back(*edge);
+        if (const auto edge = edge_at(along, side)) edges[side].emplace_back(edge->x(), edge->y());
     for (const int side : {0, 1}) {
       const auto line = line_through(edges[side]);
       if (!line) return false;
@@ -115,31 +104,28 @@ class ShaftPicture {
   const Mask& mask() const { return mask_; }
 
  private:
-  static constexpr double kFromTip = 0.3, kToRim = 0.9;  // of the length: a jaw is no shaft
-
   bool find_axis(const Mask& field) {
-    std::vector<Vector2d> points;
-    for (int y = 0; y < mask_.height; ++y)
-      for (int x = 0; x < mask_.width; ++x)
-        if (mask_.at(x, y)) points.emplace_back(x + 0.5, y + 0.5);
+    std::vector<cv::Point> pixels;
+    cv::findNonZero(cv_view(mask_), pixels);
     constexpr double kLeast = 0.004;  // of the picture
-    if (double(points.size()) < kLeast * double(mask_.size())) return false;
-    const Vector2d middle =
-        std::accumulate(points.begin(), points.end(), Vector2d(0, 0)) / double(points.size());
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    for (const Vector2d& p : points) spread += (p - middle) * (p - middle).transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread / double(points.size()));
+    if (double(pixels.size()) < kLeast * double(mask_.size())) return false;
+    cv::Mat points;
+    cv::Mat(pixels).reshape(1).convertTo(points, CV_64F);
+    const cv::PCA axes(points, cv::noArray(), cv::PCA::DATA_AS_ROW);
     constexpr double kLong = 2;  // times as long as wide
-    if (axes.eigenvalues()[1] < kLong * kLong * axes.eigenvalues()[0]) return false;
-    axis_ = axes.eigenvectors().col(1);
-    half_width_ = std::sqrt(3 * axes.eigenvalues()[0]);
-    const auto reach = [&](double way) {
-      double most = 0;
-      for (const Vector2d& p : points) most = std::max(most, way * axis_.dot(p - middle));
-      return most;
-    };
+    if (axes.eigenvalues.at<double>(0) < kLong * kLong * axes.eigenvalues.at<double>(1))
+      return false;
+    const Vector2d middle(axes.mean.at<double>(0) + 0.5, axes.mean.at<double>(1) + 0.5);
+    axis_ = {axes.eigenvectors.at<double>(0, 0), axes.eigenvectors.at<double>(0, 1)};
+    half_width_ = std::sqrt(3 * axes.eigenvalues.at<double>(1));
+    double before = 0, behind = 0;
+    for (const cv::Point& pixel : pixels) {
+      const double along = axis_.dot(Vector2d(pixel.x + 0.5, pixel.y + 0.5) - middle);
+      before = std::max(before, along);
+      behind = std::max(behind, -along);
+    }
     // It comes in at the rim: what lies farther inside is its tip.
-    const Vector2d a = middle + reach(1) * axis_, b = middle - reach(-1) * axis_;
+    const Vector2d a = middle + before * axis_, b = middle - behind * axis_;
     const bool a_is_tip = inside_by(field, a) > inside_by(field, b);
     tip_ = a_is_tip ? a : b;
     length_ = (a - b).norm();
@@ -149,13 +135,11 @@ class ShaftPicture {
 
   // Pixels to the nearest edge of the field or of the picture.
   static double inside_by(const Mask& field, const Vector2d& at) {
-    for (int r = 1; r < field.width; ++r)
-      for (int i = 0; i < 16; ++i) {
-        const double angle = 2 * M_PI * i / 16;
-        const int x = int(at.x() + r * std::cos(angle)), y = int(at.y() + r * std::sin(angle));
-        if (x < 0 || y < 0 || x >= field.width || y >= field.height || !field.at(x, y)) return r;
-      }
-    return field.width;
+    cv::Mat framed, inside;
+    cv::copyMakeBorder(cv_view(field), framed, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
+    cv::distanceTransform(framed, inside, cv::DIST_L2, cv::DIST_MASK_5);
+    return inside.at<float>(std::clamp(int(at.y()) + 1, 0, inside.rows - 1),
+                            std::clamp(int(at.x()) + 1, 0, inside.cols - 1));
   }
 
   // The steepest step of brightness round the mask's border, to a part of a pixel.
@@ -163,12 +147,14 @@ class ShaftPicture {
     const Vector2d across = (side == 0 ? 1 : -1) * Vector2d(-axis_.y(), axis_.x());
     const Vector2d from = tip_ + along * axis_;
     const int last = static_cast<int>(2 * half_width_) + 6;
+    const Vector2d farthest = from + (last + 1) * across;
+    if (!(farthest.x() >= 1 && farthest.y() >= 1 && farthest.x() < grey_.width - 1 &&
+          farthest.y() < grey_.height - 1))
+      return std::nullopt;
     std::vector<double> steps;
-    for (int i = last / 4; i <= last; ++i) {
-      const auto out = level_at(from + (i + 1) * across), in = level_at(from + (i - 1) * across);
-      if (!out || !in) return std::nullopt;
-      steps.push_back(std::abs(*out - *in));
-    }
+    for (int i = last / 4; i <= last; ++i)
+      steps.push_back(
+          std::abs(level_at(from + (i + 1) * across) - level_at(from + (i - 1) * across)));
     const auto best = std::max_element(steps.begin(), steps.end());
     constexpr double kLeastStep = 12;
     if (best == steps.begin() || best + 1 == steps.end() || *best < kLeastStep) return std::nullopt;
@@ -177,13 +163,12 @@ class ShaftPicture {
     return from + (last / 4 + double(best - steps.begin()) + part) * across;
   }
 
-  std::optional<double> level_at(const Vector2d& at) const {
-    const double u = at.x() - 0.5, v = at.y() - 0.5;
-    if (!(u >= 0 && v >= 0 && u < grey_.width - 1 && v < grey_.height - 1)) return std::nullopt;
-    const int x = static_cast<int>(u), y = static_cast<int>(v);
-    const double a = u - x, b = v - y;
-    return (1 - b) * ((1 - a) * grey_.at(x, y) + a * grey_.at(x + 1, y)) +
-           b * ((1 - a) * grey_.at(x, y + 1) + a * grey_.at(x + 1, y + 1));
+  // Between the four pixels round it.
+  double level_at(const Vector2d& at) const {
+    cv::Mat level;
+    cv::getRectSubPix(cv_view(grey_), {1, 1}, cv::Point2f(float(at.x() - 0.5), float(at.y() - 0.5)),
+                      level);
+    return level.at<float>(0);
   }
 
   Mask mask_;

@@ -57,35 +57,27 @@ struct Level {
   std::vector<SweepView> neighbours;
 };
 
-struct Halving {
-  PosedCamera camera;
-  Plane grey;
-  Mask counts;
-};
-
-SweepView view_of(const Halving& frame) {
-  return {frame.camera, local_pattern(frame.grey, frame.counts), frame.counts};
-}
-
-void halve(Halving& frame) {
-  halve_counted(frame.grey, frame.counts);
-  frame.camera.intrinsics = half_size(frame.camera.intrinsics);
+SweepView view_of(const PosedFrame& frame) {
+  return {frame.camera, local_pattern(frame.intensity, frame.counts), frame.counts};
 }
 
 // The finest level first.
 std::vector<Level> pyramid(const PosedFrame& reference,
                            const std::vector<const PosedFrame*>& neighbours, int coarsest_px) {
-  std::vector<Halving> frames = {{reference.camera, reference.intensity, reference.counts}};
-  for (const PosedFrame* frame : neighbours)
-    frames.push_back({frame->camera, frame->intensity, frame->counts});
+  std::vector<PosedFrame> frames = {reference};
+  for (const PosedFrame* frame : neighbours) frames.push_back(*frame);
   std::vector<Level> levels;
   while (true) {
     std::vector<SweepView> views(frames.size());
     parallel_for(std::size_t{0}, frames.size(),
                  [&](std::size_t i) { views[i] = view_of(frames[i]); });
-    levels.push_back({views[0], frames[0].grey, {views.begin() + 1, views.end()}});
-    if (std::max(frames[0].grey.width, frames[0].grey.height) <= coarsest_px) return levels;
-    for (Halving& frame : frames) halve(frame);
+    const Plane& grey = frames[0].intensity;
+    levels.push_back({views[0], grey, {views.begin() + 1, views.end()}});
+    if (std::max(grey.width, grey.height) <= coarsest_px) return levels;
+    for (PosedFrame& frame : frames) {
+      halve_counted(frame.intensity, frame.counts);
+      frame.camera.intrinsics = half_size(frame.camera.intrinsics);
+    }
   }
 }
 

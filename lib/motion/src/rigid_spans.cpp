@@ -14,15 +14,6 @@
 #include "two_views.h"
 
 namespace organbake {
-namespace {
-
-// Views from `first` up to, not including, `end`.
-struct ViewRange {
-  std::size_t first = 0, end = 0;
-  bool has(std::size_t view) const { return view >= first && view < end; }
-};
-
-// Of the features that three or more of these views see, the share of sightings that agrees.
 double agreeing_share(const Scene& scene, const ViewRange& range) {
   double all = 0, agreeing = 0;
   constexpr std::ptrdiff_t kFewest = 3;
@@ -40,6 +31,8 @@ double agreeing_share(const Scene& scene, const ViewRange& range) {
   }
   return all > 0 ? agreeing / all : 0;
 }
+
+namespace {
 
 // Of the features that are seen well on both sides of a view, the share that has one place there.
 double tied_share(const Scene& scene, std::size_t view) {

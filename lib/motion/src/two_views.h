@@ -47,6 +47,15 @@ TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>
 // plane z = 1.
 Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point);
 
+// Views from `first` up to, not including, `end`.
+struct ViewRange {
+  std::size_t first = 0, end = 0;
+  bool has(std::size_t view) const { return view >= first && view < end; }
+};
+
+// Of the features that three or more of these views see, the share of sightings that agrees.
+double agreeing_share(const Scene& scene, const ViewRange& range);
+
 // Takes the poses from the views at the clip's end, or its beginning, that fit clearly better by
 // themselves than with the rest: there the scope has jumped, or tissue has moved. The rest, at
 // least half of the views, is fitted anew. Deterministic.

@@ -47,13 +47,6 @@ CameraSet view_cameras(const FollowedClip& clip, const ClipMotion& motion,
   return set;
 }
 
-std::array<std::uint8_t, 3> color_at(const Rgb8Image& picture, const Eigen::Vector2d& pixel) {
-  const int x = std::clamp(static_cast<int>(pixel.x()), 0, picture.width - 1);
-  const int y = std::clamp(static_cast<int>(pixel.y()), 0, picture.height - 1);
-  const std::uint8_t* p = picture.at(x, y);
-  return {p[0], p[1], p[2]};
-}
-
 std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ClipPictures& pictures,
                                        const std::vector<std::size_t>& image_of_view) {
   std::vector<SparsePoint> points;
@@ -61,17 +54,16 @@ std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ClipPictu
     if (!landmark.place) continue;
     SparsePoint point;
     point.place_mm = *landmark.place;
-    for (const Sighting& sighting : landmark.seen)
-      if (sighting.agrees && motion.scene.is_posed(sighting.view))
-        point.seen.push_back(
-            {static_cast<std::uint32_t>(image_of_view[sighting.view]), sighting.pixel});
-    if (point.seen.size() < 2) continue;
-    const Sighting& first =
-        *std::find_if(landmark.seen.begin(), landmark.seen.end(), [&](const Sighting& sighting) {
-          return sighting.agrees && motion.scene.is_posed(sighting.view);
-        });
-    point.srgb = color_at(pictures.color(motion.view_frames[first.view]), first.pixel);
-    points.push_back(std::move(point));
+    for (const Sighting& seen : landmark.seen) {
+      if (!seen.agrees || !motion.scene.is_posed(seen.view)) continue;
+      // As the first view shows it.
+      if (point.seen.empty()) {
+        const Rgb8Image& picture = pictures.color(motion.view_frames[seen.view]);
+        std::copy_n(picture.at(int(seen.pixel.x()), int(seen.pixel.y())), 3, point.srgb.begin());
+      }
+      point.seen.push_back({static_cast<std::uint32_t>(image_of_view[seen.view]), seen.pixel});
+    }
+    if (point.seen.size() >= 2) points.push_back(std::move(point));
   }
   return points;
 }
@@ -181,12 +173,6 @@ constexpr double kAssumedRange_mm = 60;
 // voxels would make handles of what depth maps disagree about. Colours are finer than that.
 constexpr double kVoxelShare = 0.022, kColorShare = 0.006;
 
-MotionOptions search_of(const FollowedClip& clip) {
-  MotionOptions options;
-  if (!clip.lens) options.lens = {.focal = true, .distortion = true};
-  return options;
-}
-
 // Cameras of another program, by their frames' names.
 std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
                                                        const FollowedClip& clip,
@@ -199,12 +185,10 @@ std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
   return poses;
 }
 
-PictureLoader loader_of(ClipPictures& pictures) {
-  return [&](const std::vector<std::size_t>& frames) { return pictures.load(frames); };
-}
-
 ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
-                     const MotionStageOptions& options, ClipPictures& pictures) {
+                     const MotionStageOptions& options, const PictureLoader& load) {
+  MotionOptions search;
+  if (!clip.lens) search.lens = {.focal = true, .distortion = true};
   const Intrinsics lens =
       clip.lens ? *clip.lens
                 : assumed_camera(clip.tracks.width, clip.tracks.height, options.field_of_view_rad);
@@ -212,11 +196,10 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
     if (!clip.lens)
       throw UsageError("poses need the lens that they were found with: give --intrinsics " +
                        poses->string());
-    return motion_of_poses(search_of(clip), clip.tracks, lens,
-                           given_poses(*poses, clip, call.context), loader_of(pictures));
+    return motion_of_poses(search, clip.tracks, lens, given_poses(*poses, clip, call.context),
+                           load);
   }
-  return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, loader_of(pictures),
-                     call.context);
+  return find_motion(search, clip.tracks, clip.sharpness, lens, load, call.context);
 }
 
 double median_depth(const std::vector<KeyDepth>& keys) {
@@ -233,7 +216,6 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
                                    [](const auto& pose) { return pose.has_value(); });
   report.add("frames_read", clip.names.size());
   report.add("frames_posed", posed);
-  report.add("views", motion.view_frames.size());
   report.add("views_posed", scene.posed_views());
   report.add("points", motion.points);
   report.add("mean_error_px", motion.mean_error_px);
@@ -288,20 +270,16 @@ void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vec
                 StageReport& report) {
   make_frame_folders(folder);
   StripSheet strips;
-  std::vector<double> frames, sure, covered;
+  std::vector<double> frames;
   for (const KeyDepth& key : keys) {
     write_frame(folder,
                 {.name = clip.names[key.frame], .assumed_lens = false, .camera_from_scope = {}},
                 key.prepared, key.depth);
     if (strips.wants_next()) strips.add(frame_strip(key.prepared, key.depth, 320));
     frames.push_back(static_cast<double>(key.frame));
-    sure.push_back(key.swept_share);
-    covered.push_back(key.covered_share);
   }
   strips.write(folder);
   report.add("key_frame", frames);
-  report.add("key_parallax_share", sure);
-  report.add("key_covered_share", covered);
 }
 
 void write_surface(const StageCall& call, const FollowedClip& clip,
@@ -382,10 +360,11 @@ StageReport run(const StageCall& call) {
   check_lengths(options);
   if (!options.known_distance.empty()) parse_known_distance(options.known_distance);
   ClipPictures pictures(call);
+  const PictureLoader load = [&](const auto& frames) { return pictures.load(frames); };
   const FollowedClip clip = follow_clip(call, pictures);
   StageReport report;
   report.bad_data = clip.damage;
-  ClipMotion motion = motion_of(call, clip, options, pictures);
+  ClipMotion motion = motion_of(call, clip, options, load);
   if (!motion.failure.empty() && flickers(clip.brightness))
     motion.failure =
         "the frames' brightness jumps from one to the next, as under a stroboscope or "
@@ -398,8 +377,8 @@ StageReport run(const StageCall& call) {
     return report;
   }
   std::vector<KeyDepth> keys =
-      key_depths({options.key_frames, options.halvings, options.shading, clip.insets}, motion,
-                 loader_of(pictures), call.context);
+      key_depths({options.key_frames, options.halvings, options.shading, clip.insets}, motion, load,
+                 call.context);
   const SceneScale scale = scale_of(call, options, motion, keys);
   const std::size_t middle = keys[keys.size() / 2].frame;
   scale_and_place(scale.factor, *motion.camera_from_world[middle], motion, keys);

@@ -29,6 +29,8 @@ TEST(ClipMotion, FindsThePathOfAScopeWithAGivenLens) {
   for (const auto& pose : motion.camera_from_world) EXPECT_TRUE(pose.has_value());
   EXPECT_LT(path_error(tracked.cameras, motion.camera_from_world), kPathShare);
   EXPECT_LT(motion.mean_error_px, 1);
+  EXPECT_EQ(motion.scene.lens.fx, hd_lens().fx) << "a given lens is left alone";
+  EXPECT_EQ(motion.lens_spread.focal_px, 0);
 }
 
 TEST(ClipMotion, FindsALensThatIsNotGiven) {

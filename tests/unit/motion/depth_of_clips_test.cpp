@@ -94,12 +94,13 @@ struct Swept {
   std::vector<std::vector<std::size_t>> partners;
   std::vector<SweptDepth> depths;
 
-  Swept() {
-    const std::vector<BumpyView> views = bumpy_clip(BumpyScene{}, 4);
+  explicit Swept(int frames = 4, float confidence = 0.5F) {
+    const std::vector<BumpyView> views = bumpy_clip(BumpyScene{}, frames);
     for (const BumpyView& view : views) {
       const int width = view.depth_mm.width, height = view.depth_mm.height;
       cameras.push_back(view.camera);
-      depths.push_back({view.depth_mm, Plane(width, height, 0.004F), Plane(width, height, 0.5F)});
+      depths.push_back(
+          {view.depth_mm, Plane(width, height, 0.004F), Plane(width, height, confidence)});
     }
     for (std::size_t i = 0; i < views.size(); ++i) {
       partners.emplace_back();
@@ -136,15 +137,11 @@ TEST(Agreement, StaysWhereNobodyLooks) {
   EXPECT_EQ(swept.depths[0].confidence.at(80, 60), 0.5F);
 }
 
-TEST(BorrowDepth, TakesFromPartnersWhatAFrameDoesNotKnow) {
-  const std::vector<BumpyView> views = bumpy_clip(BumpyScene{}, 3);
-  const int width = views[0].depth_mm.width, height = views[0].depth_mm.height;
-  std::vector<PosedCamera> cameras;
-  std::vector<SweptDepth> swept;
-  for (const BumpyView& view : views) {
-    cameras.push_back(view.camera);
-    swept.push_back({view.depth_mm, Plane(width, height, 0.004F), Plane(width, height, 0.9F)});
-  }
+TEST(Agreement, LendsWhatAFrameDoesNotKnow) {
+  Swept all(3, 0.9F);
+  std::vector<SweptDepth>& swept = all.depths;
+  const std::vector<SweptDepth> truth = swept;
+  const int width = truth[0].depth.width, height = truth[0].depth.height;
   // The middle frame knows nothing of its middle; the last one doubts its own, which is wrong.
   Mask hole(width, height);
   for (int y = 40; y < 80; ++y)
@@ -155,8 +152,8 @@ TEST(BorrowDepth, TakesFromPartnersWhatAFrameDoesNotKnow) {
     }
   for (float& depth : swept[2].depth.values) depth *= 1.3F;
   swept[2].confidence = Plane(width, height, 0.3F);
-  borrow_depth(cameras, {{1, 2}, {0, 2}, {0, 1}}, swept);
-  EXPECT_LT(median_error(swept[1].depth, views[1].depth_mm, hole), 0.01);
+  borrow_depth(all.cameras, all.partners, swept);
+  EXPECT_LT(median_error(swept[1].depth, truth[1].depth, hole), 0.01);
   int filled = 0, wanted = 0;
   for (std::size_t k = 0; k < hole.size(); ++k) {
     if (!hole.values[k]) continue;
@@ -165,8 +162,8 @@ TEST(BorrowDepth, TakesFromPartnersWhatAFrameDoesNotKnow) {
     EXPECT_LT(swept[1].confidence.values[k], 0.9F) << "lent depth is less sure than its lender's";
   }
   EXPECT_GT(filled, 0.7 * wanted);
-  EXPECT_EQ(swept[0].depth, views[0].depth_mm) << "who is sure borrows nothing";
-  EXPECT_LT(median_error(swept[2].depth, views[2].depth_mm), 0.01);
+  EXPECT_EQ(swept[0].depth, truth[0].depth) << "who is sure borrows nothing";
+  EXPECT_LT(median_error(swept[2].depth, truth[2].depth), 0.01);
 }
 
 PosedCamera camera_at(double x_mm, double y_mm = 0) {
@@ -225,7 +222,7 @@ struct GlossyDome {
   SweptDepth swept;
   Mask hole;
 
-  GlossyDome() {
+  explicit GlossyDome(double hole_px = 28) {
     const BumpyScene scene{.bump_mm = 5, .texture = 0};
     view = bumpy_clip(scene, 1)[0];
     frame = prepared_of(view);
@@ -234,7 +231,7 @@ struct GlossyDome {
     hole = Mask(width, height);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        if (std::hypot(x - 0.5 * width, y - 0.5 * height) > 28) continue;
+        if (std::hypot(x - 0.5 * width, y - 0.5 * height) >= hole_px) continue;
         hole.at(x, y) = 1;
         swept.confidence.at(x, y) = 0;
         swept.depth.at(x, y) = std::numeric_limits<float>::infinity();
@@ -255,9 +252,7 @@ TEST(HeldShading, GivesAGlossyDomeItsCurvature) {
 }
 
 TEST(HeldShading, TakesNoSlowChangeFromBrightness) {
-  GlossyDome dome;
-  dome.swept.confidence = Plane(dome.hole.width, dome.hole.height, 0.8F);
-  dome.swept.depth = dome.view.depth_mm;
+  GlossyDome dome(0);
   // A beam that lights the left three times as much as the right.
   for (int y = 0; y < dome.hole.height; ++y)
     for (int x = 0; x < dome.hole.width; ++x)
@@ -267,9 +262,7 @@ TEST(HeldShading, TakesNoSlowChangeFromBrightness) {
 }
 
 TEST(HeldShading, LetsStrayMatchesGo) {
-  GlossyDome dome;
-  dome.swept.confidence = Plane(dome.hole.width, dome.hole.height, 0.8F);
-  dome.swept.depth = dome.view.depth_mm;
+  GlossyDome dome(0);
   RandomStream random(5, 0);
   for (float& depth : dome.swept.depth.values)
     if (random.uniform() < 0.1) depth *= static_cast<float>(0.6 + 0.8 * random.uniform());

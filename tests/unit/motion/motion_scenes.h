@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/motion/feature_tracker.h"
 #include "organbake/motion/scene.h"
@@ -120,10 +121,7 @@ inline double median_error(const Plane& depth, const Plane& truth, const Mask& w
   for (std::size_t k = 0; k < depth.size(); ++k)
     if (std::isfinite(depth.values[k]) && (wanted.size() == 0 || wanted.values[k]))
       errors.push_back(std::abs(depth.values[k] / truth.values[k] - 1));
-  if (errors.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return errors.empty() ? std::numeric_limits<double>::infinity() : median(std::move(errors));
 }
 
 inline double known_share(const Plane& depth) {

@@ -24,8 +24,6 @@ struct KeyDepth {
   PreparedFrame prepared;
   RigidTransform camera_from_world;
   FrameDepth depth;
-  // Of the field of view: what parallax is sure of, and what has depth.
-  double swept_share = 0, covered_share = 0;
 };
 
 // Depth of key frames in the unit of the scene: each swept against those of the other views that
