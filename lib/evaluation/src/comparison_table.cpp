@@ -193,7 +193,7 @@ class Comparer {
     player_.draw(view, unfilled, frame_);
     row.holes_before_fill = count_holes(frame_, inner);
     DrawOptions telling = draw_options_;
-    telling.keep_shown = true;
+    telling.keep_bound = true;
     const auto& positions = player_.proxy_positions();
     paper_.draw(player_.bundle(), positions, view, draw_options_, frame_);
     row.paper = picture_errors(truth, inner);

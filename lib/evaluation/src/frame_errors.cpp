@@ -154,10 +154,10 @@ PixelErrors ProjectionComparison::displayed(const Frame& frame,
                                             const std::vector<Eigen::Vector3d>& proxy_positions,
                                             const View& view) const {
   const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
-  std::vector<double> errors(frame.shown.size(), kNotMeasured);
+  std::vector<double> errors(frame.bound.size(), kNotMeasured);
   parallel_for(std::size_t{0}, errors.size(), [&](std::size_t i) {
-    if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;
-    const ShellBinding b = binder_.bind(frame.shown[i].point_mm.cast<double>());
+    const BoundPixel& b = frame.bound[i];
+    if (frame.cover[i] != Cover::samples || !b.has_skin()) return;
     const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
     const Eigen::Vector2d center(static_cast<double>(i % frame.color.width) + 0.5,
                                  static_cast<double>(i / frame.color.width) + 0.5);

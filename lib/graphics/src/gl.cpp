@@ -153,7 +153,7 @@ std::string constants() {
     text +=
         line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
   }
-  text += line("kSlots", std::to_string(SampleSource::kSlots));
+  text += line("kSlots", std::to_string(kChunk));
   text += line("kTableBits", std::to_string(Table::kBits));
   text += line("kTableColumns", std::to_string(Table::kColumns));
   text += line("kColorRoot", number(kColorRoot));

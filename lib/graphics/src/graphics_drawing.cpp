@@ -239,7 +239,7 @@ void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const DrawOpti
   frame.color.pixels.resize(3 * count);
   frame.cover.resize(count);
   frame.depth_mm.resize(options.keep_depth ? count : 0);
-  frame.shown.clear(), frame.bound.clear(), frame.organ.clear();
+  frame.bound.clear(), frame.organ.clear();
   pixels.resize(4 * count);
   glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.name());
   glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
@@ -263,7 +263,7 @@ GraphicsDrawing::~GraphicsDrawing() = default;
 
 std::string GraphicsDrawing::refusal(const std::vector<JointDrawing::Organ>&, const View&,
                                      const DrawOptions& options) const {
-  if (options.keep_shown || options.keep_bound)
+  if (options.keep_bound)
     return "it does not tell what skin each pixel shows, which layers of truth ask for";
   if (options.keep_depth && impl_->dialect == ShaderDialect::embedded)
     return "by OpenGL ES it tells no depth";

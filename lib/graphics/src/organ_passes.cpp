@@ -274,7 +274,7 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
     if (samples.patches == 0) continue;
     splat_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
     glBindVertexArray(placed_[l].array.name());
-    glDrawArraysInstanced(GL_POINTS, 0, SampleSource::kSlots, samples.patches);
+    glDrawArraysInstanced(GL_POINTS, 0, kChunk, samples.patches);
   }
   glBindVertexArray(nothing_.name());
   glViewport(0, 0, targets_.width, targets_.height);

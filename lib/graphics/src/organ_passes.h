@@ -41,10 +41,10 @@ struct SampleTable {
   double texel_mm = 0;
 
   // Uploads what it has not: of an organ that is cut further, the patches on parted faces.
-  void take(const SampleSource& source, std::span<const std::uint8_t> parted);
+  void take(const SampleSet& source, std::span<const std::uint8_t> parted);
 
  private:
-  void put(const SampleSource& source, std::size_t first, std::size_t last);
+  void put(const SampleSet& source, std::size_t first, std::size_t last);
 
   std::size_t room_ = 0;              // patches
   std::vector<std::uint8_t> parted_;  // by patch

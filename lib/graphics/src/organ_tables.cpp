@@ -38,10 +38,10 @@ std::uint32_t root_of(float light) {
   return static_cast<std::uint32_t>(std::lround(65535 * std::min(1.0, root)));
 }
 
-void add_patch(const SampleSource::Patch& patch, std::vector<std::uint32_t>& words) {
-  for (const auto& three : {patch.center, patch.extent, patch.along_u, patch.along_v})
-    for (const float number : three) words.push_back(bits_of(number));
-  words.insert(words.end(), {bits_of(patch.sine), bits_of(patch.cosine), patch.face, patch.count});
+void add_patch(const Patch& patch, std::vector<std::uint32_t>& words) {
+  for (const auto* three : {&patch.center, &patch.extent, &patch.along_u, &patch.along_v})
+    for (const float number : *three) words.push_back(bits_of(number));
+  words.insert(words.end(), {bits_of(patch.cone.sine), bits_of(patch.cone.cosine), patch.face, 0});
 }
 
 // Hands put(first, last) the runs of what is not as it was: parted now, or before, or new.
@@ -63,15 +63,15 @@ std::size_t with_room(std::size_t count, bool cut) { return cut ? count + count 
 
 }  // namespace
 
-void SampleTable::take(const SampleSource& source, std::span<const std::uint8_t> parted) {
-  const std::size_t count = source.patches.size();
+void SampleTable::take(const SampleSet& source, std::span<const std::uint8_t> parted) {
+  const std::size_t count = source.chunks.size();
   std::vector<std::uint8_t> now(count, 0);
   if (!parted.empty())
-    for (std::size_t p = 0; p < count; ++p) now[p] = parted[source.patches[p].face];
+    for (std::size_t p = 0; p < count; ++p) now[p] = parted[source.chunks[p].patch.face];
   const bool anew = count > room_;
   if (anew) {
     room_ = with_room(count, !parted.empty());
-    first_smooth = static_cast<int>(room_ * SampleSource::kSlots);
+    first_smooth = static_cast<int>(room_ * kChunk);
     first_patch = source.smooth.empty() ? first_smooth : 2 * first_smooth;
     table.reserve(first_patch + 4 * room_);
   }
@@ -81,24 +81,24 @@ void SampleTable::take(const SampleSource& source, std::span<const std::uint8_t>
   texel_mm = source.texel_mm;
 }
 
-void SampleTable::put(const SampleSource& source, std::size_t first, std::size_t last) {
-  constexpr std::size_t kSlots = SampleSource::kSlots;
+void SampleTable::put(const SampleSet& source, std::size_t first, std::size_t last) {
   std::vector<std::uint32_t> words;
-  words.reserve(4 * kSlots * (last - first));
-  for (std::size_t i = kSlots * first; i < kSlots * last; ++i) {
-    const bool used = i % kSlots < source.patches[i / kSlots].count;
+  words.reserve(4 * kChunk * (last - first));
+  for (std::size_t i = kChunk * first; i < kChunk * last; ++i) {
+    const bool used = i % kChunk < source.chunks[i / kChunk].count;
     words.insert(words.end(), {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used),
                                static_cast<std::uint32_t>(source.detail[i]),
                                static_cast<std::uint32_t>(source.detail[i] >> 32)});
   }
-  table.put(kSlots * first, words);
+  table.put(kChunk * first, words);
   words.clear();
   if (!source.smooth.empty())
-    for (const auto& detail : source.smooth.subspan(kSlots * first, kSlots * (last - first)))
+    for (const SmoothDetail& detail :
+         std::span(source.smooth).subspan(kChunk * first, kChunk * (last - first)))
       words.insert(words.end(), detail.begin(), detail.end());
-  table.put(first_smooth + kSlots * first, words);
+  table.put(first_smooth + kChunk * first, words);
   words.clear();
-  for (std::size_t p = first; p < last; ++p) add_patch(source.patches[p], words);
+  for (std::size_t p = first; p < last; ++p) add_patch(source.chunks[p].patch, words);
   table.put(first_patch + 4 * first, words);
 }
 

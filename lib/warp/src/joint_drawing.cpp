@@ -35,7 +35,7 @@ bool LastDrawing::continues(const View& view, const DrawOptions& options,
   DrawOptions same_tools = options;
   same_tools.solids = last.options.solids;
   return same_tools == last.options && frame.depth_mm.empty() == !options.needs_depth() &&
-         frame.shown.empty() == !options.keep_shown && frame.bound.empty() == !options.keep_bound;
+         frame.bound.empty() == !options.keep_bound;
 }
 
 void LastDrawing::remember(const View& view, const DrawOptions& options, const DrawReport& report,
@@ -61,7 +61,6 @@ struct OrganLayer {
 void take_nearer(const OrganLayer& nearer, std::size_t begin, std::size_t end, Frame& frame,
                  std::vector<float>& depth_mm) {
   const auto& [layer, organ] = nearer;
-  const bool shown = !frame.shown.empty() && !layer.shown.empty();
   const bool bound = !frame.bound.empty() && !layer.bound.empty();
   for (std::size_t i = begin; i < end; ++i) {
     if (!(layer.depth_mm[i] < depth_mm[i])) continue;
@@ -69,7 +68,6 @@ void take_nearer(const OrganLayer& nearer, std::size_t begin, std::size_t end, F
     frame.cover[i] = layer.cover[i];
     std::copy_n(layer.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
                 frame.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i));
-    if (shown) frame.shown[i] = layer.shown[i];
     if (bound) frame.bound[i] = layer.bound[i], frame.organ[i] = organ;
   }
 }
@@ -139,7 +137,6 @@ void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& fram
   const Frame& first = pictures_.front();
   frame.color = first.color;
   frame.cover = first.cover;
-  frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
   frame.bound = options.keep_bound ? first.bound : std::vector<BoundPixel>{};
   frame.organ.assign(frame.bound.size(), 0);
   std::vector<float> depth_mm = first.depth_mm;
@@ -174,7 +171,6 @@ DrawReport JointDrawing::draw(const std::vector<Organ>& organs, const View& view
   }
   // Of a frame asked for with less, what it lacks now would be missing.
   unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
-              frame.shown.empty() == !options.keep_shown &&
               frame.bound.empty() == !options.keep_bound;
   const DrawReport joined = joined_report(reports, unchanged);
   if (unchanged) return joined;

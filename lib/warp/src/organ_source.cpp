@@ -15,23 +15,7 @@
 
 namespace organbake {
 
-static_assert(SampleSource::kSlots == kChunk && kGrainSide == GrainTable::kSide);
-
-SampleSource source_of(const SampleSet& set) {
-  SampleSource source;
-  source.patches.reserve(set.chunks.size());
-  for (const auto& [patch, count] : set.chunks) {
-    const auto three = [](const float* from) { return std::array{from[0], from[1], from[2]}; };
-    source.patches.push_back({patch.face, count, three(patch.center), three(patch.extent),
-                              three(patch.along_u), three(patch.along_v), patch.cone.sine,
-                              patch.cone.cosine});
-  }
-  source.b1 = set.b1, source.b2 = set.b2, source.h = set.h;
-  source.detail = set.detail;
-  source.smooth = set.smooth;
-  source.texel_mm = set.texel_mm;
-  return source;
-}
+static_assert(kGrainSide == GrainTable::kSide);
 
 std::vector<ShaderConstant> shader_constants() {
   std::vector<ShaderConstant> all = {{"kReach", kReach},

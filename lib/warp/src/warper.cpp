@@ -38,7 +38,6 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   frame.color.pixels.resize(3 * pixels);
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.needs_depth() ? pixels : 0);
-  frame.shown.resize(options.keep_shown ? pixels : 0);
   frame.bound.resize(options.keep_bound ? pixels : 0);
   frame.organ.clear();
 }
@@ -196,11 +195,14 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
+  std::size_t base_triangles = 0;
   parallel_both(
       [&] {
-        base.place(faces, !parted.empty(), report.weights, view, grid, dirty_cells, visibility);
+        base_triangles =
+            base.place(faces, !parted.empty(), report.weights, view, grid, dirty_cells, visibility);
       },
       [&] { reference_mm = meter_light(view, options); });
+  if (options.base_layer) report.base_triangles = base_triangles;
   light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
@@ -263,7 +265,6 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .base = options.base_layer ? &base : nullptr,
                .faces = faces,
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
-               .rest = options.keep_shown ? &rest : nullptr,
                .keep_bound = options.keep_bound,
                .coarser = drawn_for,
                .smooth = options.light == DrawnLight::scope && scope,
@@ -361,7 +362,7 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
 
 std::uint64_t Warper::id() const { return impl_->id; }
 
-SampleSource Warper::samples(std::size_t camera) { return source_of(impl_->store->made(camera)); }
+const SampleSet& Warper::samples(std::size_t camera) { return impl_->store->made(camera); }
 
 ScopeShading Warper::scope_shading(const View& view, double reference_mm) const {
   ScopeShine shine = impl_->relit.value().shine();

@@ -64,7 +64,7 @@ TEST_F(ProjectionErrorTest, NoticesAWrongDepth) {
 
 DrawOptions telling() {
   DrawOptions options;
-  options.keep_shown = true;
+  options.keep_bound = true;
   return options;
 }
 Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view) {

@@ -226,9 +226,7 @@ const TileGrid kGrid(kTiledWidth, kTiledHeight);
 std::size_t items_of(int tile) { return tile == 1 ? 1000 : tile == 5 ? 100 : 0; }
 
 std::vector<TilePart> parts_for(int threads, DirtyCells& cells) {
-  TilePlan plan;
-  plan.make(kGrid, cells, threads, items_of);
-  return {plan.parts().begin(), plan.parts().end()};
+  return shared_out(kGrid, cells, threads, items_of);
 }
 
 DirtyCells all_dirty() {
@@ -237,14 +235,14 @@ DirtyCells all_dirty() {
   return cells;
 }
 
-TEST(TilePlan, OneThreadDrawsWholeTiles) {
+TEST(TileParts, OneThreadDrawsWholeTiles) {
   DirtyCells cells = all_dirty();
   const std::vector<TilePart> parts = parts_for(1, cells);
   ASSERT_EQ(parts.size(), std::size_t(kGrid.count()));
   for (const TilePart& part : parts) EXPECT_EQ(part.box, kGrid.box(part.tile));
 }
 
-TEST(TilePlan, PartsCoverEachPixelOnce) {
+TEST(TileParts, PartsCoverEachPixelOnce) {
   for (const int threads : {1, 2, 3, 8, 64}) {
     DirtyCells cells = all_dirty();
     std::vector<int> drawn(std::size_t(kTiledWidth) * kTiledHeight, 0);
@@ -257,7 +255,7 @@ TEST(TilePlan, PartsCoverEachPixelOnce) {
   }
 }
 
-TEST(TilePlan, SplitsTheDearTileAndBeginsWithIt) {
+TEST(TileParts, SplitsTheDearTileAndBeginsWithIt) {
   DirtyCells cells = all_dirty();
   const std::vector<TilePart> parts = parts_for(2, cells);
   const auto of_tile = [&](int tile) {
@@ -271,17 +269,7 @@ TEST(TilePlan, SplitsTheDearTileAndBeginsWithIt) {
                              [](const TilePart& a, const TilePart& b) { return a.cost > b.cost; }));
 }
 
-TEST(TilePlan, GoesByWhatTheLastFrameTook) {
-  DirtyCells cells = all_dirty();
-  TilePlan plan;
-  plan.make(kGrid, cells, 2, items_of);
-  for (TilePart& part : plan.parts()) part.took_ms = part.tile == 5 ? 9 : 0.1;
-  plan.learn();
-  plan.make(kGrid, cells, 2, items_of);
-  EXPECT_EQ(plan.parts().front().tile, 5);
-}
-
-TEST(TilePlan, DrawsWhatMovedAlone) {
+TEST(TileParts, DrawsWhatMovedAlone) {
   DirtyCells cells;
   cells.reset(kTiledWidth, kTiledHeight, false);
   cells.mark({200, 10, 210, 20});

@@ -115,8 +115,7 @@ class BaseDrawing::PlacedBlock {
 
 void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
   box = tile;
-  triangles = 0;
-  cut_triangles.clear();
+  any_drawn = false;
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
   spans.clear(tile);
   shade.resize(depth.size());
@@ -192,6 +191,7 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
         std::min(smallest_cosine, normal.dot(mean) / std::max(1e-300, normal.norm() * mean.norm()));
   }
   patch.cone = NormalCone(static_cast<float>(std::acos(std::clamp(smallest_cosine, -1.0, 1.0))));
+  block.triangles = normals.size();
   return block;
 }
 
@@ -211,21 +211,24 @@ void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const 
     if (faces.moved(chosen.face)) cells.mark(chosen.box);
 }
 
-void BaseDrawing::place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
-                        const View& view, const TileGrid& grid, DirtyCells& cells,
-                        VisibilitySummary& visibility) {
+std::size_t BaseDrawing::place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
+                               const View& view, const TileGrid& grid, DirtyCells& cells,
+                               VisibilitySummary& visibility) {
   // The layer knows of the first 32 cameras; no other sees a node.
   for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
   weight_by_active_ = weight_table(weights);
   mark_moved(faces, cells);
   choose(faces, cut, view);
   mark_moved(faces, cells);
+  std::size_t triangles = 0;
   for (const Chosen& chosen : chosen_) {
     visibility.box = united(visibility.box, chosen.box);
     visibility.shown[chosen.face] = 1;
+    triangles += blocks_[chosen.block].triangles;
   }
   tiles_.build(grid, static_cast<std::uint32_t>(chosen_.size()),
                [this](std::uint32_t b) { return chosen_[b].box; });
+  return triangles;
 }
 
 // Pieces of the blocks at once, their choices one after the other.
@@ -278,9 +281,7 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const auto near_mm = static_cast<float>(view.near_mm);
   const PlacedBlock placed(*this, block, frame, near_mm);
   PixelBox drawn;
-  std::uint64_t id = std::uint64_t{number} << 6;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
-    ++id;
     const bool cut = placed.is_beyond(at_a) || placed.is_beyond(at_b) || placed.is_beyond(at_c);
     // Most triangles of the blocks round a silhouette do.
     if (!cut && !frame.two_sided && placed.faces_away(at_a, at_b, at_c)) return;
@@ -293,8 +294,7 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
       if (box.empty() || (!weighs && !open.any(box))) return;
-      ++tile.triangles;
-      if (intersected(triangle.box, tile.drawn_of_tile) != box) tile.cut_triangles.push_back(id);
+      tile.any_drawn = true;
       drawn = united(drawn, box);
       rasterise<float>(
           triangle, tile.box, [&](int x, int y, float depth, const std::array<float, 3>& part) {

@@ -105,11 +105,8 @@ struct BaseTile {
   };
 
   PixelBox box;
-  PixelBox drawn_of_tile;     // of which the box is a part
-  std::size_t triangles = 0;  // drawn
-  // Those that other parts draw as well: chosen block << 6 | triangle within it.
-  std::vector<std::uint64_t> cut_triangles;
-  RowSpans spans;  // where triangles may lie
+  bool any_drawn = false;  // of the triangles
+  RowSpans spans;          // where triangles may lie
   std::vector<float> depth;
   // What lies side by side is written and read together: pixels are few, and strewn about.
   std::vector<Shade> shade;
@@ -136,9 +133,10 @@ class BaseDrawing {
   const BaseLayer& layer() const { return layer_; }
   // Chooses the blocks of one frame, and lists them by tile. cut: by blades, so that gaps may open
   // on any face. Marks the pixels of moved faces' blocks, where they were and where they are, and
-  // adds all blocks to what is visible.
-  void place(const PlacedFaces& faces, bool cut, const ViewWeights& weights, const View& view,
-             const TileGrid& grid, DirtyCells& cells, VisibilitySummary& visibility);
+  // adds all blocks to what is visible. Returns how many triangles they have.
+  std::size_t place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
+                    const View& view, const TileGrid& grid, DirtyCells& cells,
+                    VisibilitySummary& visibility);
   // A tile's chosen blocks by number, and whether one fills gaps.
   std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
   bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
@@ -153,7 +151,8 @@ class BaseDrawing {
   static constexpr std::uint32_t kCells = 4;
   struct Block {
     Patch patch;
-    std::uint32_t i = 0, j = 0;          // first cell
+    std::uint32_t i = 0, j = 0;  // first cell
+    std::size_t triangles = 0;
     std::vector<std::uint32_t> seen_by;  // of its nodes, each set of cameras once
   };
   struct Chosen {

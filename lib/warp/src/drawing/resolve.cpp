@@ -187,31 +187,6 @@ ORGANBAKE_MULTIVERSION void add_smooth_layer(const LayerSpan& __restrict row,
   }
 }
 
-// Tells what a span's pixels show: their leading samples, and the point beside each that the
-// pixel's centre looks at.
-void write_shown(const TileLayers& tile, const LayerSpans& rows, int count, const SumSpan& sum,
-                 Shown* shown) {
-  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
-  for (int i = 0; i < count; ++i) {
-    const int layer = leading.layer[i];
-    shown[i] = kNothingShown;
-    if (tile.count == 0 || !(rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm))
-      continue;  // none, or hidden by the base layer
-    const SampleSet& set = *tile.layers[layer].set;
-    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-    const Patch& patch = set.chunks[slot / kChunk].patch;
-    const ShellMatrix& shell = (*tile.rest)[patch.face];
-    const std::array<float, 3> bound = set.bound(slot);
-    const auto at = [&](float u, float v) -> Eigen::Vector3f {
-      return shell_point(shell, bound[0] + u * patch.along_u[0] + v * patch.along_v[0],
-                         bound[1] + u * patch.along_u[1] + v * patch.along_v[1],
-                         bound[2] + u * patch.along_u[2] + v * patch.along_v[2])
-          .cast<float>();
-    };
-    shown[i] = {at(rows[layer].u[i], rows[layer].v[i]), at(0, 0)};
-  }
-}
-
 // Where the skin of a span's pixels is bound: by their leading samples, and by the base layer
 // where it hides them or there are none.
 void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
@@ -333,7 +308,7 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
     parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
                              std::min(count, spans.last(row) - offset));
-    if (tile.base || tile.relit || tile.rest || tile.keep_bound) fill(rows[l].depth, kInfinity);
+    if (tile.base || tile.relit || tile.keep_bound) fill(rows[l].depth, kInfinity);
     decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
     find_nearest(rows[l], parts[l], sum);
   }
@@ -367,7 +342,6 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
-    if (tile.rest) write_shown(tile, rows, count, sum, &frame.shown[first]);
     if (tile.keep_bound) write_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
     depth.put(x0, y, count, sum.nearest);
@@ -398,7 +372,6 @@ void Background::fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const
     const std::size_t first = std::size_t(y) * frame.color.width + box.x0;
     std::copy_n(row_.data(), 3 * box.width(), frame.color.pixels.data() + 3 * first);
     std::fill_n(&frame.cover[first], box.width(), Cover::background);
-    if (!frame.shown.empty()) std::fill_n(&frame.shown[first], box.width(), kNothingShown);
     if (!frame.bound.empty()) std::fill_n(&frame.bound[first], box.width(), BoundPixel());
     if (!frame.depth_mm.empty()) std::fill_n(&frame.depth_mm[first], box.width(), kInfinity);
   }

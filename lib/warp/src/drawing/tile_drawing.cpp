@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "drawing/base_drawing.h"
 #include "drawing/splat.h"
@@ -68,8 +69,6 @@ namespace {
 // So many parts for each thread leave none idle for long at the end; more would place too many
 // samples twice, for both of the parts that their chunk touches.
 constexpr int kPartsPerThread = 2;
-// Fewer items tell little of what one costs.
-constexpr std::size_t kTellingItems = 64;
 // Cuts lie where groups of pixels end that are lit together, and parts are no narrower.
 constexpr int kCut_px = 2 * DirtyCells::kCell_px;
 
@@ -82,53 +81,11 @@ int cut(int first, int last, int k, int pieces) {
   return k == pieces ? last : first + (last - first) * k / pieces / kCut_px * kCut_px;
 }
 
-}  // namespace
-
-double TilePlan::ms_per_item(int tile) const {
-  return ms_per_item_[tile] > 0 ? ms_per_item_[tile] : mean_ms_per_item_;
-}
-
-void TilePlan::list_tiles(const TileGrid& grid, DirtyCells& cells) {
-  whole_.clear();
-  for (int t = 0; t < grid.count(); ++t) {
-    const PixelBox drawn = cells.within(grid.box(t));
-    if (drawn.empty()) continue;
-    TilePart& whole = whole_.emplace_back();
-    whole.tile = t;
-    whole.tile_box = grid.box(t);
-    whole.drawn = whole.box = drawn;
-  }
-  tile_count_ = static_cast<int>(whole_.size());
-}
-
-void TilePlan::make(const TileGrid& grid, DirtyCells& cells, int threads,
-                    const std::function<std::size_t(int)>& items_of) {
-  list_tiles(grid, cells);
-  items_.resize(grid.count());
-  ms_per_item_.resize(grid.count(), 0);
-  double sum = 0;
-  for (TilePart& whole : whole_) {
-    items_[whole.tile] = items_of(whole.tile);
-    whole.cost = ms_per_item(whole.tile) * static_cast<double>(items_[whole.tile]) *
-                 share(whole.drawn, whole.tile_box);
-    sum += whole.cost;
-  }
-  parts_.clear();
-  if (threads == 1) {
-    parts_ = whole_;
-    return;
-  }
-  const double most = std::max(sum / (kPartsPerThread * threads), 1e-9);
-  for (const TilePart& whole : whole_) split(whole, static_cast<int>(std::ceil(whole.cost / most)));
-  std::stable_sort(parts_.begin(), parts_.end(),
-                   [](const TilePart& a, const TilePart& b) { return a.cost > b.cost; });
-}
-
 // Into up to six parts: across first, as a tile is wide.
-void TilePlan::split(const TilePart& whole, int pieces) {
+void split(const TilePart& whole, int pieces, std::vector<TilePart>& parts) {
   const int rows = pieces >= 4 ? 2 : 1;
   const int columns = std::clamp((pieces + rows - 1) / rows, 1, 3);
-  const PixelBox& all = whole.drawn;
+  const PixelBox& all = whole.box;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       TilePart part = whole;
@@ -136,24 +93,31 @@ void TilePlan::split(const TilePart& whole, int pieces) {
                   cut(all.x0, all.x1, column + 1, columns), cut(all.y0, all.y1, row + 1, rows)};
       if (part.box.empty()) continue;
       part.cost *= share(part.box, all);
-      parts_.push_back(part);
+      parts.push_back(part);
     }
   }
 }
 
-void TilePlan::learn() {
-  double items = 0, ms = 0;
-  std::vector<double> took(ms_per_item_.size(), 0);
-  for (const TilePart& part : parts_) took[part.tile] += part.took_ms;
-  for (const TilePart& whole : whole_) {
-    if (items_[whole.tile] < kTellingItems) continue;
-    const double drawn =
-        static_cast<double>(items_[whole.tile]) * share(whole.drawn, whole.tile_box);
-    ms_per_item_[whole.tile] = took[whole.tile] / drawn;
-    items += drawn;
-    ms += took[whole.tile];
+}  // namespace
+
+std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int threads,
+                                 const std::function<std::size_t(int)>& items_of) {
+  std::vector<TilePart> tiles, parts;
+  double sum = 0;
+  for (int t = 0; t < grid.count(); ++t) {
+    const PixelBox tile_box = grid.box(t), drawn = cells.within(tile_box);
+    if (drawn.empty()) continue;
+    const double cost = static_cast<double>(items_of(t)) * share(drawn, tile_box);
+    tiles.push_back({t, tile_box, drawn, cost});
+    sum += cost;
   }
-  if (items > 0 && ms > 0) mean_ms_per_item_ = ms / items;
+  if (threads == 1) return tiles;
+  const double most = std::max(sum / (kPartsPerThread * threads), 1e-9);
+  for (const TilePart& tile : tiles)
+    split(tile, static_cast<int>(std::ceil(tile.cost / most)), parts);
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const TilePart& a, const TilePart& b) { return a.cost > b.cost; });
+  return parts;
 }
 
 namespace {
@@ -162,17 +126,11 @@ bool too_near(const ChunkFrame& chunk) {
   return chunk.columns >= kMostSplat || chunk.rows >= kMostSplat;
 }
 
-constexpr int kTileShift = 40;  // of a triangle's number, BaseTile::cut_triangles
-
 }  // namespace
 
 void TileDrawing::begin(const PlacedFrame& placed) {
   placed_.emplace(placed);
-  scratch_.each([](Scratch& one) {
-    one.times = one.longest = {};
-    one.base_triangles = 0;
-    one.cut_triangles.clear();
-  });
+  scratch_.each([](Scratch& one) { one.times = one.longest = {}; });
 }
 
 std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
@@ -215,7 +173,6 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
   if (blocks.empty()) return nullptr;
   const BaseDrawing& base = *placed_->base;
   own.base.clear(part.box, placed_->relit != nullptr || placed_->keep_bound);
-  own.base.drawn_of_tile = part.drawn;
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
     own.open.find(part.box, layers);
   }
@@ -223,30 +180,23 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
     base.draw(b, placed_->faces, placed_->view, own.open, own.base);
   }
   own.spans.add(own.base.spans);
-  own.base_triangles += own.base.triangles - own.base.cut_triangles.size();
-  for (const std::uint64_t number : own.base.cut_triangles)
-    own.cut_triangles.push_back(std::uint64_t(part.tile) << kTileShift | number);
-  if (own.base.triangles == 0) return nullptr;
-  return &own.base;
+  return own.base.any_drawn ? &own.base : nullptr;
 }
 
 int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth, Frame& frame) {
   // By the world's light a span of a row is given gloss where any of its faces may shine: parts
   // would make other spans of it.
   const bool parts_differ = placed_->relit && !placed_->relit->from_scope();
-  plan_.make(grid, cells, parts_differ ? 1 : allowed_threads(), [this](int tile) {
-    std::size_t items = base_blocks(tile).size();
-    for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
-    return items;
-  });
-  const std::span<TilePart> parts = plan_.parts();
-  parallel_in_order(parts.size(), [&](std::size_t i) {
-    WorkMeter meter;
-    draw_part(parts[i], depth, frame);
-    parts[i].took_ms = meter.lap().work_ms;
-  });
-  plan_.learn();
-  return plan_.tile_count();
+  const std::vector<TilePart> parts =
+      shared_out(grid, cells, parts_differ ? 1 : allowed_threads(), [this](int tile) {
+        std::size_t items = base_blocks(tile).size();
+        for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
+        return items;
+      });
+  parallel_in_order(parts.size(), [&](std::size_t i) { draw_part(parts[i], depth, frame); });
+  std::set<int> tiles;
+  for (const TilePart& part : parts) tiles.insert(part.tile);
+  return static_cast<int>(tiles.size());
 }
 
 void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame) {
@@ -263,7 +213,6 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
   layers.texel_mm = placed_->texel_mm;
   layers.smooth = placed_->smooth;
   layers.relit = placed_->relit;
-  layers.rest = placed_->rest;
   layers.keep_bound = placed_->keep_bound;
   layers.coarser = placed_->coarser;
   std::array<const TileKeys*, 3> drawn;
@@ -290,16 +239,10 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
 
 void TileDrawing::count(const WorkSpan& all, DrawReport& report) const {
   DrawTimes sum, longest;
-  std::vector<std::uint64_t> cut;
   scratch_.each([&](const Scratch& one) {
     sum += one.times;
     if (one.longest.total() > longest.total()) longest = one.longest;
-    report.base_triangles += one.base_triangles;
-    cut.insert(cut.end(), one.cut_triangles.begin(), one.cut_triangles.end());
   });
-  // Once for each tile, in how many of its parts they may lie.
-  std::sort(cut.begin(), cut.end());
-  report.base_triangles += std::unique(cut.begin(), cut.end()) - cut.begin();
   if (!placed_->measure) return;
   // What is left shares the tiles out, and makes background of those that are empty.
   sum.resolve += all.work_ms - sum.total();

@@ -64,13 +64,12 @@ struct TileLayers {
   int count = 0;                   // layers in use
   const BaseTile* base = nullptr;  // nullptr = nothing below; not lit yet
   const RelitSkin* relit = nullptr;
-  const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
-  bool keep_bound = false;                         // fill the frame's bound pixels
-  const CoarserOrgan* coarser = nullptr;           // that is drawn in place of the whole one
-  bool smooth = false;                             // by SampleSet::smooth
-  float tie_mm = 0;                                // as splatted
-  float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
-  float texel_mm = 0;         // of the cameras, on the surface
+  bool keep_bound = false;                // fill the frame's bound pixels
+  const CoarserOrgan* coarser = nullptr;  // that is drawn in place of the whole one
+  bool smooth = false;                    // by SampleSet::smooth
+  float tie_mm = 0;                       // as splatted
+  float same_surface_mm = 0;              // up to this far behind the nearest layer is one surface
+  float texel_mm = 0;                     // of the cameras, on the surface
 
   LayerShares shares() const {
     return {{layers[0].weight, layers[1].weight, layers[2].weight}, count};
@@ -98,39 +97,19 @@ class Background {
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
                   const Background& background, SkinDepth& depth, Frame& frame);
 
-// A part of a tile, which one thread draws. All of the tile that is drawn in this frame is `drawn`.
+// A part of a tile, which one thread draws.
 struct TilePart {
   int tile = 0;
-  PixelBox tile_box, drawn, box;
+  PixelBox tile_box, box;
   double cost = 0;
-  double took_ms = 0;  // once it is drawn
 };
 
-// Shares a frame's tiles out so that no thread waits long for another: those that cost the most, by
-// what they took in the last frame, are split, and the dearest parts come first. What a pixel shows
-// does not depend on the part that it lies in.
-class TilePlan {
- public:
-  // What moved of each tile, as parts for that many threads. items_of(tile): how many chunks and
-  // blocks are listed there.
-  void make(const TileGrid& grid, DirtyCells& cells, int threads,
-            const std::function<std::size_t(int tile)>& items_of);
-  std::span<TilePart> parts() { return parts_; }
-  int tile_count() const { return tile_count_; }  // that have parts
-  // Remembers what the parts took, for the next frame.
-  void learn();
-
- private:
-  double ms_per_item(int tile) const;
-  void list_tiles(const TileGrid& grid, DirtyCells& cells);
-  void split(const TilePart& whole, int pieces);
-
-  std::vector<TilePart> whole_, parts_;
-  std::vector<std::size_t> items_;   // by tile
-  std::vector<double> ms_per_item_;  // by tile, 0 where it is not known
-  double mean_ms_per_item_ = 1;
-  int tile_count_ = 0;
-};
+// What moved of each tile, shared out so that no thread waits long for another: tiles that cost the
+// most are split, and the dearest parts come first. What a pixel shows does not depend on the part
+// that it lies in. items_of(tile): how many chunks and blocks are listed there, which a tile costs
+// by.
+std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int threads,
+                                 const std::function<std::size_t(int tile)>& items_of);
 
 // What the tiles of one frame are drawn from, placed in its view and listed by tile.
 struct PlacedFrame {
@@ -139,11 +118,10 @@ struct PlacedFrame {
   float texel_mm;           // of the cameras
   const BaseDrawing* base;  // nullptr: without the base layer
   const PlacedFaces& faces;
-  const RelitSkin* relit;                // nullptr: the light that was baked
-  const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
-  bool keep_bound;                       // tell where the skin of each pixel is bound
-  const CoarserOrgan* coarser;           // that is drawn; nullptr: the whole organ
-  bool smooth;                           // colours run on over texels' borders (SmoothDetail)
+  const RelitSkin* relit;       // nullptr: the light that was baked
+  bool keep_bound;              // tell where the skin of each pixel is bound
+  const CoarserOrgan* coarser;  // that is drawn; nullptr: the whole organ
+  bool smooth;                  // colours run on over texels' borders (SmoothDetail)
   const Background& background;
   bool measure;
 };
@@ -169,8 +147,6 @@ class TileDrawing {
     OpenPixels open;
     BaseTile base;
     DrawTimes times, longest;  // of all its parts, and of the one that took the longest
-    std::size_t base_triangles = 0;
-    std::vector<std::uint64_t> cut_triangles;  // by tile and number, of other parts, too
   };
   void draw_part(const TilePart& part, SkinDepth& depth, Frame& frame);
   std::span<const std::uint32_t> base_blocks(int tile) const;
@@ -181,7 +157,6 @@ class TileDrawing {
                             std::span<const TileKeys* const> layers, Scratch& own) const;
 
   std::optional<PlacedFrame> placed_;
-  TilePlan plan_;
   PerThread<Scratch> scratch_;
 };
 

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "organbake/core/parallel.h"
@@ -20,28 +21,25 @@ namespace {
 constexpr int kWord = CoverMask::kWord;
 constexpr int kRowGrain = 64;  // rows of a piece
 
-// One bit for each of 64 covers that are `wanted`. The compiler makes bytes of bits, one by one.
-std::uint64_t bits_of(const Cover* covers, Cover wanted) {
-#if defined(__AVX2__)
-  const __m256i sought = _mm256_set1_epi8(static_cast<char>(wanted));
-  const auto half = [&](const Cover* from) {
-    const __m256i lanes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
-    return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(lanes, sought)));
-  };
-  return half(covers) | std::uint64_t{half(covers + kWord / 2)} << (kWord / 2);
-#elif defined(__wasm_simd128__)
-  const v128_t sought = wasm_i8x16_splat(static_cast<std::int8_t>(wanted));
+using Flags64 = std::array<std::uint8_t, kWord>;  // each 0 or 1
+
+// One bit for each, eight at once: the product moves bit 8k to 56 + k. (A loop over vectors sets
+// flags, which the compiler would turn into bits one by one.)
+std::uint64_t bits_of(const Flags64& flags) {
   std::uint64_t bits = 0;
-  for (int first = 0; first < kWord; first += 16) {
-    const v128_t alike = wasm_i8x16_eq(wasm_v128_load(covers + first), sought);
-    bits |= std::uint64_t{wasm_i8x16_bitmask(alike)} << first;
+  for (int i = 0; i < kWord; i += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, &flags[i], sizeof eight);
+    bits |= (eight * 0x0102040810204080u >> 56) << i;
   }
   return bits;
-#else
-  std::uint64_t bits = 0;
-  for (int i = 0; i < kWord; ++i) bits |= std::uint64_t{covers[i] == wanted} << i;
-  return bits;
-#endif
+}
+
+// One bit for each of 64 covers that are `wanted`.
+std::uint64_t bits_of(const Cover* covers, Cover wanted) {
+  Flags64 flags;
+  for (int i = 0; i < kWord; ++i) flags[i] = covers[i] == wanted;
+  return bits_of(flags);
 }
 
 // Calls visit(covers) for each 64 covers of a box's row; of the last, those outside are `beyond`.
@@ -104,49 +102,16 @@ std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
 namespace {
 
 using Level = SkinDepth::Level;
-constexpr int kEdgeWord = CoverMask::kWord;
 constexpr int kEdgeGrain = 32;  // rows of a piece
 
-// One bit for each of 64 pairs of levels that are more than `deeper` apart. The compiler makes
-// bytes of bits, one by one.
+// One bit for each of 64 pairs of levels that are more than `most` apart.
 std::uint64_t apart(const Level* levels, const Level* others, Level most) {
-#if defined(__AVX2__)
-  const __m256i deeper = _mm256_set1_epi16(static_cast<short>(most));
-  const auto far_apart = [&](int i) {
-    const auto at = [i](const Level* from) {
-      return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + i));
-    };
-    const __m256i a = at(levels), b = at(others);
-    const __m256i difference = _mm256_or_si256(_mm256_subs_epu16(a, b), _mm256_subs_epu16(b, a));
-    return _mm256_cmpeq_epi16(_mm256_subs_epu16(difference, deeper), _mm256_setzero_si256());
-  };
-  std::uint64_t near = 0;
-  for (int i = 0; i < kEdgeWord; i += 32) {
-    const __m256i bytes = _mm256_packs_epi16(far_apart(i), far_apart(i + 16));
-    const auto bits = static_cast<std::uint32_t>(
-        _mm256_movemask_epi8(_mm256_permute4x64_epi64(bytes, 0b11011000)));
-    near |= std::uint64_t{bits} << i;
+  Flags64 flags;
+  for (int i = 0; i < kWord; ++i) {
+    const Level a = levels[i], b = others[i];
+    flags[i] = static_cast<Level>(a > b ? a - b : b - a) > most;
   }
-  return ~near;
-#elif defined(__wasm_simd128__)
-  const v128_t deeper = wasm_i16x8_splat(static_cast<std::int16_t>(most));
-  const auto far_apart = [&](int i) {
-    const v128_t a = wasm_v128_load(levels + i), b = wasm_v128_load(others + i);
-    const v128_t difference = wasm_v128_or(wasm_u16x8_sub_sat(a, b), wasm_u16x8_sub_sat(b, a));
-    return wasm_u16x8_gt(difference, deeper);
-  };
-  std::uint64_t far = 0;
-  for (int i = 0; i < kEdgeWord; i += 16) {
-    const v128_t bytes = wasm_i8x16_narrow_i16x8(far_apart(i), far_apart(i + 8));
-    far |= std::uint64_t{wasm_i8x16_bitmask(bytes)} << i;
-  }
-  return far;
-#else
-  std::uint64_t far = 0;
-  for (int i = 0; i < kEdgeWord; ++i)
-    far |= std::uint64_t{std::abs(int{levels[i]} - int{others[i]}) > int{most}} << i;
-  return far;
-#endif
+  return bits_of(flags);
 }
 
 // Levels along a line of four pixels, the pair in the middle. Whether one surface ends between
@@ -221,7 +186,7 @@ void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, i
     const std::uint64_t both =
         here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
     if (both == 0) continue;
-    const int x0 = word * kEdgeWord;
+    const int x0 = word * kWord;
     for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
          bits &= bits - 1) {
       const int bit = std::countr_zero(bits), x = x0 + bit;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "finishing/post_process.h"
 #include "organbake/core/error.h"
@@ -128,10 +129,10 @@ struct PaperWarp::Warped {
 };
 
 // Combines the views of one pixel: those on the nearest surface, by their shares, in linear light.
-// Returns its depth.
+// Returns its depth. The skin of the one that counts most goes to `bound`, where that is asked for.
 float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>& shares,
                        std::size_t pixel, double same_surface, const DrawOptions& options,
-                       Frame& frame) {
+                       const std::optional<ShellBinder>& binder, Frame& frame) {
   float nearest = kFarAway;
   for (const Warped& view : views) nearest = std::min(nearest, view.depth_mm[pixel]);
   std::uint8_t* const rgb = &frame.color.pixels[3 * pixel];
@@ -142,14 +143,17 @@ float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float weight = 0;
   const auto behind = static_cast<float>((1 + same_surface) * nearest);
-  float heaviest = 0;
+  const Warped* heaviest = nullptr;
+  float most = 0;
   for (std::size_t c = 0; c < views.size(); ++c) {
     if (views[c].depth_mm[pixel] > behind) continue;
     sum += shares[c] * views[c].color[pixel];
     weight += shares[c];
-    if (frame.shown.empty() || shares[c] <= heaviest) continue;
-    heaviest = shares[c];
-    frame.shown[pixel] = {views[c].rest_mm[pixel], views[c].rest_mm[pixel]};
+    if (shares[c] > most) most = shares[c], heaviest = &views[c];
+  }
+  if (binder) {
+    const ShellBinding on = binder->bind(heaviest->rest_mm[pixel].cast<double>());
+    frame.bound[pixel] = {on.face, float(on.b1), float(on.b2), float(on.height_mm), nearest, most};
   }
   for (int channel = 0; channel < 3; ++channel)
     rgb[channel] = srgb8_from_linear(sum[channel] / weight);
@@ -244,7 +248,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   std::array<Warped, 3> views;
   std::array<float, 3> shares{};
   parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
-    views[c].clear(pixels, options.keep_shown);
+    views[c].clear(pixels, options.keep_bound);
     warp(bundle, cameras[c], deformed, view, views[c]);
   });
   std::size_t used = 0;
@@ -260,14 +264,17 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.serial = 0;
   frame.color = Rgb8Image(width, height);
   frame.cover.assign(pixels, Cover::background);
-  frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
+  frame.bound.assign(options.keep_bound ? pixels : 0, BoundPixel());
   frame.depth_mm.clear();
   if (options.needs_depth()) frame.depth_mm.assign(pixels, kFarAway);
   const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
   std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
   float farthest_mm = 1;
+  std::optional<ShellBinder> binder;
+  if (options.keep_bound) binder.emplace(shell_.at_rest(), shell_.reach_mm());
   for (std::size_t i = 0; i < pixels; ++i) {
-    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
+    depth_mm[i] =
+        blend(std::span(views).first(used), shares, i, same_surface, options, binder, frame);
     if (!(depth_mm[i] < kFarAway)) continue;
     ++report.sample_pixels;
     farthest_mm = std::max(farthest_mm, depth_mm[i]);

@@ -17,7 +17,7 @@ namespace organbake {
 // The picture cut into tiles whose keys, and the colours that they name, stay in a core's
 // second-level cache of a megabyte: in tiles of 256 × 128 a frame's colours are fetched anew from a
 // cache that others share, and take half as long again whenever those are busy. A tile, or a part
-// of it (TilePlan), belongs to one thread from the first splat to the last pixel, so no result
+// of it (TilePart), belongs to one thread from the first splat to the last pixel, so no result
 // depends on the number of threads.
 class TileGrid {
  public:

@@ -44,7 +44,7 @@ class ProjectionComparison {
                            const View& view) const;
 
   // How far the skin that a frame's pixels show belongs from their centres: each pixel of
-  // Cover::samples in a frame drawn with keep_shown, the point at rest whose colour it has bound,
+  // Cover::samples in a frame drawn with keep_bound, the point whose colour it has,
   // carried and projected anew.
   PixelErrors displayed(const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
                         const View& view) const;

@@ -47,7 +47,7 @@ class GraphicsDrawing : public OrganDrawing {
                            Pictures pictures = Pictures::read);
   ~GraphicsDrawing() override;
 
-  // Frames that keep what is shown or bound, the paper's own warp, and tools by the light at the
+  // Frames that keep what is bound, the paper's own warp, and tools by the light at the
   // scope, whose shadows no pass here draws yet, are the processor's.
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override;

@@ -42,7 +42,6 @@ struct DrawOptions {
   // For several organs, which are lit by one.
   double scope_reference_mm = 0;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
-  bool keep_shown = false;  // also fill Frame::shown, for pixels of Cover::samples
   bool keep_bound = false;  // also fill Frame::bound
   bool measure = false;     // fill DrawReport's times
   std::vector<Solid> solids;
@@ -77,7 +76,7 @@ struct DrawReport {
   std::size_t samples_outside_view = 0;
   // Per active camera and face: skipped in whole, by what skipped its last chunk.
   std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
-  std::size_t base_triangles = 0;  // drawn
+  std::size_t base_triangles = 0;  // of its blocks that were looked at
   std::size_t sample_pixels = 0, base_pixels = 0;
   std::size_t holes_before = 0, holes_after = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -35,15 +34,6 @@ inline PixelBox intersected(const PixelBox& a, const PixelBox& b) {
 // What a pixel of a frame shows.
 enum class Cover : std::uint8_t { background = 0, samples, base, filled, solid };
 
-// What skin a pixel shows, at rest, world mm; not a number where it is not told.
-struct Shown {
-  Eigen::Vector3f point_mm;   // whose colour it is
-  Eigen::Vector3f sample_mm;  // of the sample that it was drawn from
-};
-
-inline const Shown kNothingShown = {Eigen::Vector3f::Constant(std::nanf("")),
-                                    Eigen::Vector3f::Constant(std::nanf(""))};
-
 // The skin that a pixel shows, as a point bound to the shell: any pose of the organ puts it
 // somewhere, shell_point().
 struct BoundPixel {
@@ -64,7 +54,6 @@ struct Frame {
   Rgb8Image color;
   std::vector<Cover> cover;     // one per pixel
   std::vector<float> depth_mm;  // planar z, +inf at the background; empty unless asked for
-  std::vector<Shown> shown;     // one per pixel; empty unless asked for
   // One per pixel; empty unless asked for. Tools hide no skin here, and what was filled has none.
   std::vector<BoundPixel> bound;
   std::vector<std::uint8_t> organ;  // whose skin is bound; empty: the one and only

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,26 +23,111 @@
 // spans and pointers lead into the Warper, and hold until its next pose, draw or end.
 namespace organbake {
 
-// One camera's samples, kSlots of a patch that lies on one face of the shell.
-struct SampleSource {
-  static constexpr std::uint32_t kSlots = 64;  // of a patch; those beyond its count are not drawn
-  struct Patch {
-    std::uint32_t face = 0, count = 0;
-    // In the face's shell coordinates b1, b2, h (mm): middle, half sizes, change by texel column
-    // and row.
-    std::array<float, 3> center, extent, along_u, along_v;
-    float sine = 0, cosine = 1;  // of the widest angle of a normal to the patch's own
-  };
-  std::vector<Patch> patches;
-  // By slot: center + extent · coordinate / 32767.
-  std::span<const std::int16_t> b1, b2, h;
-  // By slot, from the lowest byte on: red, green, blue (square-root light), confidence, and the
-  // brightness' first differences along u and v and half of its second ones (signed).
-  std::span<const std::uint64_t> detail;
-  // By slot: red, green and blue of the texel's corners, and in the highest bytes its own red,
-  // green, blue and confidence; empty where a bundle has no light at the scope.
-  std::span<const std::array<std::uint32_t, 4>> smooth;
-  double texel_mm = 0;  // mean size on the surface
+// How far normals lean from a middle one. They lean a little more once their face bends.
+struct NormalCone {
+  float sine = 0, cosine = 1;  // of the widest angle
+
+  NormalCone() = default;
+  explicit NormalCone(float widest_rad) {
+    constexpr float kBend_rad = 0.15f;
+    const float angle = std::min(widest_rad + kBend_rad, std::numbers::pi_v<float>);
+    sine = std::sin(angle), cosine = std::cos(angle);
+  }
+};
+
+// A small piece of one camera's map over one proxy face, described in the face's shell coordinates
+// (b1, b2, h): enough to place, measure and cull it under any deformation without its samples.
+struct Patch {
+  std::uint32_t face = 0;
+  float center[3] = {};   // b1, b2, h
+  float extent[3] = {};   // half sizes about the centre
+  float along_u[3] = {};  // change of (b1, b2, h) per texel column …
+  float along_v[3] = {};  // … and per row
+  NormalCone cone;        // of the samples' normals, about the patch's
+};
+
+// Patches as structure of arrays: a camera has tens of thousands, and each is placed in every
+// frame.
+class PatchTable {
+ public:
+  // What a patch is but for its face: center, extent, along_u, along_v, the cone's sine and cosine.
+  static constexpr int kNumbers = 14;
+  std::uint32_t face(std::size_t patch) const { return faces_[patch]; }
+
+  PatchTable() = default;
+  explicit PatchTable(std::span<const Patch> patches);
+  // One number of each patch; beyond the last, whole vectors can be read.
+  const float* number(int k) const { return numbers_[k].data(); }
+
+ private:
+  std::vector<std::uint32_t> faces_;
+  std::array<std::vector<float>, kNumbers> numbers_;
+};
+
+// Colour of one sample and the Taylor terms of its brightness along the map's columns (u) and rows
+// (v), so that a pixel that looks beside the sample still gets the light of the very point it sees.
+// Everything is in square-root light (255·√linear): as fine as sRGB in 8 bits, and squaring makes
+// it linear. Eight ninths of what changes from texel to texel is brightness, the mean of the
+// channels: terms of each channel would double what a frame reads, for 0.03 dB.
+struct TexelDetail {
+  std::uint8_t red = 0, green = 0, blue = 0;
+  std::uint8_t confidence = 0;           // 255 = 1
+  std::int8_t along_u = 0, along_v = 0;  // first differences per texel
+  std::int8_t curve_u = 0, curve_v = 0;  // half of the second differences
+};
+// As one little-endian number, the form in which the inner loop gathers it.
+using PackedDetail = std::uint64_t;
+static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
+
+// What a texel's pixels show where it is seen from so near that each covers several of them: at
+// each corner of the texel the mean of the texels that meet there on the same surface, bilinear
+// between them, and the texel's own colour in its middle. So colours run on over its borders. In
+// square-root light, too. Word k: red, green and blue of corner k (u₀v₀, u₁v₀, u₀v₁, u₁v₁), and in
+// the highest byte the texel's own red, green, blue and confidence.
+using SmoothDetail = std::array<std::uint32_t, 4>;
+
+// Where samples lie within their patch: center + extent × coordinate / kFullCoordinate, each
+// coordinate of a sample in two bytes. A ten-thousandth of a texel is lost.
+using PatchCoordinate = std::int16_t;
+inline constexpr float kFullCoordinate = 32767;
+
+// Samples come in chunks of at most kChunk, each of one patch; chunk c owns the slots from
+// kChunk·c on, so that a slot number alone finds its chunk. Slots without a sample lie at the
+// patch's middle: whole chunks are placed.
+inline constexpr std::uint32_t kChunk = 64;
+
+struct Chunk {
+  Patch patch;
+  std::uint32_t count = 0;  // samples in use, ≥ 1
+};
+
+// What one camera contributes: structure of arrays over slots, chunks sorted by face and then by
+// map neighbourhood.
+struct SampleSet {
+  std::vector<PatchCoordinate> b1, b2, h;
+  std::vector<PackedDetail> detail;
+  std::vector<SmoothDetail> smooth;  // empty unless asked for
+  std::vector<Chunk> chunks;
+  PatchTable patches;  // the chunks', once more
+  std::size_t sample_count = 0;
+  double texel_mm = 0;  // mean size of a texel on the surface, facing the camera
+
+  std::uint32_t face(std::size_t slot) const { return chunks[slot / kChunk].patch.face; }
+  // (b1, b2, h) of one sample.
+  std::array<float, 3> bound(std::size_t slot) const {
+    const Patch& patch = chunks[slot / kChunk].patch;
+    return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot]), at(patch, 2, h[slot])};
+  }
+
+  // Bounds samples (b1, b2, h) by a patch, and keeps where they lie within it, from a slot on.
+  void put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch);
+  // Makes `patches` those of the chunks.
+  void copy_patches();
+
+ private:
+  static float at(const Patch& patch, int axis, PatchCoordinate at) {
+    return patch.center[axis] + patch.extent[axis] / kFullCoordinate * static_cast<float>(at);
+  }
 };
 
 // A posed organ.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,7 +36,7 @@ class PaperWarp {
             const View& view, Warped& out) const;
   static float blend(std::span<const Warped> views, const std::array<float, 3>& shares,
                      std::size_t pixel, double same_surface, const DrawOptions& options,
-                     Frame& frame);
+                     const std::optional<ShellBinder>& binder, Frame& frame);
 
   ShellSurface shell_;
   // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf

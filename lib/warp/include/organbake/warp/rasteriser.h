@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__wasm_simd128__)
-#include <wasm_simd128.h>
-#endif
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -119,35 +113,6 @@ struct EdgeWalk {
 
   // One bit for each of kLanes pixels from x0 on.
   int holds(const std::array<Int, 3>& row, int x0) const {
-#if defined(__AVX2__)
-    if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
-      const __m256i x =
-          _mm256_add_epi32(_mm256_set1_epi32(x0), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-      __m256i any = _mm256_setzero_si256();
-      for (int i = 0; i < 3; ++i) {
-        const __m256i e = _mm256_add_epi32(_mm256_set1_epi32(row[i]),
-                                           _mm256_mullo_epi32(x, _mm256_set1_epi32(step_x[i])));
-        any = _mm256_or_si256(any, e);
-      }
-      return ~_mm256_movemask_ps(_mm256_castsi256_ps(any));
-    }
-#elif defined(__wasm_simd128__)
-    if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
-      int outside = 0;
-      for (int half = 0; half < 2; ++half) {
-        const v128_t x =
-            wasm_i32x4_add(wasm_i32x4_splat(x0 + 4 * half), wasm_i32x4_const(0, 1, 2, 3));
-        v128_t any = wasm_i32x4_const_splat(0);
-        for (int i = 0; i < 3; ++i) {
-          const v128_t e = wasm_i32x4_add(wasm_i32x4_splat(row[i]),
-                                          wasm_i32x4_mul(x, wasm_i32x4_splat(step_x[i])));
-          any = wasm_v128_or(any, e);
-        }
-        outside |= static_cast<int>(wasm_i32x4_bitmask(any)) << (4 * half);
-      }
-      return ~outside;
-    }
-#endif
     int bits = 0;
     for (int lane = 0; lane < kLanes; ++lane) {
       Int any = 0;

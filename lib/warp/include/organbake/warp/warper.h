@@ -17,7 +17,7 @@
 namespace organbake {
 
 struct OrganSource;
-struct SampleSource;
+struct SampleSet;
 struct ScopeShading;
 
 // The skin that a picture shows: the organ's own, or where pixels are larger than its texels one of
@@ -79,7 +79,7 @@ class Warper {
   // in a view, where the bundle can be lit anew.
   OrganSource pose(const std::vector<Eigen::Vector3d>& positions, bool lit);
   std::uint64_t id() const;  // OrganSource::id
-  SampleSource samples(std::size_t camera);
+  const SampleSet& samples(std::size_t camera);
   ScopeShading scope_shading(const View& view, double reference_mm) const;
 
   // Whether the bundle knows its light, and has the base layer that it falls on.
