@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Python's View, Picture and Mesh: arrays over memory that C++ owns and that they keep alive, so
-// that nothing is copied.
+// Python's View, Picture and Mesh: arrays over memory of theirs that keep them alive, so that
+// nothing is copied.
 #include <pybind11/numpy.h>
 
 #include <array>
-#include <memory>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
 #include "array_arguments.h"
@@ -111,132 +110,150 @@ void bind_view(py::module_& m) {
 
 namespace {
 
-using Owner = std::shared_ptr<DrawnPicture>;
+using PictureClass = py::class_<DrawnPicture>;
 
-// Keeps the picture as long as the array lives.
-py::capsule keeper(const Owner& owner) {
-  return py::capsule(new Owner(owner), [](void* kept) { delete static_cast<Owner*>(kept); });
+py::ssize_t height_of(const DrawnPicture& p) {
+  return p.truth.height > 0 ? p.truth.height : p.color.height;
+}
+py::ssize_t width_of(const DrawnPicture& p) {
+  return p.truth.width > 0 ? p.truth.width : p.color.width;
 }
 
-// A plane of `of` numbers a pixel over the picture's memory; none: one number, no third axis.
-template <class Number>
-py::object plane(const Owner& owner, const void* first, int of = 0) {
-  const py::ssize_t height = owner->truth.height > 0 ? owner->truth.height : owner->color.height,
-                    width = owner->truth.width > 0 ? owner->truth.width : owner->color.width;
-  std::vector<py::ssize_t> shape{height, width};
-  if (of > 0) shape.push_back(of);
-  return py::array_t<Number>(shape, static_cast<const Number*>(first), keeper(owner));
+// A plane of `of` numbers a pixel over the picture's memory, which keeps the picture alive; 0: one
+// number, no third axis. first(picture): where the plane begins, nullptr where it was not asked
+// for.
+template <class Number, class First>
+void def_plane(PictureClass& picture, const char* name, int of, First first, const char* doc) {
+  picture.def_property_readonly(
+      name,
+      [of, first](const py::object& self) -> py::object {
+        const auto& p = py::cast<const DrawnPicture&>(self);
+        const void* const numbers = first(p);
+        if (!numbers) return py::none();
+        std::vector<py::ssize_t> shape{height_of(p), width_of(p)};
+        if (of > 0) shape.push_back(of);
+        return py::array_t<Number>(shape, static_cast<const Number*>(numbers), self);
+      },
+      doc);
+}
+
+// One of each pixel's numbers by its place in BoundPixel.
+py::object skin(const py::object& self) {
+  const auto& p = py::cast<const DrawnPicture&>(self);
+  if (!p.layers.id) return py::none();
+  py::list names, formats, offsets;
+  const auto field = [&](const char* name, const char* format, std::size_t at) {
+    names.append(name), formats.append(format), offsets.append(at);
+  };
+  field("face", "u4", offsetof(BoundPixel, face));
+  field("b1", "f4", offsetof(BoundPixel, b1));
+  field("b2", "f4", offsetof(BoundPixel, b2));
+  field("height_mm", "f4", offsetof(BoundPixel, height_mm));
+  const py::dtype type(names, formats, offsets, sizeof(BoundPixel));
+  return py::array(type, {height_of(p), width_of(p)}, p.truth.bound.data(), self);
+}
+
+py::object weight(const py::object& self) {
+  const auto& p = py::cast<const DrawnPicture&>(self);
+  if (!p.layers.weight) return py::none();
+  constexpr auto kStride = static_cast<py::ssize_t>(sizeof(BoundPixel));
+  return py::array(py::dtype::of<float>(), {height_of(p), width_of(p)},
+                   {kStride * width_of(p), kStride}, &p.truth.bound.data()->weight, self);
+}
+
+void def_flow(PictureClass& picture) {
+  using Picture = const DrawnPicture&;
+  def_plane<float>(
+      picture, "flow_back", 2,
+      [](Picture p) { return p.has_flow ? p.backward.px.data() : nullptr; },
+      "(h, w, 2) float32: from here to the picture drawn before, px.");
+  def_plane<bool>(
+      picture, "flow_back_seen", 0,
+      [](Picture p) { return p.has_flow ? p.backward.seen.data() : nullptr; },
+      "(h, w) bool: whether that picture shows the point as well.");
+  def_plane<float>(
+      picture, "flow_from_last", 2,
+      [](Picture p) { return p.has_flow ? p.forward.px.data() : nullptr; },
+      "(h, w, 2) float32: of the pixels of the picture drawn before, to here, px.");
+  def_plane<bool>(
+      picture, "flow_from_last_seen", 0,
+      [](Picture p) { return p.has_flow ? p.forward.seen.data() : nullptr; },
+      "(h, w) bool: whether this picture shows their points as well.");
 }
 
 }  // namespace
 
-PictureArrays::PictureArrays(DrawnPicture picture, py::object rgb)
-    : picture_(std::make_shared<DrawnPicture>(std::move(picture))), rgb_(std::move(rgb)) {}
-
-py::object PictureArrays::rgb() const {
-  if (!rgb_.is_none()) return rgb_;
-  return plane<std::uint8_t>(picture_, picture_->color.pixels.data(), 3);
-}
-
-py::object PictureArrays::right_rgb() const {
-  if (picture_->right.pixels.empty()) return py::none();
-  return plane<std::uint8_t>(picture_, picture_->right.pixels.data(), 3);
-}
-
-py::object PictureArrays::depth_mm() const {
-  if (!picture_->layers.depth) return py::none();
-  return plane<float>(picture_, picture_->truth.depth_mm.data());
-}
-
-py::object PictureArrays::normals() const {
-  if (!picture_->layers.normals) return py::none();
-  return plane<float>(picture_, picture_->truth.normal.data(), 3);
-}
-
-py::object PictureArrays::mask() const {
-  if (!picture_->layers.mask) return py::none();
-  return plane<std::uint8_t>(picture_, picture_->truth.label.data());
-}
-
-py::object PictureArrays::skin() const {
-  if (!picture_->layers.id) return py::none();
-  static_assert(sizeof(BoundPixel) == 24);
-  const auto offset = [](auto BoundPixel::*member) {
-    static const BoundPixel pixel;
-    return py::int_(reinterpret_cast<const char*>(&(pixel.*member)) -
-                    reinterpret_cast<const char*>(&pixel));
-  };
-  py::list names, formats, offsets;
-  const auto field = [&](const char* name, const char* format, const py::int_& at) {
-    names.append(name), formats.append(format), offsets.append(at);
-  };
-  field("face", "u4", offset(&BoundPixel::face));
-  field("b1", "f4", offset(&BoundPixel::b1));
-  field("b2", "f4", offset(&BoundPixel::b2));
-  field("height_mm", "f4", offset(&BoundPixel::height_mm));
-  const py::dtype type(names, formats, offsets, sizeof(BoundPixel));
-  return py::array(type, {py::ssize_t(picture_->truth.height), py::ssize_t(picture_->truth.width)},
-                   picture_->truth.bound.data(), keeper(picture_));
-}
-
-py::object PictureArrays::organ() const {
-  if (!picture_->layers.id || picture_->truth.organ.empty()) return py::none();
-  return plane<std::uint8_t>(picture_, picture_->truth.organ.data());
-}
-
-py::object PictureArrays::weight() const {
-  if (!picture_->layers.weight) return py::none();
-  const PixelTruth& truth = picture_->truth;
-  const py::ssize_t row = py::ssize_t(sizeof(BoundPixel)) * truth.width;
-  return py::array(py::dtype::of<float>(), {py::ssize_t(truth.height), py::ssize_t(truth.width)},
-                   {row, py::ssize_t(sizeof(BoundPixel))}, &truth.bound.data()->weight,
-                   keeper(picture_));
-}
-
-py::object PictureArrays::flow_back() const {
-  if (!picture_->has_flow) return py::none();
-  return plane<float>(picture_, picture_->backward.px.data(), 2);
-}
-py::object PictureArrays::flow_back_seen() const {
-  if (!picture_->has_flow) return py::none();
-  return plane<bool>(picture_, picture_->backward.seen.data());
-}
-py::object PictureArrays::flow_from_last() const {
-  if (!picture_->has_flow) return py::none();
-  return plane<float>(picture_, picture_->forward.px.data(), 2);
-}
-py::object PictureArrays::flow_from_last_seen() const {
-  if (!picture_->has_flow) return py::none();
-  return plane<bool>(picture_, picture_->forward.seen.data());
+void bind_picture(py::module_& m) {
+  using Picture = const DrawnPicture&;
+  PictureClass picture(
+      m, "Picture",
+      "A drawn picture and the layers that were asked for; the others are None. All are arrays "
+      "over the picture's own memory, top row first, and keep it alive.");
+  picture.def_property_readonly(
+      "rgb",
+      [](const py::object& self) -> py::object {
+        const auto& p = py::cast<Picture>(self);
+        if (!p.drawn_into.is_none()) return p.drawn_into;
+        return py::array_t<std::uint8_t>({height_of(p), width_of(p), py::ssize_t{3}},
+                                         p.color.pixels.data(), self);
+      },
+      "(h, w, 3) uint8, sRGB.");
+  def_plane<std::uint8_t>(
+      picture, "right_rgb", 3,
+      [](Picture p) { return p.right.pixels.empty() ? nullptr : p.right.pixels.data(); },
+      "(h, w, 3) uint8, sRGB: what the second eye sees.");
+  def_plane<float>(
+      picture, "depth_mm", 0,
+      [](Picture p) { return p.layers.depth ? p.truth.depth_mm.data() : nullptr; },
+      "(h, w) float32: planar z, +inf at the background.");
+  def_plane<float>(
+      picture, "normals", 3,
+      [](Picture p) { return p.layers.normals ? p.truth.normal.data() : nullptr; },
+      "(h, w, 3) float32, camera axes, unit, towards the eye; 0 at the background.");
+  def_plane<std::uint8_t>(
+      picture, "mask", 0, [](Picture p) { return p.layers.mask ? p.truth.label.data() : nullptr; },
+      "(h, w) uint8: 0 background, 1 + organ, 101 + instrument.");
+  def_plane<std::uint8_t>(
+      picture, "organ", 0,
+      [](Picture p) {
+        return p.layers.id && !p.truth.organ.empty() ? p.truth.organ.data() : nullptr;
+      },
+      "(h, w) uint8: whose skin; None with one organ.");
+  picture
+      .def_property_readonly("skin", &skin,
+                             "(h, w) of face (4294967295: no skin), b1, b2, height_mm: the skin "
+                             "point, below tools, too.")
+      .def_property_readonly("weight", &weight,
+                             "(h, w) float32: of the baked samples behind the colour, 0 to 1.");
+  def_flow(picture);
 }
 
 namespace {
 
 using Mesh = EmbeddedPlayer::Mesh;
-using MeshOwner = std::shared_ptr<Mesh>;
 
 // An array over a list of the mesh, which it keeps alive.
-py::capsule keeper_of(const MeshOwner& owner) {
-  return py::capsule(new MeshOwner(owner),
-                     [](void* kept) { delete static_cast<MeshOwner*>(kept); });
-}
 template <class Number>
-py::array array_over(const MeshOwner& owner, const std::vector<Number>& list) {
-  return py::array_t<Number>(static_cast<py::ssize_t>(list.size()), list.data(), keeper_of(owner));
+py::array array_over(const py::object& mesh, const std::vector<Number>& list) {
+  return py::array_t<Number>(static_cast<py::ssize_t>(list.size()), list.data(), mesh);
 }
 template <class Number, std::size_t Columns>
-py::array array_over(const MeshOwner& owner, const std::vector<std::array<Number, Columns>>& list) {
+py::array array_over(const py::object& mesh, const std::vector<std::array<Number, Columns>>& list) {
   const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(list.size()),
                                        static_cast<py::ssize_t>(Columns)};
-  return py::array_t<Number>(shape, reinterpret_cast<const Number*>(list.data()), keeper_of(owner));
+  return py::array_t<Number>(shape, reinterpret_cast<const Number*>(list.data()), mesh);
 }
 
-using MeshClass = py::class_<Mesh, MeshOwner>;
+using MeshClass = py::class_<Mesh>;
 
 template <class List>
 void def_list(MeshClass& mesh, const char* name, List Mesh::*member, const char* doc) {
   mesh.def_property_readonly(
-      name, [member](const MeshOwner& owner) { return array_over(owner, (*owner).*member); }, doc);
+      name,
+      [member](const py::object& self) {
+        return array_over(self, py::cast<const Mesh&>(self).*member);
+      },
+      doc);
 }
 
 void def_proxy(MeshClass& mesh) {

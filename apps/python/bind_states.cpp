@@ -246,18 +246,21 @@ Pictures draw_many(SharedPlayer& player, const py::object& states, const py::obj
 void set_state(SharedPlayer& player, StateOf of, const py::object& positions_mm,
                std::size_t organ) {
   const RawNumbers numbers = raw_numbers(positions_mm, "positions_mm", 2);
-  const py::gil_scoped_release release;
-  player.set_state(numbers.values, of, organ);
+  player.with([&](Player& open) {
+    std::visit(
+        [&](const auto& xyz) {
+          of == StateOf::nodes ? open.set_nodes(xyz, organ) : open.set_vertices(xyz, organ);
+        },
+        numbers.values);
+  });
 }
 
 py::object contact_forces(SharedPlayer& player, const std::vector<Instrument>& instruments,
                           std::size_t organ, bool nodes) {
-  std::vector<Eigen::Vector3d> forces;
-  {
-    const py::gil_scoped_release release;
-    forces = player.contact_forces(instruments, organ, nodes);
-  }
-  return array_of(forces);
+  return array_of(player.with([&](Player& open) {
+    const auto forces = open.contact_force_n(instruments, organ);
+    return nodes ? forces_on_nodes(open.bundle_now(organ), forces) : forces;
+  }));
 }
 
 constexpr const char* kSetDoc =
@@ -322,8 +325,8 @@ void bind_states(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<Shared
   player.def(
       "mesh",
       [](SharedPlayer& self, std::size_t organ) {
-        const py::gil_scoped_release release;
-        return self.mesh(organ);
+        return self.with(
+            [&](const Player& player) { return organ_mesh(player.bundle_now(organ)); });
       },
       py::arg("organ") = 0,
       "What another solver needs of an organ: a Mesh, of it as it is cut now.");

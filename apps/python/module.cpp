@@ -11,6 +11,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/core/version.h"
+#include "organbake/player/skin_point.h"
 #include "organbake/truth/truth_recorder.h"
 #include "player_bindings.h"
 
@@ -100,9 +101,9 @@ std::uint8_t* room_in(const py::object& out, const View& view) {
   return static_cast<std::uint8_t*>(array.mutable_data());
 }
 
-PictureArrays draw(SharedPlayer& player, const View& view, const py::object& layers, bool tools,
-                   const py::object& out, Scope* scope, const std::optional<std::string>& light,
-                   double gain, double noise, std::uint64_t seed, std::optional<double> stereo_mm) {
+DrawnPicture draw(SharedPlayer& player, const View& view, const py::object& layers, bool tools,
+                  const py::object& out, Scope* scope, const std::optional<std::string>& light,
+                  double gain, double noise, std::uint64_t seed, std::optional<double> stereo_mm) {
   view.check();
   TakenPicture how;
   how.layers = layer_set_from(layers);
@@ -120,7 +121,8 @@ PictureArrays draw(SharedPlayer& player, const View& view, const py::object& lay
     const py::gil_scoped_release release;
     picture = player.draw(view, how, pixels);
   }
-  return PictureArrays(std::move(picture), out);
+  picture.drawn_into = out;
+  return picture;
 }
 
 void bind_scope(py::module_& m) {
@@ -135,39 +137,6 @@ void bind_scope(py::module_& m) {
             return py::make_tuple(s.intrinsics().width, s.intrinsics().height);
           },
           "Width and height of its own pictures, px; others show the middle of those.");
-}
-
-void bind_picture(py::module_& m) {
-  py::class_<PictureArrays>(
-      m, "Picture",
-      "A drawn picture and the layers that were asked for; the others are None. All are arrays "
-      "over the picture's own memory, top row first, and keep it alive.")
-      .def_property_readonly("rgb", &PictureArrays::rgb, "(h, w, 3) uint8, sRGB.")
-      .def_property_readonly("right_rgb", &PictureArrays::right_rgb,
-                             "(h, w, 3) uint8, sRGB: what the second eye sees.")
-      .def_property_readonly("depth_mm", &PictureArrays::depth_mm,
-                             "(h, w) float32: planar z, +inf at the background.")
-      .def_property_readonly("normals", &PictureArrays::normals,
-                             "(h, w, 3) float32, camera axes, unit, towards the eye; 0 at the "
-                             "background.")
-      .def_property_readonly("mask", &PictureArrays::mask,
-                             "(h, w) uint8: 0 background, 1 + organ, 101 + instrument.")
-      .def_property_readonly("skin", &PictureArrays::skin,
-                             "(h, w) of face (4294967295: no skin), b1, b2, height_mm: the skin "
-                             "point, below tools, too.")
-      .def_property_readonly("organ", &PictureArrays::organ,
-                             "(h, w) uint8: whose skin; None with one organ.")
-      .def_property_readonly("weight", &PictureArrays::weight,
-                             "(h, w) float32: of the baked samples behind the colour, 0 to 1.")
-      .def_property_readonly("flow_back", &PictureArrays::flow_back,
-                             "(h, w, 2) float32: from here to the picture drawn before, px.")
-      .def_property_readonly("flow_back_seen", &PictureArrays::flow_back_seen,
-                             "(h, w) bool: whether that picture shows the point as well.")
-      .def_property_readonly("flow_from_last", &PictureArrays::flow_from_last,
-                             "(h, w, 2) float32: of the pixels of the picture drawn before, to "
-                             "here, px.")
-      .def_property_readonly("flow_from_last_seen", &PictureArrays::flow_from_last_seen,
-                             "(h, w) bool: whether this picture shows their points as well.");
 }
 
 void bind_player(py::module_& m) {
@@ -196,11 +165,12 @@ void bind_player(py::module_& m) {
           "orbit",
           [](SharedPlayer& self, double azimuth_rad, double elevation_rad, double distance,
              int width, int height) {
-            const py::gil_scoped_release release;
             OrbitPose pose;
             pose.azimuth_rad = azimuth_rad, pose.elevation_rad = elevation_rad;
             pose.distance = distance;
-            return self.orbit(pose, width, height);
+            return self.with([&](const Player& player) {
+              return orbit_view(player.bundle().cameras, pose, width, height);
+            });
           },
           py::arg("azimuth_rad") = 0.0, py::arg("elevation_rad") = 0.0, py::arg("distance") = 1.0,
           py::kw_only(), py::arg("width") = 640, py::arg("height") = 480,
@@ -222,22 +192,15 @@ void bind_player(py::module_& m) {
       .def(
           "proxy_mm",
           [](SharedPlayer& self, std::size_t organ) {
-            std::vector<Eigen::Vector3d> positions;
-            {
-              const py::gil_scoped_release release;
-              positions = self.proxy_positions(organ);
-            }
-            return array_of(positions);
+            return array_of(
+                self.with([&](const Player& player) { return player.proxy_positions(organ); }));
           },
           py::arg("organ") = 0, "(n, 3): the vertices of an organ's proxy as they lie now.")
       .def(
           "proxy_faces",
           [](SharedPlayer& self, std::size_t organ) {
-            std::vector<Face> faces;
-            {
-              const py::gil_scoped_release release;
-              faces = self.proxy_faces(organ);
-            }
+            const std::vector<Face> faces = self.with(
+                [&](const Player& player) { return player.bundle_now(organ).proxy.faces; });
             py::array_t<std::uint32_t> array({py::ssize_t(faces.size()), py::ssize_t(3)});
             auto at = array.mutable_unchecked<2>();
             for (std::size_t f = 0; f < faces.size(); ++f)
@@ -249,11 +212,10 @@ void bind_player(py::module_& m) {
           "skin_point",
           [](SharedPlayer& self, const py::object& direction) {
             const Eigen::Vector3d along = vector_from(direction, "direction");
-            Eigen::Vector3d point;
-            {
-              const py::gil_scoped_release release;
-              point = self.skin_point(along);
-            }
+            if (!along.allFinite() || !(along.squaredNorm() > 0))
+              throw UsageError("a direction needs three finite numbers that are not all zero");
+            const Eigen::Vector3d point =
+                self.with([&](const Player& player) { return skin_point(player.bundle(), along); });
             return py::make_tuple(point.x(), point.y(), point.z());
           },
           py::arg("direction"),
@@ -261,8 +223,7 @@ void bind_player(py::module_& m) {
       .def_property_readonly(
           "organ_count",
           [](SharedPlayer& self) {
-            const py::gil_scoped_release release;
-            return self.organ_count();
+            return self.with([](const Player& player) { return player.organ_count(); });
           },
           "How many organs were loaded.");
 }

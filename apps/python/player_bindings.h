@@ -35,6 +35,8 @@ struct DrawnPicture {
   bool has_flow = false;
   Flow backward, forward;  // from this picture to the last one, and from that to this
   Rgb8Image right;         // of the second eye; empty without one
+  // The caller's own array, which holds the colours then, or None; set with the interpreter's lock.
+  pybind11::object drawn_into;
 };
 
 // How a picture is taken.
@@ -47,8 +49,6 @@ struct TakenPicture {
   std::uint64_t seed = 0;                   // of the noise
   std::optional<double> stereo_mm;          // a second eye so far to the right
 };
-
-using StateNumbers = decltype(StateBatch::xyz_mm);
 
 // A player that several threads may call, one after the other: without the interpreter's lock,
 // which no call needs. Throws what Player throws, and UsageError once it was closed.
@@ -69,20 +69,19 @@ class SharedPlayer {
   void place_tools(const std::vector<Instrument>& instruments);  // for pictures alone
   void reset();
   void close();
-  View orbit(const OrbitPose& pose, int width, int height);
   // `pixels`: room for the picture in the caller's memory instead of the result's own, or nullptr.
   DrawnPicture draw(View view, const TakenPicture& how, std::uint8_t* pixels);
-  std::size_t organ_count();
-  std::vector<Eigen::Vector3d> proxy_positions(std::size_t organ);
-  std::vector<Face> proxy_faces(std::size_t organ);
-  void set_state(const StateNumbers& xyz_mm, StateOf of, std::size_t organ);
-  EmbeddedPlayer::Mesh mesh(std::size_t organ);
-  std::vector<Eigen::Vector3d> contact_forces(const std::vector<Instrument>& instruments,
-                                              std::size_t organ, bool on_nodes);
   // Of one organ alone.
   void draw_many(const StateBatch& states, const std::vector<View>& views, std::size_t organ,
                  const BatchPlanes& planes);
-  Eigen::Vector3d skin_point(const Eigen::Vector3d& direction);
+  // work(player), called with the interpreter's lock held, which it gives back meanwhile. What it
+  // returns is a copy.
+  template <class Work>
+  auto with(const Work& work) {
+    const pybind11::gil_scoped_release release;
+    const std::lock_guard lock(mutex_);
+    return work(open());
+  }
 
  private:
   Player& open();  // with the lock held
@@ -141,36 +140,12 @@ void def_with_tips(Class& player, const char* name, auto work, const char* doc,
   def_with_tips_as(player, name, +work, doc, more...);
 }
 
-// A picture as Python sees it: every attribute is an array over memory that the picture owns and
-// keeps alive as long as any of them is in use. Nothing is copied.
-class PictureArrays {
- public:
-  explicit PictureArrays(DrawnPicture picture, pybind11::object rgb);
-
-  pybind11::object rgb() const;
-  pybind11::object right_rgb() const;  // None without a second eye
-  pybind11::object depth_mm() const;   // None unless asked for, as the others
-  pybind11::object normals() const;
-  pybind11::object mask() const;
-  pybind11::object skin() const;  // a structured array
-  pybind11::object organ() const;
-  pybind11::object weight() const;
-  pybind11::object flow_back() const;  // None at a first picture, too
-  pybind11::object flow_back_seen() const;
-  pybind11::object flow_from_last() const;
-  pybind11::object flow_from_last_seen() const;
-
- private:
-  std::shared_ptr<DrawnPicture> picture_;
-  pybind11::object rgb_;  // the caller's own array, or None
-};
-
 // "depth,mask", or a list of names; empty: none. Throws TypeError for what is no text.
 LayerSet layer_set_from(const pybind11::object& argument);
 
-void bind_view(pybind11::module_& m);  // organplay.View
-
-// The class Mesh: what another solver needs of an organ.
+// organplay.View, organplay.Picture and organplay.Mesh.
+void bind_view(pybind11::module_& m);
+void bind_picture(pybind11::module_& m);
 void bind_mesh(pybind11::module_& m);
 
 // organplay.Step, and the player's method that returns one.

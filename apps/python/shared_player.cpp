@@ -4,9 +4,6 @@
 #include <cstring>
 
 #include "organbake/core/error.h"
-#include "organbake/player/orbit.h"
-#include "organbake/player/organ_mesh.h"
-#include "organbake/player/skin_point.h"
 #include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
@@ -95,11 +92,6 @@ void SharedPlayer::close() {
   frame_ = {};
 }
 
-View SharedPlayer::orbit(const OrbitPose& pose, int width, int height) {
-  const std::lock_guard lock(mutex_);
-  return orbit_view(open().bundle().cameras, pose, width, height);
-}
-
 // As the lens and the camera show what is drawn of a view. item: which of the pictures with one
 // seed, so that two eyes have noise of their own.
 void SharedPlayer::take_picture(const View& view, const DrawOptions& options,
@@ -165,44 +157,6 @@ DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t
   return picture;
 }
 
-std::size_t SharedPlayer::organ_count() {
-  const std::lock_guard lock(mutex_);
-  return open().organ_count();
-}
-
-std::vector<Eigen::Vector3d> SharedPlayer::proxy_positions(std::size_t organ) {
-  const std::lock_guard lock(mutex_);
-  return open().proxy_positions(organ);
-}
-
-std::vector<Face> SharedPlayer::proxy_faces(std::size_t organ) {
-  const std::lock_guard lock(mutex_);
-  return open().bundle_now(organ).proxy.faces;
-}
-
-void SharedPlayer::set_state(const StateNumbers& xyz_mm, StateOf of, std::size_t organ) {
-  const std::lock_guard lock(mutex_);
-  Player& player = open();
-  std::visit(
-      [&](const auto& xyz) {
-        of == StateOf::nodes ? player.set_nodes(xyz, organ) : player.set_vertices(xyz, organ);
-      },
-      xyz_mm);
-}
-
-EmbeddedPlayer::Mesh SharedPlayer::mesh(std::size_t organ) {
-  const std::lock_guard lock(mutex_);
-  return organ_mesh(open().bundle_now(organ));
-}
-
-std::vector<Eigen::Vector3d> SharedPlayer::contact_forces(
-    const std::vector<Instrument>& instruments, std::size_t organ, bool on_nodes) {
-  const std::lock_guard lock(mutex_);
-  Player& player = open();
-  const auto forces = player.contact_force_n(instruments, organ);
-  return on_nodes ? forces_on_nodes(player.bundle_now(organ), forces) : forces;
-}
-
 void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& views,
                              std::size_t organ, const BatchPlanes& planes) {
   const std::lock_guard lock(mutex_);
@@ -211,13 +165,6 @@ void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& 
   std::unique_ptr<BatchDrawing>& batch = batches_[organ];
   if (!batch) batch = std::make_unique<BatchDrawing>(player, organ);
   batch->draw(states, views, light_.value_or(player.default_light()), planes);
-}
-
-Eigen::Vector3d SharedPlayer::skin_point(const Eigen::Vector3d& direction) {
-  const std::lock_guard lock(mutex_);
-  if (!direction.allFinite() || !(direction.squaredNorm() > 0))
-    throw UsageError("a direction needs three finite numbers that are not all zero");
-  return organbake::skin_point(open().bundle(), direction);
 }
 
 }  // namespace organbake
