@@ -33,7 +33,8 @@ for script in "$SOURCE"/scripts/*; do
 done
 expect 2 "$SOURCE/scripts/demo" --pakages .
 expect_err "there is no option --pakages"
-expect 66 "$SOURCE/scripts/demo" --packages . demo
+mkdir foreign && touch foreign/organ{bake,play}_9.9.9-1_m68k.deb
+expect 66 "$SOURCE/scripts/demo" --packages foreign demo
 expect_err "scripts/release makes them"
 # The page's module of a release, into a clone that has no compiler for it.
 mkdir -p clone/scripts release/web && cp "$SOURCE/scripts/build" clone/scripts && cp "$SOURCE/CMakeLists.txt" clone
