@@ -65,11 +65,6 @@ void Bench::point(const std::string& task, const std::string& subject, const Tim
   add({task, subject, false, knobs, timing, errors});
 }
 
-void Bench::peer(const std::string& task, const std::string& subject, const Timing& timing,
-                 const Quantities& errors, const Quantities& knobs) {
-  add({task, subject, true, knobs, timing, errors});
-}
-
 void Bench::at_most(const std::string& what, const std::string& unit, double value, double target) {
   result_.figures.push_back({what, unit, value, target});
 }

@@ -49,12 +49,9 @@ class Bench {
   std::vector<Timing> time(const std::vector<std::function<void()>>& competitors) const;
   Timing time(const std::function<void()>& work) const { return time(std::vector{work}).front(); }
 
-  // A point of ours, or of a peer on the same input; errors: the first is the one that runs are
-  // compared by.
+  // A point of ours; add() takes those of peers on the same input, too.
   void point(const std::string& task, const std::string& subject, const Timing& timing,
              const Quantities& errors = {}, const Quantities& knobs = {});
-  void peer(const std::string& task, const std::string& subject, const Timing& timing,
-            const Quantities& errors = {}, const Quantities& knobs = {});
   void add(Point point);
   // What was promised, and what was measured.
   void at_most(const std::string& what, const std::string& unit, double value, double target);

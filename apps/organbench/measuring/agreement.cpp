@@ -25,12 +25,6 @@ double mean_of(const Plane& plane) {
 
 }  // namespace
 
-double radial_rms_mm(const TriangleMesh& mesh, double radius_mm) {
-  double squares = 0;
-  for (const Eigen::Vector3d& v : mesh.vertices) squares += std::pow(v.norm() - radius_mm, 2);
-  return std::sqrt(squares / double(mesh.vertices.size()));
-}
-
 double range_error_percent(const Plane& log_range, const Plane& truth) {
   const double shift = mean_of(truth) - mean_of(log_range);
   double sum = 0;

@@ -9,16 +9,12 @@
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
 
 // What suites and trials hold results against.
 
 namespace organbake {
-
-// RMS over the vertices of their distance to a sphere round the origin.
-double radial_rms_mm(const TriangleMesh& mesh, double radius_mm);
 
 // Mean relative error of a range, one scale fitted; both are logarithms of ranges.
 double range_error_percent(const Plane& log_range, const Plane& truth);

@@ -23,12 +23,6 @@ fs::path organbake_program() { return program_folder() / "organbake"; }
 
 }  // namespace
 
-std::string organ_recipe(const std::string& name, const std::string& more) {
-  // -470 HU: half-way between its tissue and air.
-  return "schema: organbake/recipe/1\nname: " + name +
-         "\nisosurface: {iso: -470}\ndecimate: {}\nmechanics: {}\ncapture: {}\n" + more;
-}
-
 Baker::Baker(fs::path folder, RunContext context, const std::string& recipe)
     : folder_(std::move(folder)), context_(std::move(context)) {
   if (!fs::exists(organbake_program())) {
@@ -117,8 +111,15 @@ std::vector<int> frames_with_depth(const fs::path& folder) {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kScene = R"(phantom: {kind: organ, seed: 1, photos: 8}
+// From the phantom organ to a bundle; −470 HU: half-way between its tissue and air.
+constexpr const char* kRecipe = R"(schema: organbake/recipe/1
+name: player benchmark
+phantom: {kind: organ, seed: 1, photos: 8}
+isosurface: {iso: -470}
+decimate: {}
+mechanics: {}
 place: {count: 8}
+capture: {}
 bundle: {surface: true}
 )";
 
@@ -128,7 +129,7 @@ PlayerBundles::PlayerBundles(fs::path folder, RunContext context, bool small)
     : folder_(std::move(folder)),
       context_(std::move(context)),
       small_(small),
-      baker_(folder_, context_, organ_recipe("player benchmark", kScene)) {}
+      baker_(folder_, context_, kRecipe) {}
 
 fs::path PlayerBundles::folder(const BakeChoice& choice) {
   const std::string faces = std::to_string(choice.faces), size = std::to_string(choice.map_size);

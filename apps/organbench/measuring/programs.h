@@ -18,9 +18,6 @@
 // for the player, whose frames are timed along an orbit.
 namespace organbake {
 
-// From the phantom organ to a bundle; `more` are the lines that a suite adds.
-std::string organ_recipe(const std::string& name, const std::string& more);
-
 // Bakes a recipe as users do, by the organbake that lies beside this program, with a cache in
 // `folder`.
 class Baker {

@@ -38,19 +38,14 @@ RigidTransform start_from(const RegisteredSurface& surface, const RigidTransform
   return rigid_transform(moved(object_pose(truth, surface.center()), motion), surface.center());
 }
 
-namespace {
-
-constexpr double kThirtyDegrees_rad = 0.5235987755982988;  // tilted so, tissue is 40…100 mm away
-
-}  // namespace
-
 EyePair::EyePair(int width, int height, std::uint64_t seed)
     : EyePair(LaparoscopyPhantom({.seed = seed,
                                   .width = width,
                                   .height = height,
                                   .frames = 1,
                                   .texture = 0.3,
-                                  .tilt_rad = kThirtyDegrees_rad,
+                                  // Tilted so, tissue is 40…100 mm away.
+                                  .tilt_rad = std::numbers::pi / 6,
                                   .baseline_mm = 4.5})) {}
 
 EyePair::EyePair(const LaparoscopyPhantom& phantom)

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "bench.h"
-#include "measuring/agreement.h"
 #include "organbake/phantom/known_answers.h"
 #include "organbake/phantom/phantom.h"
 #include "peers/peers.h"
@@ -16,6 +15,13 @@ namespace {
 
 constexpr double kRadius_mm = 40;
 constexpr double kOrganIso_hu = -470;  // half-way between the phantom's tissue and air
+
+// RMS over the vertices of their distance to a sphere round the origin.
+double radial_rms_mm(const TriangleMesh& mesh, double radius_mm) {
+  double squares = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices) squares += std::pow(v.norm() - radius_mm, 2);
+  return std::sqrt(squares / double(mesh.vertices.size()));
+}
 
 // RMS over the vertices of their height above the phantom's formula.
 double formula_rms_mm(const TriangleMesh& mesh, const OrganPhantom& phantom) {
@@ -50,7 +56,7 @@ void sweep_voxels(Bench& bench) {
     const Quantities voxel = {{"voxel", "mm", size}};
     bench.point(task, "organbake", timings[0], error(plain), voxel);
     bench.point(task, "organbake --refine", timings[1], error(refined), voxel);
-    bench.peer(task, "vtkMarchingCubes", timings[2], error(by_vtk), voxel);
+    bench.add({task, "vtkMarchingCubes", true, voxel, timings[2], error(by_vtk)});
   }
 }
 
@@ -74,7 +80,7 @@ void promise_time_and_memory(Bench& bench) {
   const Quantities faces = {{"faces", "", double(mesh.faces.size())}};
   const std::string height = "height above the formula, RMS";
   bench.point(task, "organbake", timings[0], {{height, "mm", error}}, faces);
-  bench.peer(task, "vtkFlyingEdges3D alone", timings[1], {{height, "mm", error}}, faces);
+  bench.add({task, "vtkFlyingEdges3D alone", true, faces, timings[1], {{height, "mm", error}}});
   if (bench.quick()) return;  // what is promised is promised of the whole scan
   bench.at_most(task + ": time / vtkFlyingEdges3D alone", "×",
                 timings[0].wall_ms.median / timings[1].wall_ms.median, 1.25);
