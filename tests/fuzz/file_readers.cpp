@@ -234,7 +234,7 @@ void read_labels(Bytes bytes, const InputFolder& folder) {
   read_label_names(folder.file("labels.txt", bytes));
 }
 
-// As `organbake validate` does: any document that names one of our schemas.
+// As `organbake verify` does: any document that names one of our schemas.
 void check_any_document(Bytes bytes, const InputFolder&) {
   const Document document = Document::parse_json(text_of(bytes), "document.json");
   check_document(document, schema_of(document));
