@@ -7,6 +7,7 @@
 
 #include "measuring/programs.h"
 #include "organbake/core/files.h"
+#include "organbake/core/quantile.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/image/png.h"
 #include "organbake/phantom/laparoscopy.h"
@@ -157,15 +158,9 @@ DepthFigures figures_of(const Told& told, const TrueClip& truth, const LaidOver&
       }
   }
   if (ratios.empty()) return {};
-  const auto at = [&](double share) {
-    const auto place = ratios.begin() +
-                       static_cast<std::ptrdiff_t>(share * static_cast<double>(ratios.size() - 1));
-    std::nth_element(ratios.begin(), place, ratios.end());
-    return *place;
-  };
-  const double scale = at(0.5);
+  const double scale = median(ratios);
   for (double& ratio : ratios) ratio = 100 * std::abs(ratio / scale - 1);
-  return {at(0.95), inside / std::max(1.0, pixels)};
+  return {quantile(ratios, 0.95), inside / std::max(1.0, pixels)};
 }
 
 // Of the frames alone: what of the box is found, and what of the tissue is lost to it, in percent.

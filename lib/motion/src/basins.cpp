@@ -74,19 +74,19 @@ Scene sample_of(const Scene& scene, const std::vector<std::size_t>& views) {
   return sample;
 }
 
-std::optional<std::size_t> middle_posed(const Scene& scene) {
+// Of a scene that has some.
+std::size_t middle_posed(const Scene& scene) {
   std::vector<std::size_t> posed;
   for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view)
     if (scene.is_posed(view)) posed.push_back(view);
-  return posed.empty() ? std::nullopt : std::optional(posed[posed.size() / 2]);
+  return posed[posed.size() / 2];
 }
 
 // The scene mirrored at a plane across the middle view: from far away, or through a long lens, it
 // looks the same, and its cameras turn the other way round.
 Scene turned_inside_out(Scene scene) {
-  const std::optional<std::size_t> middle = middle_posed(scene);
-  if (!middle) return scene;
-  const RigidTransform to_middle = *scene.camera_from_world[*middle], back = to_middle.inverse();
+  const RigidTransform to_middle = *scene.camera_from_world[middle_posed(scene)],
+                       back = to_middle.inverse();
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double places = 0;
   for (Landmark& landmark : scene.landmarks) {
@@ -124,14 +124,14 @@ void settle(const FreeLens& lens, Scene& scene) {
 
 // Correlation of the depths that both scenes give the places before one view.
 double alike_in_depth(const Scene& a, const Scene& b) {
-  const std::optional<std::size_t> view = middle_posed(a);
-  if (!view || !b.is_posed(*view)) return 0;
+  const std::size_t view = middle_posed(a);
+  if (!b.is_posed(view)) return 0;
   std::vector<Eigen::Vector2d> depths;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < a.landmarks.size(); ++i)
     if (a.landmarks[i].place && b.landmarks[i].place) {
-      depths.emplace_back((*a.camera_from_world[*view] * *a.landmarks[i].place).z(),
-                          (*b.camera_from_world[*view] * *b.landmarks[i].place).z());
+      depths.emplace_back((*a.camera_from_world[view] * *a.landmarks[i].place).z(),
+                          (*b.camera_from_world[view] * *b.landmarks[i].place).z());
       mean += depths.back();
     }
   mean /= std::max<double>(1, static_cast<double>(depths.size()));
@@ -219,16 +219,19 @@ BasinChoice choose_basin(const FreeLens& whole, Scene& scene, const RunContext& 
     starts.push_back(sample);
     starts.back().lens = lens;
   }
+  // Each start ends in the basin that its focal length lies in.
   std::vector<Basin> basins = settled(free, std::move(starts), false, context);
   BasinChoice choice;
   if (basins.empty()) return choice;
   weigh(basins);
+  // No start leads to the other side of a mirror: it is stepped through.
   for (Basin& basin : settled(free, turned_inside_out(basins), true, context))
     basins.push_back(std::move(basin));
   weigh(basins);
   for (Basin& basin : basins) basin.lamp = lamp_agreement(basin.scene);
   std::stable_sort(basins.begin(), basins.end(),
                    [&](const Basin& a, const Basin& b) { return price(a, free) < price(b, free); });
+  // The sample's poses are what the whole scene grows from.
   const Basin& best = basins.front();
   scene.lens = best.scene.lens;
   for (std::size_t i = 0; i < views.size(); ++i)

@@ -196,6 +196,7 @@ class MotionSearch {
         if (best.scene.posed_views() == 0) best = std::move(found);
         continue;
       }
+      // What one scene leaves over may hold a longer one.
       for (Frames& rest : unposed_runs(found)) shots.push_back({std::move(rest), kNotRigid});
       const bool better = found.scene.posed_views() > best.scene.posed_views();
       if (better) std::swap(best, found);
@@ -259,6 +260,7 @@ class MotionSearch {
     // Read once, for all that is asked of them.
     const std::vector<const ClipPicture*> pictures = load_(frames);
     measure_light(pictures, motion.scene);
+    // A few views first, from several lenses: whichever basin they fall into, all others follow.
     const BasinChoice basin = choose_basin(options_.lens, motion.scene, context_);
     motion.failure = reconstruct(options_.lens, motion.scene, context_);
     if (motion.failure.empty()) finish(basin, pictures, motion);

@@ -58,8 +58,6 @@ void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   colourless_ = !found;
   const Mask instruments = found.value_or(Mask(half.width, half.height));
   instruments_now_ = share_of(instruments);
-  instruments_sum_ += instruments_now_;
-  ++looked_;
   slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, 4));
 }
 
@@ -143,6 +141,8 @@ struct FeatureTracker::Impl {
   void follow(const FlowPyramid& now, const Mask& usable) {
     std::vector<Eigen::Vector2f> here;
     for (const std::size_t track : alive) here.push_back(clip.tracks[track].pixels.back());
+    // From frame to frame, not from where a feature was first seen: light and view change its
+    // looks.
     const auto found = follow_points(before, now, here, {}, options.most_apart_px);
     std::vector<std::size_t> kept;
     for (std::size_t i = 0; i < alive.size(); ++i) {

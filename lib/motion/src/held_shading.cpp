@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "organbake/core/error.h"
@@ -24,6 +25,16 @@ namespace {
 constexpr float kLeastApart = 0.015F, kMostApart = 0.05F;
 constexpr float kTold = 0.05F;  // confidence that a partner needs to have a say
 
+// The pixel of a grid that shows a point in its camera's axes; nothing behind it or outside.
+std::optional<std::size_t> pixel_showing(const Eigen::Vector3d& point, const Intrinsics& lens,
+                                         const Plane& grid) {
+  if (!(point.z() > 0)) return std::nullopt;
+  const Eigen::Vector2d pixel = project(lens, point);
+  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < grid.width && pixel.y() < grid.height))
+    return std::nullopt;
+  return grid.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+}
+
 // For and against a depth, in partners.
 struct Votes {
   float agree = 0, against = 0;
@@ -32,18 +43,12 @@ struct Votes {
 void ask(const Eigen::Vector3d& point, float sd, const PosedCamera& camera,
          const SweptDepth& partner, Votes& votes) {
   const Eigen::Vector3d there = camera.camera_from_world * point;
-  if (there.z() <= 0) return;
-  const Eigen::Vector2d pixel = project(camera.intrinsics, there);
-  const Intrinsics& lens = camera.intrinsics;
-  if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < lens.width && pixel.y() < lens.height))
-    return;
-  const std::size_t k =
-      partner.depth.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
-  const float confidence = partner.confidence.values[k];
-  if (confidence < kTold) return;
-  const float apart = static_cast<float>(there.z()) / partner.depth.values[k] - 1;
+  const auto k = pixel_showing(there, camera.intrinsics, partner.depth);
+  if (!k || partner.confidence.values[*k] < kTold) return;
+  const float confidence = partner.confidence.values[*k];
+  const float apart = static_cast<float>(there.z()) / partner.depth.values[*k] - 1;
   const float may =
-      std::clamp(2 * std::hypot(sd, partner.relative_sd.values[k]), kLeastApart, kMostApart);
+      std::clamp(2 * std::hypot(sd, partner.relative_sd.values[*k]), kLeastApart, kMostApart);
   // Behind what the partner sees it may be hidden; that all partners say so is a coincidence.
   constexpr float kHidden = 0.3F;
   if (std::abs(apart) <= may) {
@@ -103,17 +108,12 @@ void lend(const SweptDepth& partner, const PosedCamera& from, const PosedCamera&
       const Eigen::Vector3d ray = unproject(from.intrinsics, {x + 0.5, y + 0.5});
       const Eigen::Vector3d point =
           there_from_here * Eigen::Vector3d(ray * partner.depth.values[k]);
-      if (!(point.z() > 0)) continue;
-      const Eigen::Vector2d pixel = project(to.intrinsics, point);
-      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < own.depth.width &&
-            pixel.y() < own.depth.height))
-        continue;
-      const std::size_t at =
-          own.depth.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
-      if (own.confidence.values[at] >= confidence) continue;
-      own.depth.values[at] = static_cast<float>(point.z());
-      own.relative_sd.values[at] = partner.relative_sd.values[k];
-      own.confidence.values[at] = confidence;
+      const auto at = pixel_showing(point, to.intrinsics, own.depth);
+      // Of several lenders the surest has the say.
+      if (!at || own.confidence.values[*at] >= confidence) continue;
+      own.depth.values[*at] = static_cast<float>(point.z());
+      own.relative_sd.values[*at] = partner.relative_sd.values[k];
+      own.confidence.values[*at] = confidence;
     }
 }
 

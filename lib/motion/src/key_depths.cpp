@@ -157,8 +157,10 @@ class KeyDepths {
     choose_keys();
     choose_neighbours();
     prepare();
+    // Each by itself, so that what two of them agree about is told twice.
     sweep();
     hold_against_each_other();
+    // Brightness comes last, and only where parallax has left a hole.
     fill();
     std::vector<KeyDepth> results;
     for (Key& key : keys_) results.push_back(std::move(key.result));

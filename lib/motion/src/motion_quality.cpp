@@ -133,6 +133,7 @@ LampAgreement lamp_agreement(const Scene& scene) {
   const Eigen::Matrix2d spread = spread_of(all);
   LampAgreement lamp{correlation_in(spread), spread(0, 1) / std::max(1e-300, spread(0, 0)), 0,
                      all.size()};
+  // Both means in turn until neither place nor frame is brighter than others by itself.
   constexpr int kSweeps = 8;
   for (int i = 0; i < kSweeps; ++i) {
     take_from_means(&Lit::landmark, scene.landmarks.size(), all);

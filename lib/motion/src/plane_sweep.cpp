@@ -262,6 +262,7 @@ SweptDepth sweep_depth(const PosedFrame& reference,
     context.throw_if_cancelled();
     const Level& level = levels[--i];
     Found found = LevelSweep(level, labels).run();
+    // Before the finer level follows them.
     drop_speckles(labels.step, found);
     if (i == 0) return result_of(found, level);
     labels = round_surface(found, levels[i - 1], labels.step, range);

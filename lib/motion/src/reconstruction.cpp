@@ -187,6 +187,7 @@ class Growth {
     if (scene_.posed_views() < 2)
       if (const std::string failure = begin_with_pair(); !failure.empty()) return failure;
     triangulate(scene_);
+    // Two views bend any lens to what they like: it is held until there are more.
     settle({}, 10);
     grow();
     add_others();
@@ -244,11 +245,13 @@ class Growth {
       if (refused[*view]) continue;
       triangulate(scene_, view);
       settle_near(*view);
+      // All views together are dear: they move when the scene has grown by a quarter, or by eight.
       const std::size_t posed = scene_.posed_views();
       context_.progress(static_cast<double>(posed) / static_cast<double>(keys_.size()));
       if (posed * 4 < settled_at * 5 && posed < settled_at + 8) continue;
       settle(lens_now(posed), 10);
       settled_at = posed;
+      // Places have moved, and there are more of them: who was refused may agree now.
       std::fill(refused.begin(), refused.end(), false);
     }
   }

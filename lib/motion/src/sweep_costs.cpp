@@ -63,16 +63,6 @@ Target target_of(const SweepView& reference, const SweepView& view) {
   return target;
 }
 
-// Rows of numbers that a strip is worked on with.
-struct Rows {
-  int width = 0;
-  std::vector<float> values;
-
-  Rows(int w, int count) : width(w), values(std::size_t(w) * count) {}
-  float* row(int i) { return &values[std::size_t(i) * width]; }
-  const float* row(int i) const { return &values[std::size_t(i) * width]; }
-};
-
 // The target's pattern where row y of the reference at these inverse depths falls.
 void warp_row(const Target& target, int y, const float* __restrict base, float offset, int width,
               float* __restrict out) {
@@ -141,9 +131,9 @@ class Strip {
         below_(std::min(reference.pattern.height, last + radius_)),
         seen_(width_),
         wide_(static_cast<std::size_t>(width_ + 2 * radius_)),
-        products_{Rows(width_, below_ - above_), Rows(width_, below_ - above_),
-                  Rows(width_, below_ - above_)},
-        sums_{Rows(width_, 1), Rows(width_, 1), Rows(width_, 1)},
+        products_{Plane(width_, below_ - above_), Plane(width_, below_ - above_),
+                  Plane(width_, below_ - above_)},
+        sums_{Plane(width_, 1), Plane(width_, 1), Plane(width_, 1)},
         whole_(width_, last - first),
         best_(width_, (last - first) * best_count_),
         row_costs_(static_cast<std::size_t>(width_)) {
@@ -160,20 +150,20 @@ class Strip {
  private:
   // Of the reference's own pattern, squared: how much there is to be seen.
   void sum_whole() {
-    Rows squares(width_, below_ - above_);
+    Plane squares(width_, below_ - above_);
     for (int y = above_; y < below_; ++y) {
       const float* pattern = &reference_.pattern.values[reference_.pattern.index(0, y)];
       float* wide = cleared_wide();
       for (int x = 0; x < width_; ++x) wide[x] = pattern[x] * pattern[x];
-      sum_along(wide_.data(), width_, radius_, squares.row(y - above_));
+      sum_along(wide_.data(), width_, radius_, &squares.at(0, y - above_));
     }
-    for (int y = first_; y < last_; ++y) sum_across(squares, y, whole_.row(y - first_));
+    for (int y = first_; y < last_; ++y) sum_across(squares, y, &whole_.at(0, y - first_));
   }
 
-  void sum_across(const Rows& rows, int y, float* sum) const {
+  void sum_across(const Plane& rows, int y, float* sum) const {
     std::fill(sum, sum + width_, 0.F);
     for (int j = std::max(above_, y - radius_); j < std::min(below_, y + radius_ + 1); ++j)
-      add_row(rows.row(j - above_), width_, sum);
+      add_row(&rows.at(0, j - above_), width_, sum);
   }
 
   void correlate(const Target& target, float offset) {
@@ -181,9 +171,9 @@ class Strip {
     for (int y = first_; y < last_; ++y) {
       for (int i = 0; i < 3; ++i) {
         if (y == first_) {
-          sum_across(products_[i], y, sums_[i].row(0));
+          sum_across(products_[i], y, sums_[i].values.data());
         } else {
-          step_down(products_[i], y, sums_[i].row(0));
+          step_down(products_[i], y, sums_[i].values.data());
         }
       }
       keep_best(y);
@@ -191,9 +181,9 @@ class Strip {
   }
 
   // From the sum about the row above to that about row y.
-  void step_down(const Rows& rows, int y, float* sum) const {
-    if (y - radius_ - 1 >= above_) take_row(rows.row(y - radius_ - 1 - above_), width_, sum);
-    if (y + radius_ < below_) add_row(rows.row(y + radius_ - above_), width_, sum);
+  void step_down(const Plane& rows, int y, float* sum) const {
+    if (y - radius_ - 1 >= above_) take_row(&rows.at(0, y - radius_ - 1 - above_), width_, sum);
+    if (y + radius_ < below_) add_row(&rows.at(0, y + radius_ - above_), width_, sum);
   }
 
   float* cleared_wide() {
@@ -214,20 +204,21 @@ class Strip {
       b[x] = std::abs(b[x]) < kLegible ? b[x] : 0;
       wide[x] = a[x] * a[x] * seen;
     }
-    sum_along(wide_.data(), n, radius_, products_[0].row(j));
+    sum_along(wide_.data(), n, radius_, &products_[0].at(0, j));
     cleared_wide();
     for (int x = 0; x < n; ++x) wide[x] = a[x] * b[x];
-    sum_along(wide_.data(), n, radius_, products_[1].row(j));
+    sum_along(wide_.data(), n, radius_, &products_[1].at(0, j));
     cleared_wide();
     for (int x = 0; x < n; ++x) wide[x] = a[x] != 0 ? b[x] * b[x] : 0;
-    sum_along(wide_.data(), n, radius_, products_[2].row(j));
+    sum_along(wide_.data(), n, radius_, &products_[2].at(0, j));
   }
 
   // The best NCCs of a pixel, falling, one row of the strip's each.
   void keep_best(int y) {
     const float side = static_cast<float>(2 * radius_ + 1), noise = kNoise * side * side;
-    const float *__restrict aa = sums_[0].row(0), *__restrict ab = sums_[1].row(0),
-                *__restrict bb = sums_[2].row(0), *__restrict all = whole_.row(y - first_);
+    const float *__restrict aa = sums_[0].values.data(), *__restrict ab = sums_[1].values.data(),
+                *__restrict bb = sums_[2].values.data(),
+                *__restrict all = &whole_.at(0, y - first_);
     float* __restrict ncc = seen_.data();
     for (int x = 0; x < width_; ++x) {
       const float there = bb[x] > 0 ? bb[x] : 0;  // a sum that slid down may end below
@@ -235,7 +226,7 @@ class Strip {
       ncc[x] = aa[x] >= kLeastSeen * all[x] && aa[x] > 0 ? value : kUnseen;
     }
     for (int i = 0; i < best_count_; ++i) {
-      float* __restrict best = best_.row((y - first_) * best_count_ + i);
+      float* __restrict best = &best_.at(0, (y - first_) * best_count_ + i);
       for (int x = 0; x < width_; ++x) {
         const float high = best[x] > ncc[x] ? best[x] : ncc[x];
         ncc[x] = best[x] > ncc[x] ? ncc[x] : best[x];
@@ -246,7 +237,7 @@ class Strip {
 
   void store(int y, int label, CostVolume& volume) {
     const float* rows[kMostBest];
-    for (int i = 0; i < best_count_; ++i) rows[i] = best_.row((y - first_) * best_count_ + i);
+    for (int i = 0; i < best_count_; ++i) rows[i] = &best_.at(0, (y - first_) * best_count_ + i);
     std::uint8_t* to = &volume.costs[std::size_t(y) * width_ * volume.labels + label];
     float* __restrict sum = seen_.data();
     float* __restrict count = row_costs_.data();
@@ -272,9 +263,9 @@ class Strip {
   int radius_ = kWindowRadius_px, best_count_, first_, last_, width_, above_, below_;
   std::vector<float> seen_;
   std::vector<float> wide_;  // a row between zeros
-  Rows products_[3];         // a², a·b, b² of what both see, summed along rows
-  Rows sums_[3];
-  Rows whole_, best_;
+  Plane products_[3];        // a², a·b, b² of what both see, summed along rows
+  Plane sums_[3];
+  Plane whole_, best_;
   std::vector<float> row_costs_;
 };
 

@@ -64,9 +64,7 @@ std::vector<std::size_t> seen_by_both(const std::vector<Landmark>& landmarks, st
 }
 
 const Sighting* sighting_in(const Landmark& landmark, std::size_t view) {
-  const auto found = std::lower_bound(
-      landmark.seen.begin(), landmark.seen.end(), view,
-      [](const Sighting& sighting, std::size_t wanted) { return sighting.view < wanted; });
+  const auto found = std::ranges::lower_bound(landmark.seen, view, {}, &Sighting::view);
   return found != landmark.seen.end() && found->view == view ? &*found : nullptr;
 }
 
@@ -136,6 +134,7 @@ void place_landmark(const Scene& scene, Landmark& landmark) {
   std::vector<Ray> rays;
   for (const Sighting& sighting : landmark.seen)
     if (scene.is_posed(sighting.view)) rays.push_back(ray_of(scene, sighting));
+  // The two that stand widest apart tell the depth best, and err the most where one strays.
   double widest = std::cos(kLeastAngle_rad);
   const Ray *a = nullptr, *b = nullptr;
   for (std::size_t i = 0; i < rays.size(); ++i)
@@ -147,6 +146,7 @@ void place_landmark(const Scene& scene, Landmark& landmark) {
       }
   if (!a) return;
   landmark.place = nearest_to(*a, *b);
+  // A place of two rays is rough yet: who is twice as far off as agrees may come back by all.
   if (mark_agreeing(scene, 2 * kAgrees_px, landmark) >= 2) refine_place(scene, landmark);
   if (!is_sound(scene, landmark)) landmark.place.reset();
 }
@@ -257,9 +257,7 @@ std::vector<Rejoined> find(const std::vector<const ClipPicture*>& views,
 }
 
 void add_sighting(std::size_t view, const Eigen::Vector2d& pixel, Landmark& landmark) {
-  const auto at = std::lower_bound(
-      landmark.seen.begin(), landmark.seen.end(), view,
-      [](const Sighting& sighting, std::size_t wanted) { return sighting.view < wanted; });
+  const auto at = std::ranges::lower_bound(landmark.seen, view, {}, &Sighting::view);
   landmark.seen.insert(at, {view, pixel});
 }
 

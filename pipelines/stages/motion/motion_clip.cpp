@@ -85,7 +85,6 @@ class Following {
         .run(kAtOnce, [this] { return take(); });
     views_.end(tracker_.clip(), clip_.sharpness);
     clip_.tracks = tracker_.take();
-    clip_.instrument_share = usable_.instrument_share();
     return std::move(clip_);
   }
 

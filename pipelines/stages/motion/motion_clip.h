@@ -39,9 +39,8 @@ struct FollowedClip {
   std::vector<double> brightness;  // likewise: the mean of its green levels
   std::vector<std::string> names;  // likewise
   std::optional<Intrinsics> lens;  // nothing = none is given
-  double instrument_share = 0;
-  Mask insets;         // of the frames' size, where there are any
-  std::string damage;  // what ended it early
+  Mask insets;                     // of the frames' size, where there are any
+  std::string damage;              // what ended it early
 };
 
 // Reads the frames one after another, and keeps those in `pictures` that choose_views() will take:

@@ -229,7 +229,6 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("runner_up", motion.quality.runner_up);
   report.add("lamp_correlation", motion.quality.lamp_correlation);
   report.add("lamp_slope", motion.quality.lamp_slope);
-  report.add("instrument_share", clip.instrument_share);
   report.add("inset_share", share_of(clip.insets));
 }
 
