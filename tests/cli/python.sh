@@ -8,6 +8,7 @@ export PYTHONPATH=$module PYTHONDONTWRITEBYTECODE=1
 quick_recipe >r.yaml
 expect 0 organbake bake r.yaml -o b --quiet --set mechanics.fem_cell_mm=8
 /usr/bin/python3 "$SOURCE/tests/cli/python_module.py" b "$BIN/organplay" || fail "the module's own tests"
+/usr/bin/python3 "$SOURCE/tests/cli/python_pictures.py" b "$BIN/organplay" || fail "the tests of pictures"
 /usr/bin/python3 "$SOURCE/tests/cli/python_gym.py" b || fail "the tests of organplay.gym"
 /usr/bin/python3 "$SOURCE/tests/cli/python_lerobot.py" b || fail "the tests of organplay.lerobot"
 expect 0 /usr/bin/python3 "$SOURCE/apps/python/examples/poke_video.py" b video 3
