@@ -114,6 +114,7 @@ DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t
   if (how.light) check_light(*how.light);
   options.light = how.light.value_or(light_.value_or(player.default_light()));
   options.keep_bound = layers.any();
+  options.bind_as_drawn = !layers.flow && !layers.normals && !layers.id;
   if (how.lens) view.camera.intrinsics = how.lens->pinhole(), how.lens->prepare(options);
   if (how.tools) {
     if (!tools_) tools_.emplace(player);

@@ -154,6 +154,7 @@ void BatchDrawing::draw(const StateBatch& states, std::span<const View> views, D
   batch.layers.flow = planes.flow_back != nullptr;
   batch.options.light = light;
   batch.options.keep_bound = batch.layers.any();
+  batch.options.bind_as_drawn = !batch.layers.flow && !batch.layers.normals;
   const std::size_t threads = static_cast<std::size_t>(allowed_threads()),
                     wanted = threads * (batch.layers.flow ? 1 : kRunsPerThread),
                     runs = std::min(states.count, wanted);

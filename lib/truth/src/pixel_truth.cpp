@@ -79,18 +79,19 @@ void place_faces(const std::vector<ShellMatrix>& world, const RigidTransform& po
 
 // The organ's own skin is posed where it is asked for, and where it is what was drawn.
 void Moment::take(std::span<const Warper* const> organs, const View& from,
-                  const std::vector<Solid>& tools, bool with_places) {
+                  const std::vector<Solid>& tools, bool with_places, bool bound_as_drawn) {
   view = from;
   solids = tools;
   const RigidTransform& pose = view.camera.camera_from_world;
   skins.resize(organs.size());
   for (std::size_t o = 0; o < skins.size(); ++o) {
     const DrawnSkin drawn = organs[o]->drawn_skin();
-    const bool own = drawn.cut_into == 1;
+    const bool own = drawn.cut_into == 1 || bound_as_drawn;
     Skin& skin = skins[o];
-    skin.drawn_base = &drawn.base, skin.cut_into = drawn.cut_into;
+    skin.drawn_base = &drawn.base, skin.cut_into = own ? 1 : drawn.cut_into;
     skin.shell.clear(), skin.drawn_shell.clear();
-    if (own || with_places) place_faces(organs[o]->shell_matrices(), pose, skin.shell);
+    if (own || with_places)
+      place_faces(own ? drawn.shell : organs[o]->shell_matrices(), pose, skin.shell);
     if (!own) place_faces(drawn.shell, pose, skin.drawn_shell);
   }
 }
@@ -342,7 +343,8 @@ void TruthTracker::advance(std::span<const Warper* const> organs, const View& vi
   if (picture.bound.empty())
     throw UsageError("the truth of a picture needs it drawn with its bound pixels kept");
   ++pictures_;
-  moments_[pictures_ % 2].take(organs, view, tools, layers_.flow || layers_.normals);
+  moments_[pictures_ % 2].take(organs, view, tools, layers_.flow || layers_.normals,
+                               picture.bound_as_drawn);
   take_pixels(moments_[pictures_ % 2], layers_, picture, truths_[pictures_ % 2]);
 }
 

@@ -138,6 +138,7 @@ void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& fram
   frame.color = first.color;
   frame.cover = first.cover;
   frame.bound = options.keep_bound ? first.bound : std::vector<BoundPixel>{};
+  frame.bound_as_drawn = options.bind_as_drawn;
   frame.organ.assign(frame.bound.size(), 0);
   std::vector<float> depth_mm = first.depth_mm;
   constexpr std::size_t kGrain = 1 << 14;

@@ -39,6 +39,7 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.needs_depth() ? pixels : 0);
   frame.bound.resize(options.keep_bound ? pixels : 0);
+  frame.bound_as_drawn = options.bind_as_drawn;
   frame.organ.clear();
 }
 
@@ -266,7 +267,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .faces = faces,
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .keep_bound = options.keep_bound,
-               .coarser = drawn_for,
+               .coarser = options.bind_as_drawn ? nullptr : drawn_for,
                .smooth = options.light == DrawnLight::scope && scope,
                .background = background,
                .measure = options.measure});

@@ -58,9 +58,10 @@ struct Moment {
   std::vector<Skin> skins;  // by organ
   std::vector<Solid> solids;
 
-  // organs: as each was drawn last. with_places: whether place() is asked for.
+  // organs: as each was drawn last. with_places: whether place() is asked for. bound_as_drawn: as
+  // the frame says; places are not asked for then.
   void take(std::span<const Warper* const> organs, const View& from,
-            const std::vector<Solid>& tools, bool with_places);
+            const std::vector<Solid>& tools, bool with_places, bool bound_as_drawn);
 
   // Of a bound point, camera mm.
   Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {

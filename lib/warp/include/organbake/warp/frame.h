@@ -56,6 +56,7 @@ struct Frame {
   std::vector<float> depth_mm;  // planar z, +inf at the background; empty unless asked for
   // One per pixel; empty unless asked for. Tools hide no skin here, and what was filled has none.
   std::vector<BoundPixel> bound;
+  bool bound_as_drawn = false;      // DrawOptions::bind_as_drawn
   std::vector<std::uint8_t> organ;  // whose skin is bound; empty: the one and only
   std::uint64_t serial = 0;         // of the drawing it holds; set to 0 to force a redraw
 
