@@ -261,16 +261,12 @@ void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
 
 int run_bake(const Arguments& arguments, Session& session) {
   BakeFlags flags;
-  const auto words =
-      session.read_command(arguments, "bake RECIPE -o BUNDLE [--set KEY=VALUE]… [OPTIONS]",
-                           "Runs a recipe, a file or one of 'organbake recipes' by name: every "
-                           "stage that its scene needs "
-                           "and the cache doesn't hold already.",
-                           flag_list(flags), 1);
+  const auto words = session.read_command(
+      arguments, "bake RECIPE -o BUNDLE [--set KEY=VALUE]… [OPTIONS]",
+      "Runs a recipe, a file or one of 'organbake recipes' by name: every stage that its scene "
+      "needs and the cache doesn't hold already.",
+      flag_list(flags), 1, "a recipe, such as liver; 'organbake recipes' lists them");
   if (!words) return 0;
-  if (words->empty())
-    throw UsageError(
-        "'organbake bake' needs a recipe, such as liver; 'organbake recipes' lists them");
   if (flags.output.empty() && !flags.dry_run) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
@@ -311,9 +307,8 @@ int run_report(const Arguments& arguments, Session& session) {
   const auto words = session.read_command(
       arguments, "report BUNDLE [-o PAGE.html]",
       "Writes one page about a bundle: warnings, pictures, errors, and what was skipped and why.",
-      options, 1);
+      options, 1, "a bundle");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake report' needs a bundle");
   const BundleReader reader(words->front());
   const fs::path beside = page_beside(words->front());
   if (output.empty()) output = beside;
@@ -333,11 +328,11 @@ int run_export(const Arguments& arguments, Session& session) {
   options
       .add("output", &output, {.help = "the folder to write; of web: the page", .short_flag = "-o"})
       .append(own);
-  const auto words = session.read_command(
-      arguments, "export BUNDLE --format FORMAT -o OUTPUT",
-      "Writes a bundle's surface, cameras and pictures for other programs.", options, 1);
+  const auto words =
+      session.read_command(arguments, "export BUNDLE --format FORMAT -o OUTPUT",
+                           "Writes a bundle's surface, cameras and pictures for other programs.",
+                           options, 1, "a bundle");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake export' needs a bundle");
   if (output.empty()) throw UsageError("-o is missing: where shall the export go?");
   write_export(words->front(), asked, output, session);
   session.print_result(output.string(), {{"output", output.string()}});

@@ -141,9 +141,8 @@ int run_inspect(const Arguments& arguments, Session& session) {
   const auto words = session.read_command(
       arguments, "inspect FILE|FOLDER [OPTIONS]",
       "Tells what a volume, DICOM folder, mesh, EXR image, bundle, document or recipe holds.",
-      reading.list, 1);
+      reading.list, 1, "a file or folder");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake inspect' needs a file or folder");
   const StageReport report = inspect(words->front(), reading, session);
   nlohmann::json json = nlohmann::json::object();
   for (const auto& [name, value] : report.figures) json[name] = to_json(value);
@@ -242,9 +241,8 @@ int run_verify(const Arguments& arguments, Session& session) {
       arguments, "verify BUNDLE|DOCUMENT|RECIPE",
       "Checks every byte of a bundle against its manifest, every document against its schema, and "
       "that the maps show something. What the bake warned of is told again.",
-      {}, 1);
+      {}, 1, "a bundle or a document");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake verify' needs a bundle or a document");
   Warnings warnings;
   const std::string what = verify(words->front(), warnings, session.context("verify"));
   for (const std::string& warning : warnings) session.terminal().log(LogLevel::warning, warning);
@@ -269,9 +267,8 @@ int run_reseal(const Arguments& arguments, Session& session) {
       arguments, "reseal BUNDLE",
       "Takes over images of a bundle that were edited by hand (cam_…/*.exr, base.exr; same size, "
       "same channels): after every check they get new checksums, and the manifest lists them.",
-      {}, 1);
+      {}, 1, "a bundle");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake reseal' needs a bundle");
   const std::filesystem::path folder = words->front();
   const ResealedBundle resealed = reseal(folder);
   // The one file that is written, and renamed into place: the bundle is the old or the new one.

@@ -178,9 +178,8 @@ int run_completions(const Arguments& arguments, Session& session) {
       "Prints a script with which the shell completes commands, flags and their values: eval "
       "\"$(organbake completions bash)\" for this shell, or into the shell's folder of "
       "completions, as the Debian package has it.",
-      {}, 1);
+      {}, 1, "a shell: bash or zsh");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake completions' needs a shell: bash or zsh");
   const std::string& shell = words->front();
   if (shell != "bash" && shell != "zsh") {
     throw UsageError("'" + shell + "': there are completions for bash and zsh");

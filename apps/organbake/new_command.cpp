@@ -255,9 +255,8 @@ int run_new(const Arguments& arguments, Session& session) {
       arguments, "new PATIENT [-o FILE]",
       "Looks at a folder of scans, clips or surfaces and writes what bakes it: a recipe with "
       "comments, or for several scans or clips a table for 'organbake batch'.",
-      options, 1);
+      options, 1, "a folder of scans or clips");
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake new' needs a folder of scans or clips");
   const fs::path patient = fs::absolute(words->front()).lexically_normal();
   std::vector<PatientCase> cases = of_one_kind(cases_of(inputs_in(patient), session), session);
   const bool single = cases.size() == 1;

@@ -56,11 +56,9 @@ void Session::obey_shared_flags() {
     thread_limit_ = std::make_unique<ThreadLimit>(flags_.threads);
 }
 
-std::optional<std::vector<std::string>> Session::read_command(Arguments arguments,
-                                                              const std::string& usage,
-                                                              const std::string& summary,
-                                                              const OptionList& options,
-                                                              std::size_t most_words) {
+std::optional<std::vector<std::string>> Session::read_command(
+    Arguments arguments, const std::string& usage, const std::string& summary,
+    const OptionList& options, std::size_t most_words, const std::string& needs) {
   if (described_) {
     described_->synopsis = usage;
     described_->description = summary;
@@ -79,6 +77,8 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
   if (words.size() > most_words) {
     throw UsageError("'" + words[most_words] + "' is one word too many; usage: organbake " + usage);
   }
+  if (words.empty() && !needs.empty())
+    throw UsageError("'organbake " + usage.substr(0, usage.find(' ')) + "' needs " + needs);
   obey_shared_flags();
   for (const std::string& note : notes) terminal_.log(LogLevel::info, note);
   return words;

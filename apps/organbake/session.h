@@ -33,12 +33,11 @@ class Session {
 
   // Reads a command's own arguments into `options`, the shared flags with them, and makes the
   // session obey those. Nothing when help was asked for and shown. `usage` is what stands after
-  // "organbake "; `summary` one sentence; at most `most_words` words are taken.
-  std::optional<std::vector<std::string>> read_command(Arguments arguments,
-                                                       const std::string& usage,
-                                                       const std::string& summary,
-                                                       const OptionList& options,
-                                                       std::size_t most_words);
+  // "organbake "; `summary` one sentence; at most `most_words` words are taken. Throws UsageError
+  // where there is none of a word that the command `needs` ("a bundle").
+  std::optional<std::vector<std::string>> read_command(
+      Arguments arguments, const std::string& usage, const std::string& summary,
+      const OptionList& options, std::size_t most_words, const std::string& needs = "");
   std::string shared_help() const;
 
   // From now on commands do not run: read_command() fills `manual` with what they take (not with

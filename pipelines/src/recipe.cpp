@@ -53,10 +53,6 @@ std::map<std::string, StageOptions> default_options(BundleOptions& bundle) {
   return sections;
 }
 
-Json input_schema(const RecipeInput& input) {
-  return {{"type", "string"}, {"description", input.help}};
-}
-
 // One "--set key=value", taken apart.
 struct Setting {
   std::string section, key, value, origin;  // no section: an input, or the recipe's name
@@ -257,7 +253,8 @@ bool is_recipe_input(const std::string& name) {
 Json recipe_schema() {
   BundleOptions bundle;
   Json inputs = Json::object();
-  for (const RecipeInput& input : recipe_inputs()) inputs[input.name] = input_schema(input);
+  for (const RecipeInput& input : recipe_inputs())
+    inputs[input.name] = {{"type", "string"}, {"description", input.help}};
   inputs["label"] = {
       {"anyOf",
        {{{"type", "integer"}, {"minimum", 1}, {"maximum", 1 << 24}}, {{"type", "string"}}}},

@@ -16,11 +16,7 @@ checksums b >cold
 expect_ran ""
 expect_err "b: unchanged; 0 of 6 stages ran"
 expect_ran "decimate mechanics capture" --set decimate.faces=50
-expect_ran "mechanics" --set mechanics.density_kg_per_m3=1000
-expect_ran "place capture" --set place.count=5
-expect_ran "capture" --set capture.base_step_mm=3
 expect_ran "isosurface decimate mechanics place capture" --set isosurface.iso=-100
-expect_ran "place capture" --from place
 expect_ran "phantom isosurface decimate mechanics place capture" --force
 checksums b >forced
 expect_same cold forced

@@ -47,7 +47,6 @@ expect 0 organbake capture p/truth.ply proxy.ply texel.json -o texel --quiet
 [ -s texel/cam_000/depth.exr ] || fail "a map of 1 x 1 was not written"
 cameras 1 64 -400 >away.json
 refused 65 "all maps are empty" organbake capture p/truth.ply proxy.ply away.json -o made
-refused 66 "is a folder, a file is needed" organbake decimate p -o made
 refused 66 "there is no such" organbake inspect missing
 refused 66 "there is no such" organbake verify missing
 refused 2 "verify takes a bundle's folder" organbake verify empty.ply

@@ -224,43 +224,40 @@ void write_mjcf(const Bundle& bundle, const StageCall& call, StageReport& report
                     " makes a coarser model");
 }
 
+void write(const Bundle& bundle, const ExportOptions& options, const StageCall& call,
+           StageReport& report) {
+  const fs::path& folder = call.output_folder;
+  const bool of_tetrahedra =
+      options.format == ExportFormat::mjcf || options.format == ExportFormat::gmsh;
+  if (of_tetrahedra) tell_cells(bundle, call.context);
+  switch (options.format) {
+    case ExportFormat::gltf:
+      return write_gltf(bundle, options, folder, call.context);
+    case ExportFormat::colmap:
+      return write_colmap(bundle, folder, call.context);
+    case ExportFormat::transforms:
+      return write_transforms(bundle, folder, call.context);
+    case ExportFormat::obj:
+      return write_obj(bundle, options, folder, call.context);
+    case ExportFormat::web:
+      return write_web(bundle, folder, call.context);
+    case ExportFormat::usd:
+      return write_usd(bundle, options, folder, call.context);
+    case ExportFormat::mjcf:
+      return write_mjcf(bundle, call, report);
+    case ExportFormat::gmsh:
+      return write_file_atomically(folder / "organ.msh", gmsh_text(bundle));
+    case ExportFormat::sofa:
+      return write_sofa(bundle, options, folder, call.context);
+  }
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<ExportOptions>();
   if (!options.interaction.empty() && options.format != ExportFormat::usd)
     throw UsageError("--interaction is of --format usd, which alone holds motion");
-  const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
   StageReport report;
-  switch (options.format) {
-    case ExportFormat::gltf:
-      write_gltf(bundle, options, call.output_folder, call.context);
-      break;
-    case ExportFormat::colmap:
-      write_colmap(bundle, call.output_folder, call.context);
-      break;
-    case ExportFormat::transforms:
-      write_transforms(bundle, call.output_folder, call.context);
-      break;
-    case ExportFormat::obj:
-      write_obj(bundle, options, call.output_folder, call.context);
-      break;
-    case ExportFormat::web:
-      write_web(bundle, call.output_folder, call.context);
-      break;
-    case ExportFormat::usd:
-      write_usd(bundle, options, call.output_folder, call.context);
-      break;
-    case ExportFormat::mjcf:
-      tell_cells(bundle, call.context);
-      write_mjcf(bundle, call, report);
-      break;
-    case ExportFormat::gmsh:
-      tell_cells(bundle, call.context);
-      write_file_atomically(call.output_folder / "organ.msh", gmsh_text(bundle));
-      break;
-    case ExportFormat::sofa:
-      write_sofa(bundle, options, call.output_folder, call.context);
-      break;
-  }
+  write(BundleReader(*call.input("bundle")).read_all(), options, call, report);
   return report;
 }
 
