@@ -61,6 +61,7 @@ struct TruthClip {
 // The same view from further to the right, as the other of two eyes with parallel axes. Those of
 // 3D laparoscopes are about 5 mm apart (Surg. Endosc. 22:2396, 2008).
 View right_eye(const View& view, double baseline_mm);
+inline constexpr double kUsualBaseline_mm = 5;
 // Throws UsageError for a baseline that makes no stereo: the right eye lies to the right of the
 // left one, and far enough for anything to look different.
 inline constexpr double kNarrowestBaseline_mm = 0.1, kWidestBaseline_mm = 1000;
