@@ -183,7 +183,7 @@ const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>
   set_scale(view);
   begin(options);
   const double reference_mm = metered_mm(all, view, options);
-  for (const PlacedOrgan& organ : organs_) draw_organ(organ, view, options, reference_mm);
+  for (const PlacedOrgan& organ : organs_) draw_organ(organ, view, reference_mm);
   return finishing_.apply(view, options, scale_, targets_);
 }
 
@@ -215,13 +215,12 @@ void OrganPasses::begin(const DrawOptions& options) {
   glClearBufferfv(GL_COLOR, 0, background.data());
 }
 
-void OrganPasses::draw_organ(const PlacedOrgan& organ, const View& view, const DrawOptions& options,
-                             double reference_mm) {
-  const bool has_base = options.base_layer && organ.tables->steps() > 0;
+void OrganPasses::draw_organ(const PlacedOrgan& organ, const View& view, double reference_mm) {
+  const bool has_base = organ.tables->steps() > 0;
   place_patches(organ, view);
   splat_layers(organ, view, has_base);
   if (has_base) draw_base(organ, view);
-  resolve_layers(organ, view, options, reference_mm);
+  resolve_layers(organ, view, reference_mm);
 }
 
 void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
@@ -310,8 +309,7 @@ void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());
 }
 
-void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
-                                 const DrawOptions& options, double reference_mm) {
+void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
   resolve_.use();
   Eigen::Vector3i first_patch(0, 0, 0), first_smooth(0, 0, 0), by_share(0, 1, 2);
@@ -343,7 +341,7 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view,
   const Lighting* lighting = organ.source.lighting;
   resolve_.set("smooth_colors",
                int(organ.light == DrawnLight::scope && lighting && lighting->scope.has_value()));
-  resolve_.set("base_drawn", int(options.base_layer && organ.tables->steps() > 0));
+  resolve_.set("base_drawn", int(organ.tables->steps() > 0));
   resolve_.set("reach", scale_.reach_mm);
   resolve_.set("texel_mm", static_cast<float>(organ.texel_mm));
   glDrawArrays(GL_TRIANGLES, 0, 3);

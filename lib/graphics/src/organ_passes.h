@@ -177,13 +177,11 @@ class OrganPasses {
   void set_scale(const View& view);
   void begin(const DrawOptions& options);
   void set_view(const Program& program, const PlacedOrgan& organ, const View& view) const;
-  void draw_organ(const PlacedOrgan& organ, const View& view, const DrawOptions& options,
-                  double reference_mm);
+  void draw_organ(const PlacedOrgan& organ, const View& view, double reference_mm);
   void place_patches(const PlacedOrgan& organ, const View& view);
   void splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest);
   void draw_base(const PlacedOrgan& organ, const View& view);
-  void resolve_layers(const PlacedOrgan& organ, const View& view, const DrawOptions& options,
-                      double reference_mm);
+  void resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm);
 
   // Patches as place.vert captured them, and how splat.vert reads them.
   struct PlacedPatches {

@@ -196,14 +196,12 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  std::size_t base_triangles = 0;
   parallel_both(
       [&] {
-        base_triangles =
+        report.base_triangles =
             base.place(faces, !parted.empty(), report.weights, view, grid, dirty_cells, visibility);
       },
       [&] { reference_mm = meter_light(view, options); });
-  if (options.base_layer) report.base_triangles = base_triangles;
   light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
@@ -263,7 +261,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
   tiles.begin({.view = view,
                .cameras = active.all(),
                .texel_mm = report.texel_mm,
-               .base = options.base_layer ? &base : nullptr,
+               .base = base,
                .faces = faces,
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .keep_bound = options.keep_bound,

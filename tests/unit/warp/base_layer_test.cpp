@@ -134,9 +134,8 @@ TEST(BaseLayer, TakesOverWhereNoCameraSawTheSkin) {
   constexpr double kLeastDb = 26;
   EXPECT_GT(compare_images(frame.color, truth.color, shown_by_base).psnr_db, kLeastDb);
 
-  DrawOptions without;
-  without.base_layer = false;
-  warper.draw(bundle.proxy.vertices, view, without, frame);
+  bundle.base = {};
+  Warper(bundle).draw(bundle.proxy.vertices, view, {}, frame);
   std::size_t open = 0;
   for (std::size_t i = 0; i < truth.inside.size(); ++i) {
     open += truth.inside[i] && frame.cover[i] == Cover::background;

@@ -133,12 +133,8 @@ void TileDrawing::begin(const PlacedFrame& placed) {
   scratch_.each([](Scratch& one) { one.times = one.longest = {}; });
 }
 
-std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
-  return placed_->base ? placed_->base->blocks_of(tile) : std::span<const std::uint32_t>();
-}
-
 bool TileDrawing::is_empty(int tile) const {
-  return base_blocks(tile).empty() &&
+  return placed_->base.blocks_of(tile).empty() &&
          std::all_of(placed_->cameras.begin(), placed_->cameras.end(),
                      [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
 }
@@ -160,18 +156,19 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
     const std::uint32_t c = chunks[i];
     if (placed_->relit) placed_->relit->prefetch(camera.set->chunks[c].patch.face);
     // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
-    if (placed_->base && !placed_->base->empty() && too_near(camera.chunks[c])) continue;
+    if (!placed_->base.empty() && too_near(camera.chunks[c])) continue;
     spans.add(camera.chunks[c].box);
     splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
                 static_cast<float>(placed_->view.near_mm), tie_mm, keys);
   }
 }
 
-const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, const TilePart& part,
+const BaseTile* TileDrawing::draw_base(const TilePart& part,
                                        std::span<const TileKeys* const> layers,
                                        Scratch& own) const {
+  const BaseDrawing& base = placed_->base;
+  const std::span<const std::uint32_t> blocks = base.blocks_of(part.tile);
   if (blocks.empty()) return nullptr;
-  const BaseDrawing& base = *placed_->base;
   own.base.clear(part.box, placed_->relit != nullptr || placed_->keep_bound);
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
     own.open.find(part.box, layers);
@@ -189,7 +186,7 @@ int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth,
   const bool parts_differ = placed_->relit && !placed_->relit->from_scope();
   const std::vector<TilePart> parts =
       shared_out(grid, cells, parts_differ ? 1 : allowed_threads(), [this](int tile) {
-        std::size_t items = base_blocks(tile).size();
+        std::size_t items = placed_->base.blocks_of(tile).size();
         for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
         return items;
       });
@@ -229,7 +226,7 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
     layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
   clock.lap(times.splat);
-  layers.base = draw_base(base_blocks(tile), part, std::span(drawn).first(layers.count), own);
+  layers.base = draw_base(part, std::span(drawn).first(layers.count), own);
   clock.lap(times.base);
   resolve_tile(layers, own.spans, box, placed_->background, depth, frame);
   clock.lap(times.resolve);

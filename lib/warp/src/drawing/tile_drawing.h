@@ -115,8 +115,8 @@ std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int th
 struct PlacedFrame {
   const View& view;
   std::span<const ActiveCamera> cameras;
-  float texel_mm;           // of the cameras
-  const BaseDrawing* base;  // nullptr: without the base layer
+  float texel_mm;  // of the cameras
+  const BaseDrawing& base;
   const PlacedFaces& faces;
   const RelitSkin* relit;       // nullptr: the light that was baked
   bool keep_bound;              // tell where the skin of each pixel is bound
@@ -149,12 +149,11 @@ class TileDrawing {
     DrawTimes times, longest;  // of all its parts, and of the one that took the longest
   };
   void draw_part(const TilePart& part, SkinDepth& depth, Frame& frame);
-  std::span<const std::uint32_t> base_blocks(int tile) const;
   bool is_empty(int tile) const;
   void splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks, float tie_mm,
              const PixelBox& part, TileKeys& keys, RowSpans& spans) const;
-  const BaseTile* draw_base(std::span<const std::uint32_t> blocks, const TilePart& part,
-                            std::span<const TileKeys* const> layers, Scratch& own) const;
+  const BaseTile* draw_base(const TilePart& part, std::span<const TileKeys* const> layers,
+                            Scratch& own) const;
 
   std::optional<PlacedFrame> placed_;
   PerThread<Scratch> scratch_;

@@ -63,10 +63,7 @@ struct ToolShade {
 };
 
 double gap_between(const Vector3d& place, const Capsule& capsule) {
-  const Vector3d axis = capsule.to - capsule.from, r = place - capsule.from;
-  const double e = axis.squaredNorm();
-  const double t = e > 1e-12 ? std::clamp(axis.dot(r) / e, 0.0, 1.0) : 0;
-  return std::max(0.0, (r - t * axis).norm() - capsule.radius);
+  return std::max(0.0, passing(place, Vector3d::Zero(), 0, capsule).gap);
 }
 
 // By a capsule within reach, `gap` mm away.

@@ -30,7 +30,6 @@ struct DrawOptions {
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   // In its place a cavity's unlit wall: dark and red-brown.
   static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};
-  bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
   // Blend skin with the background by the share of each pixel that it covers (post_process.h), by
   // the paper's own warp, too. And fade it where the bundle asks for that
