@@ -12,7 +12,7 @@ uniform vec4 view_lens;  // fx, fy, cx, cy
 // The light at the scope, ScopeShading.
 uniform vec4 hill_phase[4], hill_slope[4];  // the slope's w: the wave's length
 uniform vec4 hill_variance;
-uniform vec3 bumps;                // per mm, slope, share of drops
+uniform vec4 drops;                // per mm, lean, inverse lit², lean²; WetFilm::Drops
 uniform vec2 film, sheen[2];       // strength, alpha²
 uniform vec3 scope_light, scope_forward;
 uniform vec4 scope;                // full, inverse tan² half, inverse pixel, least cosine
@@ -75,19 +75,17 @@ vec3 lacking_at(vec3 n, vec3 m, vec3 h, vec3 slopes) {
          slopes;
 }
 
-// What a lit lobe is: its peak, squared reach, 1 / width, and how much over blown.
-vec4 lit_lobe(float share, float lost) {
+// A whole film's lobe.
+float light_of_film(float share, float lost, float lacks2) {
   float full = share * film.x / kBlown, k2 = sqrt(max(full, 1.0)), k = sqrt(k2);
   float cut = at_most_1(4.0 * lost / film.y), alpha2 = film.y * (1.0 + cut * 4.0 * (k - 1.0));
   float wide = alpha2 + 4.0 * lost;
   float over_blown = (full + cut * (full / (k2 * k2) - full)) * alpha2 / wide;
-  float peak = at_most_1(over_blown);
-  float more = sqrt(sqrt(over_blown / (kEnd * peak + 1e-12))) - 1.0;
-  return vec4(peak, wide * more + 1e-9, 1.0 / wide, over_blown);
+  float ratio = wide / (wide + lacks2), squared = ratio * ratio;
+  return at_most_1(over_blown * squared * squared);
 }
 
-float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float lean, float pixel,
-                     float inverse_reach2) {
+float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
   float soft = max(kSoftEnds * pixel, kEdge), sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
@@ -100,28 +98,28 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float lean, float pi
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
     float own = at_most_1(positive(wet + chance(h, 3))), own2 = own * own;
-    vec3 leaning = lean * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
-    float on_m = dot(leaning, m), lit = positive(1.0 - inverse_reach2 * (dot(e, e) - on_m * on_m));
+    vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
+    float on_m = dot(leaning, m);
+    float lacking2 = (kSteep + (1.0 - kSteep) * own2) * (dot(e, e) - on_m * on_m);
+    float lit = kGrows * positive(1.0 - drops.z * lacking2);
     float outward = dot(d, m), out2 = outward * outward;
-    float size2 = positive(kDrop * own2 * own2 * at_most_1(kGrows * lit) - out2);
-    float size = sqrt(size2 + 1e-6);
-    float inside = at_most_1(positive(0.5 + (size2 + out2 - dot(d, d)) / (2.0 * size * soft)));
-    float softer = positive(soft - size) / (size + soft);
-    sum += (1.0 - softer * softer) * inside * inside * (3.0 - 2.0 * inside) *
-           at_most_1(kEnd + kRises * lit);
+    float size2 = positive(kDrop * own2 * at_most_1(lit) - out2);
+    float drawn2 = max(size2, 0.25 * soft * soft);
+    float inside = at_most_1(positive(0.5 + (drawn2 + out2 - dot(d, d)) / (2.0 * sqrt(drawn2) * soft)));
+    sum += size2 / drawn2 * inside * inside * (3.0 - 2.0 * inside);
   }
   return at_most_1(sum);
 }
 
-float mean_of_drops(float lacks2, float wet, float lean2, float inverse_reach2) {
-  float t = at_most_1(positive((wet + 0.5) / 2.5));
-  float near = positive(1.0 - lacks2 * inverse_reach2 / (1.5 + 3.0 * lean2));
-  return t * t * (3.0 - 2.0 * t) * near * near * inversesqrt(1.0 + 2.25 * lean2 * lean2);
+float mean_of_drops(float lacks2, float wet) {
+  float t = at_most_1(positive((wet + 0.7) / 2.7));
+  float near = positive(1.0 - lacks2 * drops.z / (1.05 + 2.7 * drops.w));
+  return t * t * (3.0 - 2.0 * t) * near * near / (0.74 + 1.8 * drops.w);
 }
 
-vec3 gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {
+float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {
   vec3 m = skin.rest_normal * inversesqrt(dot(skin.rest_normal, skin.rest_normal) + 1e-20);
-  float pixels_per_mm = scope.z / depth, pixel = bumps.x / pixels_per_mm;
+  float pixels_per_mm = scope.z / depth;
   vec3 hills = vec3(0.0);
   float lost = 0.0, hill = 0.0;
   for (int k = 3; k >= 0; --k) {
@@ -132,18 +130,16 @@ vec3 gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share)
     lost += (1.0 - shown * shown) * hill_variance[k];
   }
   vec3 lacks = lacking_at(n, m, half_way, hills);
-  float lacks2 = dot(lacks, lacks), bent = skin.bend * (pixel + kBridges) / bumps.x;
-  vec4 lobe = lit_lobe(share, lost + bent * bent);
-  float lean = kLean * bumps.y * (0.9 + 0.4 * hill), inverse_reach2 = 1.0 / lobe.y;
-  float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills)));
-  float drops = light_of_drops(m, bumps.x * skin.rest_mm, lacks, wet, lean, pixel, inverse_reach2);
-  float mean = mean_of_drops(lacks2, wet, lean * lean * inverse_reach2, inverse_reach2);
-  float seen = at_most_1(positive(2.0 - 2.0 * pixel));
-  float broken = lobe.x * (mean + seen * (drops - mean));
-  float ratio = 1.0 / (1.0 + lacks2 * lobe.z);
-  float whole = at_most_1(lobe.w * (ratio * ratio) * (ratio * ratio));
-  float bright = whole + bumps.z * (broken - whole);
-  return kBlown * bright * (1.0 + (1.0 - bright) * vec3(kRimRed, kRimGreen, kRimBlue));
+  if (drops.z == 0.0) {
+    float bent = skin.bend * (1.0 / pixels_per_mm + kBridges_mm);
+    return kBlown * light_of_film(share, lost + bent * bent, dot(lacks, lacks));
+  }
+  float pixel = drops.x / pixels_per_mm, seen = at_most_1(positive(2.0 - 2.0 * pixel));
+  float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills))) -
+              kCrease * skin.bend;
+  float mean = mean_of_drops(dot(lacks, lacks) + 2.0 * lost, wet);
+  float each = light_of_drops(m, drops.x * skin.rest_mm, lacks, wet, pixel);
+  return kBlown * at_most_1(share * film.x) * (mean + seen * (each - mean));
 }
 
 vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, float depth) {

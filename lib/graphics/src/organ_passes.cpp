@@ -63,7 +63,7 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   program.set("hill_phase", std::span<const Eigen::Vector4f>(phase));
   program.set("hill_slope", std::span<const Eigen::Vector4f>(slope));
   program.set("hill_variance", variance);
-  program.set("bumps", Eigen::Vector3f(s.bumps_per_mm, s.bump_slope, s.drops));
+  program.set("drops", Eigen::Vector4f(s.drops.data()));
   program.set("film", Eigen::Vector2f(s.film.strength, s.film.alpha2));
   program.set("sheen", std::span<const Eigen::Vector2f>(sheen));
   program.set("scope_light", vector_of(s.light));

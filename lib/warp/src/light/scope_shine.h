@@ -58,16 +58,19 @@ class SkinGrain {
 // follows the hills: plane waves of some bumps' length. On rougher skin it breaks into drops round
 // strewn points (StrewnCell), each leaning a little. A low dome shows the lamp as a disc, the
 // larger the less its middle lacks of the mirror direction: round drops of all sizes, that touch
-// where the skin faces the lamp, and few satellites. The disc stays in the drop's middle, where a
-// true one would slide by less than its width. Hills tell where drops lie at all. All of it is
-// bound to the skin at rest and turned with it by the least rotation that takes its normal there;
-// so a poke carries it, and it does not crawl.
+// where the skin faces the lamp. Small drops are steeper, and show it farther from there: few
+// satellites. The disc stays in the drop's middle, where a true one would slide by less than its
+// width. Hills tell where drops lie at all. All of it is bound to the skin at rest and turned with
+// it by the least rotation that takes its normal there; so a poke carries it, and it does not
+// crawl.
 //
-// What is finer than a pixel is filtered, so that far is the mean of near and nothing flickers: a
-// drop's end is as soft as the pixel, which keeps its area; slopes too fine for a pixel, and those
-// of a crease within it, widen the lobe by their variance (Toksvig 2005); and drops too fine for it
-// are the mean of all that may lie there. A sensor is blown by a drop before its light is spread:
-// so what is spread is the blown lobe, not the whole one.
+// Which drops there are, where and how large, the skin alone tells, never the pixel: what would be
+// there at one size of pixels and not at another would flicker while the scope comes near. A pixel
+// shows them filtered, so that far is the mean of near: a drop's end is as soft as the pixel, one
+// smaller than it is spread over it with all of its light, and drops too fine for it are the mean
+// of all that may lie there. On a crease none lie. A whole film's slopes that are too fine for a
+// pixel, and those of a crease within it, widen its lobe by their variance (Toksvig 2005). A sensor
+// is blown before its light is spread: so what is spread is the blown lobe, not the whole one.
 class WetFilm {
  public:
   // Takes the lobes of gloss that are narrow, as one.
@@ -89,25 +92,23 @@ class WetFilm {
   // Blinn exponent says: the ring of fibres has an end, and so have its pictures.
   static constexpr float kFilmWidth = 3;
   // Drops in a bump's length, and how much each leans, of the bumps' slope.
-  static constexpr double kBumps = 1.55;
-  static constexpr float kLean = 0.8f;
+  static constexpr double kBumps = 2.2, kLean = 0.96;
   // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
   // next to no drop is wet, in their middle all are.
-  static constexpr float kUpperHills = 0, kPatches = 0.3f, kDriest = -0.6f, kWetBumps = 2.6f;
+  static constexpr float kUpperHills = 0, kPatches = 0.235f, kDriest = -0.1f, kWetBumps = 2.2f;
   // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
   // rows.
   static constexpr float kAskew = 0.3f;
-  static constexpr float kBridges = 0.5f;  // over this, in drops, water lies flat on a crease
-  // The largest drop's squared radius, in squares of a drop's room. Toward the mirror direction a
-  // drop grows to its own size, kGrows before it is reached, and is kEnd and more as bright as it
-  // can be.
-  static constexpr float kDrop = 0.49f, kGrows = 1.3f, kEnd = 0.65f, kRises = 2;
+  static constexpr float kCrease = 4;          // by how much a bend of 1 rad a mm dries drops
+  static constexpr float kBridges_mm = 0.45f;  // over this, a whole film lies flat on a crease
+  // The largest drop's squared radius, in squares of a drop's room. Where the lobe has fallen to
+  // kEnd no drop is lit; toward the mirror direction it grows to its own size, kGrows before that
+  // is reached. The least drops are lit as far as the lobe reaches for kSteep of what lacks there.
+  static constexpr float kDrop = 0.36f, kEnd = 0.08f, kGrows = 1.5f, kSteep = 0.3f;
   static constexpr float kEdge = 0.06f;      // within this it ends,
   static constexpr float kSoftEnds = 1.75f;  // and within so many pixels at least
   static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
-  static constexpr std::array<float, 3> kRim = {0.1f, -0.15f, 0.4f};  // of what is half blown
-  // Slopes of the relief: of less the film is whole, from kBreaks on it is all drops.
-  static constexpr double kWhole = 0.045, kBreaks = 0.08;
+  static constexpr double kBreaks = 0.06;    // slope of the relief from which on the film is drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
@@ -115,16 +116,17 @@ class WetFilm {
     float slope_x, slope_y, slope_z;
     float length_mm, variance;  // of the slope along one direction
   };
-  struct Bumps {
-    float per_mm = 1, slope = 0;
-    float drops = 0;  // 0…1: share of the film that is drops
+  struct Drops {
+    float per_mm = 1, lean = 0;
+    float inverse_lit2 = 0;  // of the squared slope that lacks where none is lit; 0: a whole film
+    float lean2 = 0;         // squared lean, in those
   };
 
  private:
   void take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope);
 
   std::array<Wave, kHills> hills_{};
-  Bumps bumps_;
+  Drops drops_;
   ShineLobe lobe_;
   float least_cosine_ = 2;
 };

@@ -107,16 +107,15 @@ WetFilm::WetFilm(const Lighting& lighting) {
         kSmallestHill * std::pow(kLargestHill / kSmallestHill, double(k) / (kHills - 1));
     hills_[k] = make_wave(k, finish.relief_mm * size, hill);
   }
-  bumps_.per_mm = static_cast<float>(kBumps / finish.relief_mm);
-  bumps_.slope = static_cast<float>(finish.relief_slope * std::sqrt(1 - kHillShare));
-  bumps_.drops =
-      static_cast<float>(std::clamp((finish.relief_slope - kWhole) / (kBreaks - kWhole), 0.0, 1.0));
+  drops_.per_mm = static_cast<float>(kBumps / finish.relief_mm);
+  drops_.lean = static_cast<float>(kLean * finish.relief_slope * std::sqrt(1 - kHillShare));
   take_lobes(lighting.gloss, finish.relief_slope);
 }
 
 // As bright as all narrow lobes together, and as wide as they are on average. It shows up to two
 // deviations of the relief from half-way and to where it hardly shows; drops, which end before
-// that, to less.
+// that, to less. How far a drop is lit does not depend on how much light there is: it would grow
+// while the scope comes near.
 void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope) {
   constexpr double kHardlyShows = 0.01;
   double strength = 0, energy = 0;
@@ -130,9 +129,11 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   lobe_ = {static_cast<float>(strength), static_cast<float>(alpha2)};
   const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
   const double whole = 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2);
-  const double ends = std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1;
-  const double broken = 1.7 * relief_slope + std::sqrt(ends * alpha2);
-  const double reach = std::min(1.4, bumps_.drops < 1 ? whole : broken);
+  const double lit2 = (std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1) * alpha2;
+  const double broken = 1.7 * relief_slope + std::sqrt(lit2);
+  if (relief_slope > kBreaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
+  drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
+  const double reach = std::min(1.4, drops_.inverse_lit2 > 0 ? broken : whole);
   least_cosine_ = static_cast<float>(std::cos(reach));
 }
 
@@ -193,72 +194,59 @@ inline __attribute__((always_inline)) Lacking lacking_at(const float* n, const f
   return e;
 }
 
-// A lobe in light that is `share` of full exposure, widened by slopes of the variance `lost` along
-// one direction: those of a lobe of α² have α² / 4. What is blown is cut off before it is widened:
-// a disc of kBlown with the rest of the lobe round it has the light of a lobe of that height and
-// α² (4 k − 3), k⁴ what it was too bright by.
-struct LitLobe {
-  float peak;    // of kBlown
-  float reach2;  // squared slope that lacks where it has fallen to kEnd of the peak
-  float inverse_wide, over_blown;
+// A whole film's lobe in light that is `share` of full exposure, widened by slopes of the variance
+// `lost` along one direction: those of a lobe of α² have α² / 4. What is blown is cut off before it
+// is widened: a disc of kBlown with the rest of the lobe round it has the light of a lobe of that
+// height and α² (4 k − 3), k⁴ what it was too bright by.
+inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe, float share,
+                                                          float lost, float lacks2) {
+  const float full = share * lobe.strength * (1 / WetFilm::kBlown);
+  const float k2 = std::sqrt(full > 1 ? full : 1), k = std::sqrt(k2);
+  const float cut = at_most_1(4 * lost / lobe.alpha2);
+  const float alpha2 = lobe.alpha2 * (1 + cut * 4 * (k - 1));
+  const float wide = alpha2 + 4 * lost;
+  const float over_blown = (full + cut * (full / (k2 * k2) - full)) * alpha2 / wide;
+  const float ratio = wide / (wide + lacks2), squared = ratio * ratio;
+  return at_most_1(over_blown * squared * squared);
+}
 
-  LitLobe(const ShineLobe& lobe, float share, float lost) {
-    const float full = share * lobe.strength * (1 / WetFilm::kBlown);
-    const float k2 = std::sqrt(full > 1 ? full : 1), k = std::sqrt(k2);
-    const float cut = at_most_1(4 * lost / lobe.alpha2);
-    const float alpha2 = lobe.alpha2 * (1 + cut * 4 * (k - 1));
-    const float wide = alpha2 + 4 * lost;
-    over_blown = (full + cut * (full / (k2 * k2) - full)) * alpha2 / wide;
-    peak = at_most_1(over_blown);
-    inverse_wide = 1 / wide;
-    const float more = std::sqrt(std::sqrt(over_blown / (WetFilm::kEnd * peak + 1e-12f))) - 1;
-    reach2 = wide * more + 1e-9f;
-  }
-  // Of a whole film.
-  float at(float lacks2) const {
-    const float ratio = 1 / (1 + lacks2 * inverse_wide), squared = ratio * ratio;
-    return at_most_1(over_blown * squared * squared);
-  }
-};
-
-// Of the drops about a place: what they mirror, each by the share of the pixel that it covers.
-inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Bumps& bumps,
+// Of the drops about a place: what they mirror, each by the share of the pixel that it covers. One
+// that is smaller than a pixel is drawn as large as that, and fainter.
+inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
                                                            const Lacking& lacks, float wet,
-                                                           float lean, float pixel,
-                                                           float inverse_reach2) {
+                                                           float pixel) {
   const float by_pixel = WetFilm::kSoftEnds * pixel;
   const float soft = by_pixel > WetFilm::kEdge ? by_pixel : WetFilm::kEdge;
   float light = 0;
   visit_cells(
-      bumps.per_mm * p[0], bumps.per_mm * p[1],
-      bumps.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
+      drops.per_mm * p[0], drops.per_mm * p[1],
+      drops.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
         const float own = at_most_1(positive(wet + cell.chance(3))), own2 = own * own;
-        const float cx = cell.chance(0), cy = cell.chance(1), cz = cell.chance(2);
-        const float on_m = lean * (cx * m[0] + cy * m[1] + cz * m[2]);
-        const float ex = lacks.x + lean * cx, ey = lacks.y + lean * cy, ez = lacks.z + lean * cz;
-        const float lit =
-            positive(1 - inverse_reach2 * (ex * ex + ey * ey + ez * ez - on_m * on_m));
+        const float cx = drops.lean * cell.chance(0), cy = drops.lean * cell.chance(1),
+                    cz = drops.lean * cell.chance(2);
+        const float on_m = cx * m[0] + cy * m[1] + cz * m[2];
+        const float ex = lacks.x + cx, ey = lacks.y + cy, ez = lacks.z + cz;
+        const float lacking2 = (WetFilm::kSteep + (1 - WetFilm::kSteep) * own2) *
+                               (ex * ex + ey * ey + ez * ez - on_m * on_m);
+        const float lit = WetFilm::kGrows * positive(1 - drops.inverse_lit2 * lacking2);
         const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
-        const float size2 =
-            positive(WetFilm::kDrop * own2 * own2 * at_most_1(WetFilm::kGrows * lit) - out2);
-        const float size = std::sqrt(size2 + 1e-6f);
-        // One quotient for both: how far within, and the light that a softer end would gain.
-        const float both = size + soft, inverse = 1 / (2 * size * soft * both);
+        const float size2 = positive(WetFilm::kDrop * own2 * at_most_1(lit) - out2);
+        const float size = std::sqrt(size2), least = 0.5f * soft;
+        const float drawn = size > least ? size : least, inverse = 1 / (2 * drawn * soft);
         const float in =
-            at_most_1(positive(0.5f + (size2 + out2 - cell.distance2()) * both * inverse));
-        const float softer = positive(soft - size) * 2 * size * soft * inverse;
-        light += (1 - softer * softer) * in * in * (3 - 2 * in) *
-                 at_most_1(WetFilm::kEnd + WetFilm::kRises * lit);
+            at_most_1(positive(0.5f + (drawn * drawn + out2 - cell.distance2()) * inverse));
+        const float kept = 2 * size * soft * inverse;
+        light += kept * kept * in * in * (3 - 2 * in);
       });
   return at_most_1(light);
 }
 
-// The mean of that over all drops that may lie there, within a tenth; lean2: squared, of the reach.
-inline float mean_of_drops(float lacks2, float wet, float lean2, float inverse_reach2) {
-  const float t = at_most_1(positive((wet + 0.5f) * (1 / 2.5f)));
-  const float near = positive(1 - lacks2 * inverse_reach2 / (1.5f + 3 * lean2));
-  return t * t * (3 - 2 * t) * near * near / std::sqrt(1 + 2.25f * lean2 * lean2);
+// The mean of that over all drops that may lie there, within a tenth.
+inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet) {
+  const float t = at_most_1(positive((wet + 0.7f) * (1 / 2.7f)));
+  const float near = positive(1 - lacks2 * drops.inverse_lit2 / (1.05f + 2.7f * drops.lean2));
+  return t * t * (3 - 2 * t) * near * near / (0.74f + 1.8f * drops.lean2);
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
@@ -274,51 +262,64 @@ struct FilmPlanes {
   SkinVectors normal, half_way, rest_normal, rest_mm;
 };
 
-// Some whole vectors from pixel `first` on.
-ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& in, const WetFilm::Bumps& bumps,
+// What a pixel's film is asked for by.
+struct FilmPoint {
+  float rest[3], place[3];
+  Hills hill = {};
+  Lacking lacks = {};
+  float pixels_per_mm = 1;
+};
+
+inline __attribute__((always_inline)) FilmPoint film_point(const FilmPlanes& in, const Wave* hills,
+                                                           float inverse_pixel, std::size_t i) {
+  const SkinVectors &n = in.normal, &half = in.half_way, &m = in.rest_normal, &p = in.rest_mm;
+  const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
+  FilmPoint at = {{unit * m.x[i], unit * m.y[i], unit * m.z[i]}, {p.x[i], p.y[i], p.z[i]}};
+  // On the side that is seen.
+  const float facing = n.x[i] * half.x[i] + n.y[i] * half.y[i] + n.z[i] * half.z[i];
+  const float of_normal = (facing < 0 ? -1.f : 1.f) /
+                          std::sqrt(n.x[i] * n.x[i] + n.y[i] * n.y[i] + n.z[i] * n.z[i] + 1e-20f);
+  const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
+  const float toward[3] = {half.x[i], half.y[i], half.z[i]};
+  at.pixels_per_mm = inverse_pixel / in.depth[i];
+  at.hill =
+      hills_at(hills, at.place, at.pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
+  at.lacks = lacking_at(normal, at.rest, toward, at.hill.slopes);
+  return at;
+}
+
+// Some whole vectors from pixel `first` on; white: what is added to all three channels.
+ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm::Drops& of_drops,
                                         const Wave* hills, const ShineLobe& of_film,
                                         float inverse_pixel, std::size_t first, int count,
-                                        const std::array<float*, 3>& planes) {
-  const SkinVectors n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
-  const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
-  const float *const depths = in.depth, *const bends = in.bend;
-  float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
+                                        float* __restrict white) {
+  const FilmPlanes in = planes;
+  const WetFilm::Drops drops = of_drops;
   const ShineLobe film = of_film;
+  if (drops.inverse_lit2 > 0) {
+    ORGANBAKE_INDEPENDENT
+    for (unsigned j = 0; j < whole_vectors(count); ++j) {
+      const std::size_t i = first + j;
+      const FilmPoint at = film_point(in, hills, inverse_pixel, i);
+      const float pixel = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
+      const float wet = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[i];
+      // Hills too fine for the pixel lean its drops in both directions.
+      const float mean = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
+      const float seen = at_most_1(positive(2 - 2 * pixel));
+      const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, pixel);
+      white[j] = in.white[i] * in.shows[i] * WetFilm::kBlown *
+                 at_most_1(in.share[i] * film.strength) * (mean + seen * (each - mean));
+    }
+    return;
+  }
   ORGANBAKE_INDEPENDENT
   for (unsigned j = 0; j < whole_vectors(count); ++j) {
     const std::size_t i = first + j;
-    const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
-    const float rest[3] = {unit * m.x[i], unit * m.y[i], unit * m.z[i]};
-    // On the side that is seen.
-    const float facing = n.x[i] * half.x[i] + n.y[i] * half.y[i] + n.z[i] * half.z[i];
-    const float of_normal = (facing < 0 ? -1.f : 1.f) /
-                            std::sqrt(n.x[i] * n.x[i] + n.y[i] * n.y[i] + n.z[i] * n.z[i] + 1e-20f);
-    const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
-    const float place[3] = {p.x[i], p.y[i], p.z[i]};
-    const float toward[3] = {half.x[i], half.y[i], half.z[i]};
-    const float pixels_per_mm = inverse_pixel / depths[i];
-    const Hills hill =
-        hills_at(hills, place, pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
-    const Lacking lacks = lacking_at(normal, rest, toward, hill.slopes);
-    const float pixel = bumps.per_mm / pixels_per_mm;  // its side, in bumps
+    const FilmPoint at = film_point(in, hills, inverse_pixel, i);
     // Water bridges a crease, and a pixel shows no less than its own size of it.
-    const float bent = bends[i] * (pixel + WetFilm::kBridges) / bumps.per_mm;
-    const LitLobe lobe(film, shares[i], hill.lost + bent * bent);
-    // Some lean more than others.
-    const float lean = WetFilm::kLean * bumps.slope * (0.9f + 0.4f * hill.wet);
-    const float wet = wetness(hill.wet), inverse_reach2 = 1 / lobe.reach2;
-    const float drops = light_of_drops(bumps, rest, place, lacks, wet, lean, pixel, inverse_reach2);
-    const float mean =
-        mean_of_drops(lacks.squared, wet, lean * lean * inverse_reach2, inverse_reach2);
-    const float seen = at_most_1(positive(2 - 2 * pixel));
-    const float broken = lobe.peak * (mean + seen * (drops - mean));
-    const float whole = lobe.at(lacks.squared);
-    const float bright = whole + bumps.drops * (broken - whole);
-    // A camera's pixels bleed, blue most: round what is blown lies a thin rim.
-    const float white = whites[i] * shown[i] * WetFilm::kBlown * bright;
-    const float rim = white * (1 - bright);
-    red[i] += white + WetFilm::kRim[0] * rim, green[i] += white + WetFilm::kRim[1] * rim;
-    blue[i] += white + WetFilm::kRim[2] * rim;
+    const float bent = in.bend[i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
+    white[j] = in.white[i] * in.shows[i] * WetFilm::kBlown *
+               light_of_film(film, in.share[i], at.hill.lost + bent * bent, at.lacks.squared);
   }
 }
 
@@ -336,7 +337,10 @@ void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, in
                              SkinVectors(lit.half_way),
                              SkinVectors(span.at_rest.normals),
                              SkinVectors(span.at_rest.places_mm)};
-  film_pixels(planes, bumps_, hills_.data(), lobe_, inverse_pixel, first, count, colors.planes);
+  alignas(64) float white[kSpan];
+  film_pixels(planes, drops_, hills_.data(), lobe_, inverse_pixel, first, count, white);
+  for (float* const plane : colors.planes)
+    for (unsigned j = 0; j < whole_vectors(count); ++j) plane[first + j] += white[j];
 }
 
 void WetFilm::describe(ScopeShading& shading) const {
@@ -347,22 +351,17 @@ void WetFilm::describe(ScopeShading& shading) const {
                         hill.length_mm,
                         hill.variance};
   }
-  shading.bumps_per_mm = bumps_.per_mm, shading.bump_slope = bumps_.slope;
-  shading.drops = bumps_.drops;
+  shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
   shading.film = {lobe_.strength, lobe_.alpha2};
   shading.least_cosine = least_cosine_;
 }
 
 std::vector<ShaderConstant> WetFilm::constants() {
-  return {{"kLean", kLean},         {"kUpperHills", kUpperHills},
-          {"kPatches", kPatches},   {"kDriest", kDriest},
-          {"kWetBumps", kWetBumps}, {"kAskew", kAskew},
-          {"kBridges", kBridges},   {"kDrop", kDrop},
-          {"kGrows", kGrows},       {"kEnd", kEnd},
-          {"kRises", kRises},       {"kEdge", kEdge},
-          {"kSoftEnds", kSoftEnds}, {"kBlown", kBlown},
-          {"kRimRed", kRim[0]},     {"kRimGreen", kRim[1]},
-          {"kRimBlue", kRim[2]},    {"kJitter", kJitter}};
+  return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
+          {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
+          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kSteep", kSteep},
+          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
+          {"kBlown", kBlown},           {"kJitter", kJitter}};
 }
 
 }  // namespace organbake

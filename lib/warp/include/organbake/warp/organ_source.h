@@ -168,7 +168,7 @@ struct ScopeShading {
     float strength = 0, alpha2 = 1;
   };
   std::array<Wave, 4> hills;
-  float bumps_per_mm = 1, bump_slope = 0, drops = 0;
+  std::array<float, 4> drops;  // WetFilm::Drops
   Lobe film;
   std::array<Lobe, 2> sheen;
   float least_cosine = 2;
