@@ -207,6 +207,7 @@ MeshDistance mesh_distance(const TriangleMesh& from, const RayScene& to, std::si
       blocks[b].add(to.closest_point(sample(i)).distance_mm);
     }
   });
+  // In the blocks' order, whichever thread was first: the sum is the same to the last bit.
   Sums all;
   for (const Sums& block : blocks) all.add(block);
   return {all.sum / samples, std::sqrt(all.sum2 / samples), all.max};
@@ -248,6 +249,9 @@ std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups
   return largest_of(groups, context, [&](std::size_t f) {
     const double start_mm = found_mm[groups.of_face[f]];
     if (!may_reach_beyond[f]) return start_mm;
+    // What may reach beyond is searched piece by piece. Between flat surfaces that lie in one
+    // another this would hardly end: it is given up there, and done again as deep as can be
+    // afforded.
     const Corners face = corners_of(from, f);
     const bool is_flat = start_mm < kFlatShare * longest_edge_mm(face);
     FaceSearch search(to, scene, start_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);

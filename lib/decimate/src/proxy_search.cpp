@@ -86,6 +86,7 @@ TriangleMesh fewest_faces(const TriangleMesh& surface, const DecimateOptions& op
     context.debug("max-error: " + std::to_string(proxy.faces.size()) + " faces, " +
                   std::to_string(error) + " mm");
     if (kept) {
+      // A method may leave fewer faces than it was asked for, which narrows the bracket, too.
       const bool fewer = proxy.faces.size() < best.faces.size();
       high = std::min(tried, proxy.faces.size());
       if (fewer) best = std::move(proxy);
@@ -147,6 +148,7 @@ bool add_vertex(RefinedProxy& refined, std::uint32_t face, const TriangleMesh& p
   split(corner, true);
   for (int c = 0; c < 3; ++c) split((corner + c) % 3, false);
   for (const ProxyMove& move : moves) {
+    // Whatever it costs the energy, which is a mean: the place that is off farthest is what counts.
     const auto trial = refined.attempt(move, std::numeric_limits<double>::lowest());
     if (!trial || std::any_of(trial->old_faces.begin(), trial->old_faces.end(),
                               [&](auto old) { return old < touched.size() && touched[old]; }))
@@ -237,7 +239,9 @@ MeasuredProxy serving_proxy(const TriangleMesh& surface, TriangleMesh first,
     const double share = tried.errors.worst_share;
     context.debug("serving: " + std::to_string(tried.mesh.faces.size()) + " faces, off by " +
                   std::to_string(share) + " of the thickness");
+    // What is off in a few places is mended there; what is off all over is made anew, with more.
     if (share <= kFewPlaces * options.max_share) refine(tried, surface, meter, options, context);
+    // More faces lie elsewhere, so that a finer proxy may be off by more than the one before.
     if (!best || tried.errors.worst_share < best->errors.worst_share) best = std::move(tried);
     if (best->errors.worst_share <= options.max_share || faces >= most) return std::move(*best);
     const double more = std::clamp(share / options.max_share, kLeastMore, kMostMore);

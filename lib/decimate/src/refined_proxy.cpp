@@ -104,6 +104,8 @@ std::optional<ProxyMove> RefinedProxy::collapse(std::uint32_t a, std::uint32_t b
     }
     std::sort(near->begin(), near->end());
   }
+  // But for the two corners opposite the edge they must have no neighbour in common, or the surface
+  // would be pinched there (the link condition).
   std::set_intersection(near_a.begin(), near_a.end(), near_b.begin(), near_b.end(),
                         std::back_inserter(common));
   if (common.size() != 2 || near_a.size() + near_b.size() <= 6) return std::nullopt;
@@ -161,6 +163,7 @@ ProxyPatch RefinedProxy::patch_of(const ProxyMove& move,
 }
 
 std::optional<ProxyTrial> RefinedProxy::attempt(const ProxyMove& move, double least_gain) const {
+  // What changes: the faces that go, and all faces round the vertices that may move.
   ProxyTrial trial;
   trial.move = move;
   trial.old_faces = move.removed;
@@ -174,6 +177,7 @@ std::optional<ProxyTrial> RefinedProxy::attempt(const ProxyMove& move, double le
   std::vector<std::uint32_t> removed = move.removed;
   std::sort(removed.begin(), removed.end());
 
+  // The patch may not become worse than it is in any respect, unless it is good enough after all.
   double energy = 0, volume = 0, quality = kSliver, facing = kLeastFacing;
   std::vector<std::uint32_t> samples;
   for (const std::uint32_t f : trial.old_faces) {
@@ -203,6 +207,7 @@ std::optional<ProxyTrial> RefinedProxy::attempt(const ProxyMove& move, double le
 
 bool RefinedProxy::intersects(const ProxyTrial& trial,
                               const std::vector<std::uint32_t>& global) const {
+  // The vertices are where the fit has put them; all faces that stay are in the way.
   std::vector<Eigen::Vector3d> points = points_;
   points.insert(points.end(), trial.move.inserted.begin(), trial.move.inserted.end());
   for (std::size_t i = 0; i < trial.patch.free; ++i) points[global[i]] = trial.patch.vertices[i];
@@ -245,6 +250,7 @@ bool RefinedProxy::make(const ProxyTrial& trial) {
     places.push_back(f);
   }
   alive_ = alive_ + trial.move.added.size() - trial.move.removed.size();
+  // Samples go to other faces of the patch: all are taken away first, then given out anew.
   for (const std::uint32_t f : trial.old_faces) {
     samples_[f].clear();
     energy_[f] = 0;

@@ -333,11 +333,13 @@ TriangleMesh fit_vertices(TriangleMesh proxy, const FitReference& reference,
     const std::vector<Match> matches = match_both(proxy, reference);
     if (i == 0) norm.scale = largest(matches);
     const double now = energy(matches, norm);
+    // A step that did not help was too long: half of it is tried next.
     if (!(now < best_energy)) {
       proxy = halfway(best, proxy);
       continue;
     }
     best = proxy;
+    // Further steps would gain nothing that measuring could tell.
     const bool settled = now > (1 - 1e-4) * best_energy;
     best_energy = now;
     if (settled || i + 1 == options.steps) break;
@@ -354,6 +356,7 @@ TriangleMesh fit_vertices(TriangleMesh proxy, const FitReference& reference,
     if (step.empty()) break;
     proxy = stepped(proxy, normals, std::move(step));
   }
+  // Each step keeps the volume to first order only.
   if (keep_volume) correct_volume(best, reference.volume_mm3());
   return best;
 }

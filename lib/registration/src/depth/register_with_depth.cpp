@@ -53,6 +53,7 @@ DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
   const RigidTransform world_from_camera = rigid_transform(state.pose, surface.center()).inverse();
   DepthFit fit;
   fit.scale = std::exp(state.log_scale);
+  // Rays as long as to what is seen: where the surface lies on it they meet it at t = 1.
   std::vector<Ray> rays;
   for (const SeenDepth::Point& point : depth.points) {
     Ray ray;
@@ -163,6 +164,7 @@ class JointPose {
       information.topLeftCorner<6, 6>() += photo * evidence.information;
       variability.topLeftCorner<6, 6>() += photo * photo * evidence.variability;
     }
+    // The sandwich: how the evidence scatters, between what it is taken to say.
     const Matrix7 inverse = solve_symmetric(information, Matrix7::Identity());
     return inverse * variability * inverse;
   }
@@ -244,6 +246,7 @@ std::vector<Candidate> places_round(const RegisteredSurface& surface, const Seen
     motion.head<3>() *= far * kLargest_rad / motion.head<3>().norm();
     motion.tail<3>() *= far * kFarthest_mm / motion.tail<3>().norm();
     const ObjectPose pose = moved(start, motion);
+    // Of relative depth each place has a scale of its own, which its distance decides.
     const double own =
         depth.relative ? log_scale_at(surface, depth, pose).value_or(log_scale) : log_scale;
     places.push_back({{pose, own}, 2});

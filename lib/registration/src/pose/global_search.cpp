@@ -127,6 +127,7 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   const std::vector<ObjectPose> poses = candidates.all_round();
   std::vector<RefineState> states =
       best_distinct(poses, candidates.scores(poses, ScoredBy::whole_basis), 32);
+  // Fewer and fewer on finer and finer levels, each of which costs four times as much as the last.
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
     const std::vector<double> scores =
@@ -167,6 +168,7 @@ SearchResult search_near(const RegisteredSurface& surface, const std::vector<Pho
   std::vector<double> scores =
       refine_all(surface, pyramid, result.level, options, ScoredBy::lamp, states, context);
   result.best = states[0];
+  // So well that no other place could explain it better: none has to be tried.
   if (scores[0] > kAtHome) return result;
   const PoseCandidates candidates(surface, pyramid[result.level], options, context);
   const std::vector<ObjectPose> poses = candidates.near(given);

@@ -106,6 +106,7 @@ double explained(const PhotoLevel& level, const Prediction& p, ScoredBy by) {
         use(known(x, y));
       }
   };
+  // What the photograph varies by as a whole, which is to be explained.
   double sum = 0, sum2 = 0, count = 0;
   for_pixels([&](bool) {
     sum += row[n];
@@ -116,6 +117,7 @@ double explained(const PhotoLevel& level, const Prediction& p, ScoredBy by) {
   if (!(variance > 0)) return -1;
   const double far2 = kFar * kFar * variance / count;
   Row weights = Row::Zero(n);
+  // Highlights and instruments are explained by no light: what is far off counts less each time.
   for (int round = 0; round < kRounds; ++round) {
     Square m = Square::Zero(n + 1, n + 1);
     for_pixels([&](bool is_known) {
@@ -130,6 +132,7 @@ double explained(const PhotoLevel& level, const Prediction& p, ScoredBy by) {
     weights = solve_symmetric(normal, m.topRightCorner(n, 1));
   }
   if (lights == 1 && !(weights[0] > 0)) return -1;
+  // Where nothing is known, the mean is all that is said: such a pose gains nothing by it.
   double left = 0;
   for_pixels([&](bool is_known) {
     const double off = row[n] - (is_known ? weights.dot(row.head(n)) : mean);

@@ -25,6 +25,7 @@ constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
 
 void check_photo(const PhotoToRegister& photo) {
   photo.intrinsics.check();
+  // A typing error in the units should be told here, not as a pose that is not found.
   if (photo.start && !within_reach(photo.start->translation))
     throw BadDataError("the start is not within 1e9 mm; check its units");
   const auto size = [](int width, int height) {
@@ -68,6 +69,7 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
   options.light = LightModel::estimated;
   SearchResult anywhere = search(surface, pyramid, start, range, options, context);
   std::vector<LightTrial> starts;
+  // A lamp with a beam is sought from where one at the lens has led: they differ at the rim alone.
   for (const LightModel model : kLights)
     starts.push_back({model, model == LightModel::estimated ? anywhere.best : at_lens.best});
   int level = std::min(at_lens.level, anywhere.level);
@@ -261,6 +263,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   result.light = refining.light;
   context.progress(0.4);
   RefineState& state = found.best;
+  // Tissue was followed to the finest level by its own search.
   if (state.usable && !as_tissue)
     refine(surface, pyramid, found.level, 0, refining, state, context);
   context.progress(0.9);
@@ -270,6 +273,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   if (result.quality.verdict != Verdict::ok && options.fallbacks)
     let_outline_choose_light(surface, pyramid, other_lights, found.level, refining, state, result,
                              context);
+  // The last resort: where the organ's colours are, whatever its shading says.
   if (may_lie_elsewhere(result.quality) && colors_may_tell(surface, start, options)) {
     RegisteredPhoto by_color = register_by_color(surface, photo, *start, context);
     if (draws_it_better(by_color.quality, result.quality)) return by_color;
