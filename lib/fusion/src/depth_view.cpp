@@ -149,6 +149,15 @@ SmoothView smooth_view(const DepthView& view) {
   return smooth;
 }
 
+double usual_depth_mm(std::span<const SmoothView> views) {
+  constexpr std::size_t kEvery = 97;  // a prime: usual widths are sampled at different columns
+  std::vector<float> depths;
+  for (const SmoothView& view : views)
+    for (std::size_t k = 0; k < view.depth_mm.size(); k += kEvery)
+      if (view.weight.values[k] > 0) depths.push_back(view.depth_mm.values[k]);
+  return median(std::move(depths));
+}
+
 SeenSurface seen_at(const SmoothView& view, const Eigen::Vector3d& point_world_mm) {
   SeenSurface seen;
   const Eigen::Vector3d point = view.camera.camera_from_world * point_world_mm;

@@ -125,13 +125,11 @@ class VertexColors {
  public:
   VertexColors(const std::vector<DepthView>& views, const std::vector<SmoothView>& smooth,
                PictureLight light, double surface_mm)
-      : views_(views), smooth_(smooth), light_(light), surface_mm_(surface_mm) {
-    std::vector<float> depths;
-    for (const SmoothView& view : smooth)
-      for (std::size_t k = 0; k < view.depth_mm.size(); k += 97)
-        if (view.weight.values[k] > 0) depths.push_back(view.depth_mm.values[k]);
-    usual_mm_ = median(std::move(depths));
-  }
+      : views_(views),
+        smooth_(smooth),
+        light_(light),
+        surface_mm_(surface_mm),
+        usual_mm_(usual_depth_mm(smooth)) {}
 
   std::optional<Vector3f> color(const Vector3d& point, const Vector3d& normal) const {
     std::vector<WeightedColor> seen;

@@ -54,14 +54,6 @@ std::vector<double> differences(const SmoothView& a, const SmoothView& b) {
   return logs;
 }
 
-double usual_depth(std::span<const SmoothView> views) {
-  std::vector<float> depths;
-  for (const SmoothView& view : views)
-    for (std::size_t k = 0; k < view.depth_mm.size(); k += 97)
-      if (view.weight.values[k] > 0) depths.push_back(view.depth_mm.values[k]);
-  return depths.empty() ? 0 : double(median(std::move(depths)));
-}
-
 // What the views say with the cameras' places so many times as far apart.
 struct Trial {
   double place_factor = 1;
@@ -141,7 +133,7 @@ class ScaleSearch {
   void even_out() {
     double sum = 0;
     for (std::size_t i = 0; i < views_.size(); ++i)
-      sum += start_[i] = -std::log(std::max(1e-9, usual_depth({&views_[i], 1})));
+      sum += start_[i] = -std::log(std::max(1e-9, usual_depth_mm({&views_[i], 1})));
     for (double& start : start_) start -= sum / static_cast<double>(start_.size());
   }
 
@@ -229,7 +221,7 @@ bool SolvedScale::told() const {
 }
 
 SolvedScale solve_scale(std::vector<SmoothView>& views, bool each) {
-  const double depth = usual_depth(views), path = path_mm(views);
+  const double depth = usual_depth_mm(views), path = path_mm(views);
   SolvedScale solved;
   solved.depth_factor.assign(views.size(), 1);
   if (views.size() < 2 || !(depth > 0) || !(path > 0)) return solved;

@@ -53,11 +53,8 @@ cv::Mat mirrored_picture(const cv::Mat& picture) {
 
 double matched(const EyeImage& left, const EyeImage& right, const DisparityRange& range) {
   const Disparity found = match_eyes(left, right, range);
-  const auto count = [](const Mask& mask) {
-    return static_cast<double>(mask.size()) -
-           static_cast<double>(std::count(mask.values.begin(), mask.values.end(), 0));
-  };
-  return count(found.known) / std::max(1.0, count(left.diffuse));
+  return cv::countNonZero(cv_view(found.known)) /
+         std::max(1.0, double(cv::countNonZero(cv_view(left.diffuse))));
 }
 
 }  // namespace

@@ -193,10 +193,6 @@ Rgb8Image aligned(const Rgb8Image& right, const Intrinsics& right_camera,
 
 constexpr int kGlance_px = 320;
 
-bool is_empty(const Mask& mask) {
-  return std::all_of(mask.values.begin(), mask.values.end(), [](auto value) { return value == 0; });
-}
-
 // The left eye's disparities as the right eye sees them.
 Disparity seen_by_right(const Disparity& left) {
   Disparity right{Plane(left.px.width, left.px.height), Mask(left.px.width, left.px.height)};
@@ -278,7 +274,9 @@ void keep_what_is_off(const Plane& pattern, const Disparity& disparity, Prepared
 // it: tissue that looks like a shaft has the depth of its surroundings, a shaft does not.
 void keep_instruments_off_the_surface(const DisparityRange& range, PreparedFrame& left,
                                       PreparedFrame& right) {
-  if (is_empty(left.instruments) && is_empty(right.instruments)) return;
+  if (cv::countNonZero(cv_view(left.instruments)) + cv::countNonZero(cv_view(right.instruments)) ==
+      0)
+    return;
   const EyeImage a =
       eye_pyramid(left.color, without(left.field, left.highlights), kGlance_px).back();
   const EyeImage b =

@@ -3,6 +3,7 @@
 // (cv::stereoRectify; Bouguet's method), since matching looks along rows.
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
@@ -69,11 +70,9 @@ struct Rectifier::Impl {
   cv::Mat columns[2], rows[2];  // of the left and the right picture; empty when nothing changes
 
   void rectify(const StereoRig& rig) {
-    cv::Mat r(3, 3, CV_64F), t(3, 1, CV_64F), r1, r2, p1, p2, q;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) r.at<double>(i, j) = rig.right_from_left.rotation(i, j);
-      t.at<double>(i) = rig.right_from_left.translation[i];
-    }
+    cv::Mat r, t, r1, r2, p1, p2, q;
+    cv::eigen2cv(rig.right_from_left.rotation, r);
+    cv::eigen2cv(rig.right_from_left.translation, t);
     const cv::Size size(rig.left.width, rig.left.height);
     constexpr double kOpenCvsOwnScale = -1;
     const Intrinsics left = before_turning(rig.left), right = before_turning(rig.right);
@@ -88,8 +87,7 @@ struct Rectifier::Impl {
     eyes.camera.cx = p1.at<double>(0, 2) + kHalfPixel;
     eyes.camera.cy = p1.at<double>(1, 2) + kHalfPixel;
     eyes.disparity_at_infinity = p1.at<double>(0, 2) - p2.at<double>(0, 2);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) eyes.rectified_from_left.rotation(i, j) = r1.at<double>(i, j);
+    cv::cv2eigen(r1, eyes.rectified_from_left.rotation);
     rectifying_map(rig.left, r1, p1, columns[0], rows[0]);
     rectifying_map(rig.right, r2, p2, columns[1], rows[1]);
   }

@@ -162,8 +162,6 @@ StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
   return rig;
 }
 
-namespace fs = std::filesystem;
-
 bool ends_with_one_of(const fs::path& file, std::initializer_list<const char*> endings) {
   const std::string name = file.filename().string();
   for (const char* ending : endings)

@@ -109,7 +109,6 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
                         previous ? &previous->range : nullptr, options.range_mm);
   const RayGrid rays = ray_grid(frame.camera);
   result.warm = estimate.warm;
-  result.refinements = estimate.refinements;
   result.residual = estimate.misfit;
   result.quality = judge_depth(frame, estimate, previous ? &previous->quality : nullptr);
   if (options.relief) result.quality.kept = {*options.relief, *options.relief, *options.relief};
@@ -181,7 +180,6 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
   constexpr int kIterations = 20;
   TsaiShahEstimate estimate = shade_tsai_shah(intensity, {result.light, kIterations},
                                               previous ? &previous->tsai_shah_depth : nullptr);
-  result.refinements = kIterations;
   result.residual = estimate.residual;
   Plane relief(intensity.width, intensity.height);
   for (std::size_t k = 0; k < relief.size(); ++k)

@@ -136,25 +136,24 @@ Plane log_image(const ShadedImage& image) {
   return logs;
 }
 
-Plane swept(const ShadedImage& image, const Plane* start, RangeEstimate& estimate,
-            double tolerance) {
+Plane swept(const ShadedImage& image, const Plane* start) {
   const Plane logs = log_image(image);
   Plane v = start ? *start : farthest_log_range(logs);
   constexpr int kMostSweeps = 32;
-  estimate.sweeps += sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, tolerance);
+  constexpr double kTolerance = 1e-4;
+  sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, kTolerance);
   fill_outside(v, image.inside);
   return v;
 }
 
 // Upwind differences err by O(h); with the next finer level's solution the leading term goes
 // (Richardson).
-Plane coarse_solution(const std::vector<ShadedImage>& levels, RangeEstimate& estimate) {
-  constexpr double kTolerance = 1e-4;
-  Plane v = swept(levels.back(), nullptr, estimate, kTolerance);
+Plane coarse_solution(const std::vector<ShadedImage>& levels) {
+  Plane v = swept(levels.back(), nullptr);
   if (levels.size() < 2) return v;
   const ShadedImage& finer = levels[levels.size() - 2];
   const Plane start = doubled(v, finer.rays.width, finer.rays.height);
-  const Plane second = halved(swept(finer, &start, estimate, kTolerance));
+  const Plane second = halved(swept(finer, &start));
   for (std::size_t k = 0; k < v.size(); ++k) v.values[k] = 2 * second.values[k] - v.values[k];
   return v;
 }
@@ -168,7 +167,7 @@ void fit_level(const ShadedImage& image, const RangeFitOptions& options, Plane& 
 
 Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
                  RangeEstimate& estimate) {
-  Plane v = coarse_solution(levels, estimate);
+  Plane v = coarse_solution(levels);
   RangeFitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
   fit_level(levels.back(), fit, v, estimate);
   fit.roughness = roughness_of(v, levels.back());
@@ -273,7 +272,7 @@ RangeEstimate taken_over(const RangeEstimate& previous, const RangeEstimate& now
   estimate.intensity_unit = now.intensity_unit;
   estimate.noise = now.noise;
   estimate.warm = true;
-  estimate.sweeps = estimate.refinements = 0;
+  estimate.refinements = 0;
   return estimate;
 }
 

@@ -79,10 +79,7 @@ LinearColor chromaticity_around(const LinearColor& color, const Mask& clear, int
     for (std::size_t k = 0; k < sum.size(); ++k) sum.values[k] += shares[c].values[k];
   }
   constexpr float kDark = 0.05F;  // of the median
-  std::vector<float> sums;
-  for (std::size_t k = 0; k < sum.size(); ++k)
-    if (clear.values[k]) sums.push_back(sum.values[k]);
-  const float least = kDark * median(std::move(sums));
+  const float least = kDark * static_cast<float>(median_inside(sum, clear));
   Mask known = clear;
   for (std::size_t k = 0; k < sum.size(); ++k)
     known.values[k] = clear.values[k] && sum.values[k] > least;

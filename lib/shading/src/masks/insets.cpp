@@ -15,6 +15,7 @@
 #include "masks/searches.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/cv_grid.h"
+#include "organbake/shading/grid_filters.h"
 #include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
@@ -92,13 +93,7 @@ class StandingSearch {
       standing_.values[k] = field.values[k] && !boxes.values[k] && stands(samples, k);
     const Mask moving = without(without(field, boxes), standing_);
     moving_share_ = share_of(moving) / std::max(1e-9, share_of(without(field, boxes)));
-    std::vector<float> usual;
-    for (std::size_t k = 0; k < moving.size(); ++k)
-      if (moving.values[k]) usual.push_back(jumps_.values[k]);
-    if (usual.empty()) return;
-    const auto middle = usual.begin() + static_cast<std::ptrdiff_t>(usual.size() / 2);
-    std::nth_element(usual.begin(), middle, usual.end());
-    edge_ = std::max(kLeastEdge, kOfUsual * *middle);
+    edge_ = std::max(kLeastEdge, kOfUsual * static_cast<float>(median_inside(jumps_, moving)));
   }
 
   Mask run() const {

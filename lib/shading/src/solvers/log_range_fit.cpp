@@ -104,19 +104,17 @@ Plane farthest_log_range(const Plane& log_image) {
   return v;
 }
 
-int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
-                    int most_sweeps, double tolerance) {
+void sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
+                     int most_sweeps, double tolerance) {
   Sweeper sweeper(log_image, inside, rays, v);
-  int sweeps = 0;
   double round = kNone;  // largest |Δv| since the first of the four orders
-  while (sweeps < most_sweeps) {
-    const int order = sweeps++ % 4;
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    const int order = sweep % 4;
     const double change = sweeper.sweep(order);
     round = order == 0 ? change : std::max(round, change);
     // All four orders must leave it alone, not just the one that ran last.
     if (order == 3 && round < tolerance) break;
   }
-  return sweeps;
 }
 
 // Least squares of ln r against the image with a bending energy, by Gauss–Newton with a line

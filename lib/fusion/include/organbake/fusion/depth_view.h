@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,9 @@ void scale_place(double factor, SmoothView& view);
 // Throws BadDataError that names the view: its size is not its camera's, it has no depth at all, or
 // lengths that no scope has.
 SmoothView smooth_view(const DepthView& view);
+
+// The median of what the views show, of a sample of pixels; 0 of none.
+double usual_depth_mm(std::span<const SmoothView> views);
 
 // Depth, normal and weight where a world point is seen; weight 0 where nothing is.
 struct SeenSurface {

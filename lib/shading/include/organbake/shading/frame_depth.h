@@ -116,7 +116,6 @@ struct FrameDepth {
   Plane confidence;
   bool metric = false;
   bool warm = false;
-  int refinements = 0;  // conjugate-gradient steps; 0 where the depth was taken over
   double residual = 0;  // of the image, which proves nothing about the depth
   DepthQuality quality;
   DistantLight light;  // used, of Tsai–Shah

@@ -17,9 +17,9 @@ namespace organbake {
 // (Zhao 2005); at the border and at masked pixels only what lies inside is used. The viscosity
 // solution is unique, so the start does not matter; one close to it saves sweeps.
 //   log_image: ln I, one value per ray; inside: pixels to solve for; v: start, becomes the result.
-// Ends when four sweeps change v by less than the tolerance; returns how many there were.
-int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
-                    int most_sweeps, double tolerance);
+// Ends when four sweeps change v by less than the tolerance.
+void sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
+                     int most_sweeps, double tolerance);
 // −½ ln I: the farthest that each pixel can be; a start that is right where the surface is frontal.
 Plane farthest_log_range(const Plane& log_image);
 
@@ -49,10 +49,9 @@ struct RangeEstimate {
   // The intensity was divided by this before ln r was solved with albedo 1: for a known albedo ρ
   // (intensity = ρ cosθ / r²) ln r = log_range + ½ ln(ρ / intensity_unit).
   double intensity_unit = 1;
-  bool usable = false;  // false: no lit pixel; log_range is then a flat plane's
-  bool warm = false;    // started from `previous`
-  int sweeps = 0;
-  int refinements = 0;     // conjugate-gradient steps, all levels
+  bool usable = false;     // false: no lit pixel; log_range is then a flat plane's
+  bool warm = false;       // started from `previous`
+  int refinements = 0;     // conjugate-gradient steps, all levels; 0 where `previous` still holds
   double misfit = 0;       // root mean square of image/model − 1; proves nothing about the depth
   double unexplained = 0;  // the same at organ scale (a grid of at most 32 pixels a side)
   double noise = 0;        // estimated, share of the mean brightness
