@@ -151,12 +151,9 @@ std::string fault_of(const CutOrgan& organ) {
   const TetrahedralBody& body = organ.body().uncut();
   double whole = 0;
   for (const Tetrahedron& t : body.tetrahedra) whole += volume_of(body, t);
-  const auto volumes = organ.body().cut().fragment_volumes(body);
+  const auto volumes = test::fragment_volumes(organ.body().cut(), body);
   const double sum = std::accumulate(volumes.begin(), volumes.end(), 0.0);
   if (!(std::abs(sum - whole) <= 1e-6 * whole)) return "the fragments' volumes are not the body's";
-  for (const TriangleMesh& surface :
-       fragment_surfaces(body, organ.body().edges(), organ.body().cut()))
-    if (!is_closed(surface)) return "a fragment is not closed";
   if (!organ.cut()) return "";
   for (const Vector3d& v : organ.now().proxy.vertices)
     if (!v.allFinite()) return "a vertex is no number";

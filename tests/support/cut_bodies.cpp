@@ -114,6 +114,15 @@ double volume_mm3(const TetrahedralBody& body) {
   return sum;
 }
 
+std::vector<double> fragment_volumes(const CutTetrahedra& cut, const TetrahedralBody& body) {
+  std::vector<double> volumes(cut.fragment_count(), 0.0);
+  for (std::uint32_t c = 0; c < cut.copies().size(); ++c) {
+    const CutTetrahedra::Copy& copy = cut.copies()[c];
+    volumes[cut.fragment(c)] += copy.share * volume_of(body, body.tetrahedra[copy.tetrahedron]);
+  }
+  return volumes;
+}
+
 bool is_closed(const TriangleMesh& mesh) {
   std::map<std::array<std::uint32_t, 2>, int> times;
   for (const Face& f : mesh.faces) {

@@ -20,6 +20,8 @@ void add_stroke(const std::vector<Eigen::Vector3d>& tips, const Eigen::Vector3d&
 
 EdgeCrossings crossings(const TetrahedralBody& body, const MaterialGrid& grid);
 double volume_mm3(const TetrahedralBody& body);
+// mm³ by fragment, of whole tetrahedra (their fill is not asked for).
+std::vector<double> fragment_volumes(const CutTetrahedra& cut, const TetrahedralBody& body);
 // Whether every edge is used as often one way as the other.
 bool is_closed(const TriangleMesh& mesh);
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tetrahedra copied along a sheet, by virtual nodes (Molino, Bao & Fedkiw 2004): an element that a
 // cut passes is there once for each side, and nodes are shared by those that still hang together.
+// How much of an element each side holds is told by pieces of it: a face is divided by its own
+// edges alone, so that the two tetrahedra beside it agree without asking each other.
 #include "organbake/cutting/cut_body.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -11,18 +15,126 @@
 #include <utility>
 
 #include "organbake/core/union_find.h"
-#include "tetrahedron_pieces.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
+// The corners of each face, seen from outside counter-clockwise; face k lies opposite to corner k.
+constexpr std::array<std::array<int, 3>, 4> kFaces = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+constexpr std::array<std::array<int, 2>, 6> kEdges = {
+    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+// The number of the edge between two corners.
+int edge_between(int a, int b) {
+  if (a > b) std::swap(a, b);
+  return a == 0 ? b - 1 : a + b;
+}
+
+// A tetrahedron in pieces, one for each of its corners, when some of its edges are cut. Two cut
+// edges of a face cut off the corner between them along a line, three meet in the face's middle.
+// From these lines walls lead to the mean of all cut places.
+class TetrahedronPieces {
+ public:
+  TetrahedronPieces(const TetrahedralBody& body, const EdgeCrossings& edges,
+                    std::uint32_t tetrahedron)
+      : body_(body), nodes_(body.tetrahedra[tetrahedron].nodes) {
+    UnionFind joined(4);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int cuts = 0;
+    for (int e = 0; e < 6; ++e) {
+      const auto [a, b] = kEdges[e];
+      edge_[e] = edges.index_of(nodes_[a], nodes_[b]);
+      cut_[e] = edges.cut(edge_[e]);
+      if (!cut_[e]) {
+        joined.join(std::uint32_t(a), std::uint32_t(b));
+        continue;
+      }
+      const auto [first, second] = edges.edge(edge_[e]);
+      const double share = edges[edge_[e]].share();
+      place_[e] = (1 - share) * body.nodes_mm[first] + share * body.nodes_mm[second];
+      sum += place_[e];
+      ++cuts;
+    }
+    for (int k = 0; k < 4; ++k) groups_[k] = static_cast<int>(joined.root(std::uint32_t(k)));
+    if (cuts > 0) middle_ = sum / cuts;
+  }
+
+  // Groups of corners that edges which are whole join; the lowest corner names each.
+  const std::array<int, 4>& groups() const { return groups_; }
+  bool falls_apart() const { return groups_ != std::array{0, 0, 0, 0}; }
+  // Of one group's piece: its walls all lead to the middle, and count for nothing from there.
+  double volume_mm3(int group) const {
+    double six = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+      if (groups_[corner] != group) continue;
+      for (int face = 0; face < 4; ++face)
+        for (const auto& [a, b, c] : face_piece(face, corner))
+          six += (a - middle_).cross(b - middle_).dot(c - middle_);
+    }
+    return six / 6;
+  }
+
+ private:
+  using Triangle = std::array<Eigen::Vector3d, 3>;
+
+  const Eigen::Vector3d& node(int corner) const { return body_.nodes_mm[nodes_[corner]]; }
+  bool cut(int a, int b) const { return cut_[edge_between(a, b)]; }
+  const Eigen::Vector3d& cut_place(int a, int b) const { return place_[edge_between(a, b)]; }
+
+  // Summed in an order that both who share the face have.
+  Eigen::Vector3d face_middle(int face) const {
+    const auto& [a, b, c] = kFaces[face];
+    std::array<int, 3> own = {edge_between(a, b), edge_between(b, c), edge_between(c, a)};
+    std::sort(own.begin(), own.end(), [&](int e, int f) { return edge_[e] < edge_[f]; });
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const int e : own) middle += place_[e] / 3;
+    return middle;
+  }
+
+  // What of a face belongs to one of its corners, outward; empty when the face does not reach it.
+  std::vector<Triangle> face_piece(int face, int corner) const {
+    const auto& f = kFaces[face];
+    const auto at = std::find(f.begin(), f.end(), corner) - f.begin();
+    if (at == 3) return {};
+    const int a = corner, b = f[(at + 1) % 3], c = f[(at + 2) % 3];
+    const int count = cut(a, b) + cut(b, c) + cut(c, a);
+    if (count == 3) {
+      const Eigen::Vector3d middle = face_middle(face);
+      return {{node(a), cut_place(a, b), middle}, {node(a), middle, cut_place(a, c)}};
+    }
+    if (count < 2) {  // in one piece: the whole face is its lowest corner's
+      if (corner != *std::min_element(f.begin(), f.end())) return {};
+      // Others who meet the edge that is cut see its place.
+      if (cut(b, c))
+        return {{node(a), node(b), cut_place(b, c)}, {node(a), cut_place(b, c), node(c)}};
+      if (cut(a, b))
+        return {{node(c), node(a), cut_place(a, b)}, {node(c), cut_place(a, b), node(b)}};
+      if (cut(c, a))
+        return {{node(b), node(c), cut_place(c, a)}, {node(b), cut_place(c, a), node(a)}};
+      return {{node(a), node(b), node(c)}};
+    }
+    if (cut(a, b) && cut(a, c)) return {{node(a), cut_place(a, b), cut_place(a, c)}};
+    // The other two keep a quadrangle together; the one that comes first of them round it has all.
+    if (cut(a, b)) return {};  // then b is cut off, and c comes before a
+    return {{node(a), node(b), cut_place(b, c)}, {node(a), cut_place(b, c), cut_place(c, a)}};
+  }
+
+  const TetrahedralBody& body_;
+  const std::array<std::uint32_t, 4>& nodes_;
+  std::array<bool, 6> cut_{};
+  std::array<std::uint32_t, 6> edge_{};
+  std::array<Eigen::Vector3d, 6> place_;
+  std::array<int, 4> groups_{};
+  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
+};
+
 using FaceKey = std::array<std::uint32_t, 3>;
 
 FaceKey key_of(const Tetrahedron& t, int face) {
   FaceKey key;
-  for (int k = 0; k < 3; ++k) key[k] = t.nodes[kTetrahedronFaces[face][k]];
+  for (int k = 0; k < 3; ++k) key[k] = t.nodes[kFaces[face][k]];
   std::sort(key.begin(), key.end());
   return key;
 }
@@ -37,7 +149,7 @@ std::vector<EdgeCrossings::Edge> edges_of(const std::vector<Tetrahedron>& tetrah
   std::vector<EdgeCrossings::Edge> edges;
   edges.reserve(6 * tetrahedra.size());
   for (const Tetrahedron& t : tetrahedra)
-    for (const auto& [a, b] : kTetrahedronEdges) edges.push_back({t.nodes[a], t.nodes[b]});
+    for (const auto& [a, b] : kEdges) edges.push_back({t.nodes[a], t.nodes[b]});
   return edges;
 }
 
@@ -190,47 +302,6 @@ bool CutTetrahedra::same_as(const CutTetrahedra& other) const {
                       return a.tetrahedron == b.tetrahedron && a.corners == b.corners &&
                              a.nodes == b.nodes;
                     });
-}
-
-std::vector<double> CutTetrahedra::fragment_volumes(const TetrahedralBody& body) const {
-  std::vector<double> volumes(fragment_count_, 0.0);
-  for (std::size_t c = 0; c < copies_.size(); ++c) {
-    const Copy& copy = copies_[c];
-    volumes[fragment_[c]] += copy.share * volume_of(body, body.tetrahedra[copy.tetrahedron]);
-  }
-  return volumes;
-}
-
-std::vector<TriangleMesh> fragment_surfaces(const TetrahedralBody& body, const EdgeCrossings& edges,
-                                            const CutTetrahedra& cut) {
-  std::map<FaceKey, int> times;
-  for (const Tetrahedron& t : body.tetrahedra)
-    for (int face = 0; face < 4; ++face) ++times[key_of(t, face)];
-  std::vector<TriangleMesh> meshes(cut.fragment_count());
-  std::vector<std::map<PieceVertex, std::uint32_t>> numbers(meshes.size());
-  const auto add = [&](std::uint32_t fragment, const TetrahedronPieces::Triangle& triangle) {
-    Face face;
-    for (int k = 0; k < 3; ++k) {
-      const auto [at, made] = numbers[fragment].try_emplace(
-          triangle[k], static_cast<std::uint32_t>(meshes[fragment].vertices.size()));
-      if (made) meshes[fragment].vertices.push_back(triangle[k].at_mm);
-      face[k] = at->second;
-    }
-    meshes[fragment].faces.push_back(face);
-  };
-  for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
-    const TetrahedronPieces pieces(body, edges, t);
-    for (int corner = 0; corner < 4; ++corner) {
-      const std::uint32_t own = cut.fragment(cut.copy_at({t, corner}));
-      for (int face = 0; face < 4; ++face) {
-        if (times[key_of(body.tetrahedra[t], face)] != 1) continue;
-        for (const auto& piece : pieces.face_piece(face, corner)) add(own, piece);
-      }
-      if (pieces.groups()[corner] != corner) continue;
-      for (const auto& wall : pieces.walls(corner)) add(own, wall);
-    }
-  }
-  return meshes;
 }
 
 }  // namespace organbake

@@ -36,14 +36,17 @@ void join(std::uint32_t a, std::uint32_t b, Neighbours& neighbours) {
   neighbours[b].push_back(a);
 }
 
-// From each vertex the way (mm) to the nearest source, and that (Dijkstra 1959), as far as `most`.
+// From each vertex the way (mm) to the nearest source, and that (Dijkstra 1959): on from vertices
+// that lie within a source's reach_mm(source) of it.
 struct Reached {
   double mm = kFar;
   std::uint32_t source = 0;
 };
+template <class Reach>
 std::map<std::uint32_t, Reached> ways_from(const std::vector<std::uint32_t>& sources,
-                                           const Neighbours& neighbours, const CutSkin& skin,
-                                           double most_mm) {
+                                           const Neighbours& neighbours,
+                                           const std::vector<CutSkin::Vertex>& vertices,
+                                           const Reach& reach_mm) {
   std::map<std::uint32_t, Reached> reached;
   using Next = std::tuple<double, std::uint32_t, std::uint32_t>;
   std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
@@ -51,14 +54,22 @@ std::map<std::uint32_t, Reached> ways_from(const std::vector<std::uint32_t>& sou
   while (!next.empty()) {
     const auto [mm, vertex, source] = next.top();
     next.pop();
-    if (mm >= most_mm || !reached.try_emplace(vertex, Reached{mm, source}).second) continue;
+    if (!reached.try_emplace(vertex, Reached{mm, source}).second) continue;
+    if (vertex != source && mm >= reach_mm(source)) continue;
     const auto beside = neighbours.find(vertex);
     if (beside == neighbours.end()) continue;
     for (const std::uint32_t n : beside->second)
-      next.emplace(mm + (skin.vertices()[n].at_mm - skin.vertices()[vertex].at_mm).norm(), n,
-                   source);
+      if (!reached.contains(n))
+        next.emplace(mm + (vertices[n].at_mm - vertices[vertex].at_mm).norm(), n, source);
   }
   return reached;
+}
+
+Neighbours neighbours_on(const std::vector<SkinPart>& parts) {
+  Neighbours neighbours;
+  for (const SkinPart& part : parts)
+    for (int k = 0; k < 3; ++k) join(part.corners[k], part.corners[(k + 1) % 3], neighbours);
+  return neighbours;
 }
 
 }  // namespace
@@ -97,10 +108,12 @@ void LipGape::find_lips(const CutSkin& skin, double widest_mm) {
       others.emplace(border.right[end], border.left[end]);
     }
   }
-  const auto from_end = ways_from(ends, along, skin, kFree_mm);
+  const auto from_end =
+      ways_from(ends, along, skin.vertices(), [](std::uint32_t) { return kFree_mm; });
   for (const auto& [vertex, other] : others) {
     const auto way = from_end.find(vertex);
-    const double share = way == from_end.end() ? 1 : std::sqrt(way->second.mm / kFree_mm);
+    const double share =
+        way == from_end.end() ? 1 : std::sqrt(std::min(1.0, way->second.mm / kFree_mm));
     if (vertex != other && share > 0) lips_.push_back({vertex, other, share * widest_mm});
   }
 }
@@ -111,11 +124,9 @@ void LipGape::find_beside(const CutSkin& skin, double widest_mm) {
   std::map<std::uint32_t, std::size_t> number;
   for (std::size_t l = 0; l < lips_.size(); ++l)
     number[lips_[l].vertex] = l, sources.push_back(lips_[l].vertex);
-  Neighbours neighbours;
-  for (const SkinPart& part : skin.parts())
-    for (int k = 0; k < 3; ++k) join(part.corners[k], part.corners[(k + 1) % 3], neighbours);
+  const auto reach_mm = [&](std::uint32_t) { return 0.5 * kGiveWay * widest_mm; };
   for (const auto& [vertex, way] :
-       ways_from(sources, neighbours, skin, 0.5 * kGiveWay * widest_mm)) {
+       ways_from(sources, neighbours_on(skin.parts()), skin.vertices(), reach_mm)) {
     const std::size_t lip = number[way.source];
     const double share = 1 - way.mm / (0.5 * kGiveWay * lips_[lip].gape_mm);
     if (!skin.vertices()[vertex].on_border && share > 0) beside_.push_back({vertex, lip, share});
@@ -183,29 +194,19 @@ void draw_lips_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertic
     vertices[lip].drawn_back_mm = pull.half_mm * pull.back.stableNormalized();
 }
 
-// Skin beside a lip goes with it the less the farther off it is, along its edges (Dijkstra 1959):
-// what lies across a cut is not near.
+// Skin beside a lip goes with it the less the farther off it is, along its edges: what lies across
+// a cut is not near.
 void draw_beside_back(const std::vector<SkinPart>& parts, Vertices& vertices) {
-  std::map<std::uint32_t, std::vector<std::uint32_t>> beside;
-  for (const SkinPart& part : parts) {
-    for (int k = 0; k < 3; ++k) {
-      beside[part.corners[k]].push_back(part.corners[(k + 1) % 3]);
-      beside[part.corners[(k + 1) % 3]].push_back(part.corners[k]);
-    }
-  }
-  using Reached = std::tuple<double, std::uint32_t, std::uint32_t>;  // mm away, vertex, from a lip
-  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  std::vector<std::uint32_t> lips;
   for (std::uint32_t v = 0; v < vertices.size(); ++v)
-    if (vertices[v].on_border) next.emplace(0, v, v);
-  std::vector<std::uint8_t> done(vertices.size(), 0);
-  while (!next.empty()) {
-    const auto [away, v, lip] = next.top();
-    next.pop();
-    const double reach = 2 * kReach * vertices[lip].drawn_back_mm.norm();
-    if (std::exchange(done[v], 1) || (v != lip && away >= reach)) continue;
-    if (v != lip) vertices[v].drawn_back_mm = (1 - away / reach) * vertices[lip].drawn_back_mm;
-    for (const std::uint32_t n : beside[v])
-      if (!done[n]) next.emplace(away + (vertices[n].at_mm - vertices[v].at_mm).norm(), n, lip);
+    if (vertices[v].on_border) lips.push_back(v);
+  const auto reach_mm = [&](std::uint32_t lip) {
+    return 2 * kReach * vertices[lip].drawn_back_mm.norm();
+  };
+  for (const auto& [v, way] : ways_from(lips, neighbours_on(parts), vertices, reach_mm)) {
+    const double reach = reach_mm(way.source);
+    if (v != way.source && way.mm < reach)
+      vertices[v].drawn_back_mm = (1 - way.mm / reach) * vertices[way.source].drawn_back_mm;
   }
 }
 

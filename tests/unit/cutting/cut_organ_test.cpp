@@ -237,7 +237,7 @@ TEST(CutOrgan, TwentyCutsInOneOrgan) {
     draw_blade(sweeps, organ, {x, -y, -5 + 0.5 * i}, {-x / 2, y, 1.5 - 0.5 * i}, 20, 2,
                std::size_t(i % 3));
   }
-  const auto volumes = organ.body().cut().fragment_volumes(organ.body().uncut());
+  const auto volumes = test::fragment_volumes(organ.body().cut(), organ.body().uncut());
   const double whole = test::volume_mm3(organ.body().uncut());
   EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), whole, 1e-6 * whole);
   for (const Vector3d& v : organ.now().proxy.vertices) ASSERT_TRUE(v.allFinite());

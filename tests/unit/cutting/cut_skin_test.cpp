@@ -290,7 +290,7 @@ TEST(CutBody, WhatIsMadeFinerStaysWhereItLies) {
   }
   EXPECT_EQ(blade.body.cut().fragment_count(), 1u);
   EXPECT_GT(blade.body.uncut().tetrahedra.size(), 1500u);
-  const auto volumes = blade.body.cut().fragment_volumes(blade.body.uncut());
+  const auto volumes = test::fragment_volumes(blade.body.cut(), blade.body.uncut());
   const double whole = test::volume_mm3(test::block({6, 4, 4}, 10));
   EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), whole, 1e-6 * whole);
 }

@@ -138,7 +138,7 @@ TEST(CutTetrahedra, OneTetrahedronInTwo) {
   ASSERT_EQ(parted.copies().size(), 2u);
   EXPECT_EQ(parted.fragment_count(), 2u);
   EXPECT_EQ(parted.node_count(), 8u);
-  const auto volumes = parted.fragment_volumes(cut.body);
+  const auto volumes = test::fragment_volumes(parted, cut.body);
   const double whole = 1000.0 / 6;
   EXPECT_NEAR(volumes[parted.fragment(parted.copy_at({0, 1}))], 0.216 * whole, 1e-4 * whole);
   EXPECT_NEAR(volumes[0] + volumes[1], whole, 1e-12 * whole);
@@ -173,7 +173,7 @@ TEST(CutTetrahedra, APlaneCutsABlockIntoItsTwoHalves) {
       CutOnce cut(test::block({5, 4, 3}, 10));
       const CutTetrahedra parted =
           cut.stroke({x, -200, -200}, {x + 400 * slant, 200, -200}, {0, 0, 400});
-      const auto volumes = parted.fragment_volumes(cut.body);
+      const auto volumes = test::fragment_volumes(parted, cut.body);
       const double sum = std::accumulate(volumes.begin(), volumes.end(), 0.0);
       EXPECT_NEAR(sum, size.prod(), 1e-9 * size.prod());
       if (slant > 0 || x < 5 || x > 45) continue;
@@ -221,7 +221,7 @@ class RandomStrokes {
 };
 
 // ORGANBAKE_CUT_SWEEPS=100000 for a run of a few minutes.
-TEST(CutTetrahedra, RandomSweepsLeaveClosedFragmentsOfTheSameVolume) {
+TEST(CutTetrahedra, RandomSweepsLeaveFragmentsOfTheSameVolume) {
   const char* asked = std::getenv("ORGANBAKE_CUT_SWEEPS");
   const int sweeps = asked ? std::max(1, std::atoi(asked)) : 400;
   const TetrahedralBody body = test::block({4, 3, 3}, 10);
@@ -236,14 +236,8 @@ TEST(CutTetrahedra, RandomSweepsLeaveClosedFragmentsOfTheSameVolume) {
     for (int stroke = 0; stroke < 4; ++stroke, ++done) strokes.add(sheet);
     edges.add(sheet.triangles());
     const CutTetrahedra cut(body, edges);
-    const auto volumes = cut.fragment_volumes(body);
+    const auto volumes = test::fragment_volumes(cut, body);
     ASSERT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), whole, 1e-6 * whole);
-    const auto surfaces = fragment_surfaces(body, edges, cut);
-    ASSERT_EQ(surfaces.size(), volumes.size());
-    for (std::size_t f = 0; f < surfaces.size(); ++f) {
-      ASSERT_TRUE(test::is_closed(surfaces[f])) << "sweep " << done << ", fragment " << f;
-      ASSERT_NEAR(signed_volume(surfaces[f]), volumes[f], 1e-6 * whole);
-    }
     for (const auto& copy : cut.copies()) ASSERT_GE(copy.share, 0);
     ++bodies, parted += cut.fragment_count() > 1;
   }

@@ -12,7 +12,6 @@
 
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/cutting/cut_sheet.h"
-#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 
@@ -60,9 +59,6 @@ class CutTetrahedra {
   std::uint32_t fragment(std::uint32_t copy) const { return fragment_[copy]; }
   bool same_as(const CutTetrahedra& other) const;
 
-  // mm³ by fragment, of whole tetrahedra (their fill is not asked for).
-  std::vector<double> fragment_volumes(const TetrahedralBody& body) const;
-
  private:
   void make_copies(const TetrahedralBody& body, const EdgeCrossings& edges);
   void join_nodes(const TetrahedralBody& body);
@@ -73,11 +69,6 @@ class CutTetrahedra {
   std::vector<std::uint32_t> first_, original_, fragment_;
   std::uint32_t fragment_count_ = 0;
 };
-
-// The surface of each fragment: closed. Faces of the body, and across each cut tetrahedron flat
-// pieces between the places where its edges are cut.
-std::vector<TriangleMesh> fragment_surfaces(const TetrahedralBody& body, const EdgeCrossings& edges,
-                                            const CutTetrahedra& cut);
 
 // Tissue at a place: which copy of a tetrahedron holds it, and where in it: Σ weights · nodes.
 struct TissuePlace {
