@@ -6,13 +6,13 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "array_arguments.h"
 #include "organbake/core/error.h"
-#include "organbake/player/organ_mesh.h"
-#include "organbake/player/tip_instruments.h"
+#include "organbake/player/embedded_types.h"
 #include "player_bindings.h"
 
 namespace organbake {
@@ -44,6 +44,25 @@ void take_vectors(const py::object& given, const char* name, std::array<double, 
     tips[i].*of = {vectors[i].x(), vectors[i].y(), vectors[i].z()};
 }
 
+// The numbers that kinds have of their own: whichever names each_number() knows.
+void take_numbers_of_kinds(const py::kwargs& given, std::vector<Tip>& tips) {
+  Tip usual;
+  std::size_t known = 0;
+  each_number(usual, [&](const InstrumentNumber& number, double) {
+    if (!given.contains(number.name)) return;
+    ++known;
+    const auto values = numbers_from(given[number.name], number.name, tips.size());
+    for (std::size_t i = 0; i < tips.size(); ++i)
+      each_number(tips[i], [&](const InstrumentNumber& own, double& value) {
+        if (std::string_view(own.name) == number.name) value = values[i];
+      });
+  });
+  if (known == given.size()) return;
+  std::string names = "a tip takes no argument of these names:";
+  for (const auto& [name, value] : given) names += " " + std::string(py::str(name));
+  throw py::type_error(names);
+}
+
 }  // namespace
 
 std::vector<Instrument> TipArguments::instruments() const {
@@ -52,7 +71,6 @@ std::vector<Instrument> TipArguments::instruments() const {
   for (std::size_t i = 0; i < tips.size(); ++i)
     tips[i].position_mm = {positions[i].x(), positions[i].y(), positions[i].z()};
   take_numbers(radius_mm, "radius_mm", &Tip::radius_mm, tips);
-  take_numbers(cut_width_mm, "cut_width_mm", &Tip::cut_width_mm, tips);
   take_flags(grabs, "grabs", &Tip::grabs, tips);
   take_flags(cuts, "cuts", &Tip::cuts, tips);
   take_flags(snips, "snips", &Tip::snips, tips);
@@ -60,6 +78,7 @@ std::vector<Instrument> TipArguments::instruments() const {
   take_flags(active, "active", &Tip::active, tips);
   take_vectors(axis_mm, "axis_mm", &Tip::axis_mm, tips);
   take_vectors(opening_mm, "opening_mm", &Tip::opening_mm, tips);
+  take_numbers_of_kinds(numbers, tips);
   return instruments_from(tips);
 }
 

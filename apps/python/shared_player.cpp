@@ -25,19 +25,13 @@ void copy_layers(const PixelTruth& from, const LayerSet& layers, PixelTruth& to)
 SharedPlayer::SharedPlayer(const std::vector<std::filesystem::path>& bundles,
                            const DeformOptions& options, std::optional<DrawnLight> light,
                            std::optional<int> threads)
-    : bundle_(bundles.front()), light_(light), time_step_s_(options.time_step_s) {
+    : light_(light), time_step_s_(options.time_step_s) {
   options.check();
   if (threads && *threads < 1)
     throw UsageError("threads is " + std::to_string(*threads) + "; it must be 1 or more");
   if (threads) threads_.emplace(*threads);
   player_ = std::make_unique<Player>(bundles, options);
-  if (light) check_light(*light);
-}
-
-void SharedPlayer::check_light(DrawnLight light) {
-  if (light != DrawnLight::baked && !player_->can_relight())
-    throw UsageError(bundle_.string() + " does not say in what light its colours were " +
-                     "taken: light " + to_string(light) + " cannot be shown");
+  player_->light_for(light_);  // throws for one in which the organs cannot be shown
 }
 
 Player& SharedPlayer::open() {
@@ -111,8 +105,7 @@ DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t
   Player& player = open();
   const LayerSet& layers = how.layers;
   DrawOptions options;
-  if (how.light) check_light(*how.light);
-  options.light = how.light.value_or(light_.value_or(player.default_light()));
+  options.light = how.light ? how.light : light_;
   options.keep_bound = layers.any();
   options.bind_as_drawn = !layers.flow && !layers.normals && !layers.id;
   if (how.lens) view.camera.intrinsics = how.lens->pinhole(), how.lens->prepare(options);
@@ -165,7 +158,7 @@ void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& 
   if (player.is_cut(organ)) batches_.erase(organ);
   std::unique_ptr<BatchDrawing>& batch = batches_[organ];
   if (!batch) batch = std::make_unique<BatchDrawing>(player, organ);
-  batch->draw(states, views, light_.value_or(player.default_light()), planes);
+  batch->draw(states, views, player.light_for(light_), planes);
 }
 
 }  // namespace organbake

@@ -140,7 +140,7 @@ std::pair<Rgb8Image, TruthFrame> drawn_and_true(Player& player, const ScopeAim& 
                                                 double range_mm) {
   constexpr int kWidth_px = 320, kSide = TruthFrame::kRaysPerSide;
   DrawOptions options;
-  options.light = player.default_light();
+  options.light = player.light_for();
   Frame frame, fine;
   player.draw(scope_view(aim, range_mm, kWidth_px), options, frame);
   player.draw(scope_view(aim, range_mm, kSide * kWidth_px), options, fine);
@@ -205,7 +205,7 @@ void measure_look(const std::string& look, const std::string& capture,
   const std::vector<TissueAppearance> of_real = appearances(real);
   for (const double range_mm : {100.0, 60.0}) {
     const std::vector<TissuePicture> rendered =
-        rendered_pictures(player, player.default_light(), range_mm);
+        rendered_pictures(player, player.light_for(), range_mm);
     const std::string what = "CT liver, " + look + ", from " + to_text(range_mm) + " mm";
     add_distance(what + ", against the video's liver", mean_parts(appearances(rendered), of_real),
                  mean_parts(of_real, of_real), target);

@@ -202,6 +202,7 @@ TEST(InnerOutlines, OfLobesAreSmooth) {
   Player player(memory_bundle(surface, decimate(surface, decimating).proxy, placement));
   const CarriedSurface truth(surface, player.bundle().shell());
   DrawOptions options;
+  options.light = DrawnLight::baked;
   options.background = {0, 0, 0};
   const int size_px = 720;
   double gain_db = 0, smooth_db = 0;

@@ -145,6 +145,7 @@ TEST(PaperTable, JumpsNowhereBetweenItsViews) {
   const CarriedSurface truth(loaded.surface, loaded.player.bundle().shell());
   const auto positions = truth.carry(loaded.player.proxy_positions());
   DrawOptions options;
+  options.light = DrawnLight::baked;
   options.background = {0, 0, 0};
   constexpr int kSize_px = 256;
   Frame frame;
@@ -187,6 +188,7 @@ struct PokedView {
 PokedView look(Player& player, const CarriedSurface& truth, double angle_rad, int side_px) {
   const View view = orbit_view(player.bundle().cameras, {angle_rad}, side_px, side_px);
   DrawOptions options;
+  options.light = DrawnLight::baked;
   options.background = {0, 0, 0};
   PokedView seen{angle_rad,
                  0,

@@ -40,10 +40,12 @@ void promise_truth(Bench& bench, PlayerBundles& bundles) {
   Flow forward;
   const auto timings = bench.time(std::vector<std::function<void()>>{
       [&] {
-        for (int i = 0; i < kFrames; ++i) player.draw(view_at(player.bundle(), vga, i), {}, plain);
+        for (int i = 0; i < kFrames; ++i)
+          player.draw(view_at(player.bundle(), vga, i), {.light = DrawnLight::baked}, plain);
       },
       [&] {
         DrawOptions options;
+        options.light = DrawnLight::baked;
         options.keep_bound = true;
         for (int i = 0; i < kFrames; ++i) {
           const View view = view_at(player.bundle(), vga, i);

@@ -26,7 +26,8 @@ using ViewAt = View (*)(const Bundle& bundle, const FrameSize& size, int frame);
 
 std::function<void()> frames(Player& player, ViewAt view, const FrameSize& size, Frame& frame) {
   return [&player, view, &size, &frame] {
-    for (int i = 0; i < kFrames; ++i) player.draw(view(player.bundle(), size, i), {}, frame);
+    for (int i = 0; i < kFrames; ++i)
+      player.draw(view(player.bundle(), size, i), {.light = DrawnLight::baked}, frame);
   };
 }
 
@@ -48,7 +49,9 @@ FrameContent content_of(Player& player, ViewAt view, const FrameSize& size) {
   Frame frame;
   FrameContent mean;
   for (int i = 0; i < kFrames; ++i) {
-    const auto weights = player.draw(view(player.bundle(), size, i), {}, frame).weights.weights;
+    const auto weights =
+        player.draw(view(player.bundle(), size, i), {.light = DrawnLight::baked}, frame)
+            .weights.weights;
     const auto drawn =
         std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0; });
     mean.cameras += double(drawn) / kFrames;
@@ -106,6 +109,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
     Frame frame;
     const Timing timing = bench.time(orbit(player, size, frame));
     DrawOptions black;
+    black.light = DrawnLight::baked;
     black.background = {0, 0, 0};
     player.draw(view_at(player.bundle(), size, 0), black, frame);
     bench.point(task, "organplay", of_one(timing, kFrames),

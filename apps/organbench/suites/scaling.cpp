@@ -174,7 +174,7 @@ Growth frame_growth(Player& player, bool quick) {
     const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, width, height);
     growth.loads.push_back({double(width) * height, [&player, view] {
                               Frame frame;  // a new one: nothing to build on
-                              player.draw(view, {}, frame);
+                              player.draw(view, {.light = DrawnLight::baked}, frame);
                             }});
   }
   return growth;

@@ -205,10 +205,10 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
   const Bounds organs = rest_bounds(player);
   for (int c = 0; c < shard.clips; ++c) {
     const DatasetClip clip = make_clip(spec, player.bundle(), shard.organ, shard.first_clip + c);
-    draw.light = clip.script.light.value_or(player.default_light());
+    draw.light = player.light_for(clip.script.light);
     TruthClip part;
     part.first_frame = c * spec.clip_frames;
-    part.light = draw.light;
+    part.light = *draw.light;
     for (const InstrumentPath& instrument : clip.script.instruments)
       part.instruments.push_back(instrument.name);
     const auto expose_frame = [&spec, &shard, gain = clip.gain, noise = clip.noise](
@@ -242,7 +242,7 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
       context.progress(shard.begin + done * (shard.end - shard.begin));
     };
     play(player, clip.script, options, {}, context);
-    clips.push_back(clip_json(clip, part.first_frame, draw.light));
+    clips.push_back(clip_json(clip, part.first_frame, *part.light));
   }
   recorder.finish();
   writers.wait();

@@ -129,7 +129,7 @@ void read_lights(const JsonField& lights, DatasetSpec& spec) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const auto light = drawn_light(lights.at(i).text());
     if (!light)
-      lights.at(i).fail("'" + lights.at(i).text() + "' is no light: take baked, world or scope");
+      lights.at(i).fail("'" + lights.at(i).text() + "' is no light: take " + all_lights());
     spec.lights.push_back(*light);
   }
 }

@@ -160,13 +160,6 @@ void check_tools(const DatasetSpec& spec, const DatasetPlan& plan) {
           "out of pokes.tools");
 }
 
-void check_lights(const DatasetSpec& spec, const DatasetOrgan& organ, const Player& player) {
-  for (const DrawnLight light : spec.lights)
-    if (light != DrawnLight::baked && !player.can_relight())
-      throw UsageError(organ.bundle.string() + " does not say in what light its colours were " +
-                       "taken: light " + to_string(light) + " cannot be shown");
-}
-
 }  // namespace
 
 DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>& bundles,
@@ -196,7 +189,7 @@ DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>
       player = std::make_unique<Player>(plan.organs[shard.organ].bundle, deform);
       player->load_all();
       loaded = shard.organ;
-      check_lights(spec, plan.organs[loaded], *player);
+      for (const DrawnLight light : spec.lights) player->light_for(light);  // throws, before work
     }
     context.progress(shard.begin);
     make_shard(spec, lens, shard, *player, folder, context);

@@ -177,6 +177,7 @@ class Comparer {
         paper_(player.bundle()),
         size_(options.size_px) {
     draw_options_.background = kBlack;
+    draw_options_.light = DrawnLight::baked;  // as the truth is drawn
   }
 
   ComparisonRow row(double angle, bool poked) {

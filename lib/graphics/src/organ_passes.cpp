@@ -148,7 +148,8 @@ OrganTables& OrganPasses::tables_of(const OrganSource& source) {
 
 PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view,
                               const DrawOptions& options) {
-  const DrawnLight light = organ.warper.can_relight() ? options.light : DrawnLight::baked;
+  const DrawnLight light =
+      organ.warper.can_relight() ? options.light.value_or(DrawnLight::baked) : DrawnLight::baked;
   const bool lit = light != DrawnLight::baked;
   PlacedOrgan placed{.organ = &organ,
                      .source = organ.warper.pose(organ.positions_mm, lit),

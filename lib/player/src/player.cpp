@@ -133,10 +133,15 @@ std::string Player::solver_text() const {
   return "finite elements (" + std::to_string(tetrahedra) + " tetrahedra)";
 }
 
-DrawnLight Player::default_light() const {
+DrawnLight Player::light_for(std::optional<DrawnLight> asked) const {
   DrawnLight usual = DrawnLight::baked;
   for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.default_light());
-  return usual;
+  if (asked && *asked != DrawnLight::baked && !can_relight())
+    throw UsageError("the organ '" + bundle().manifest.name +
+                     "' does not say in what light its colours were taken: light " +
+                     to_string(*asked) +
+                     " cannot be shown; take the light baked, or bake it with a lighting");
+  return asked.value_or(usual);
 }
 
 StepReport Player::step(const std::vector<Instrument>& instruments) {
@@ -194,19 +199,22 @@ std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
   return drawn;
 }
 
-DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
+DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {
+  options.light = light_for(options.light);
   if (drawing_)
     if (const auto report = draw_otherwise(view, options, frame)) return *report;
   return draw_by_processor(view, options, frame);
 }
 
-DrawReport Player::draw_by_processor(const View& view, const DrawOptions& options, Frame& frame) {
+DrawReport Player::draw_by_processor(const View& view, DrawOptions options, Frame& frame) {
+  options.light = light_for(options.light);
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   return organ.shown().draw(organ.drawn_positions(), view, options, frame);
 }
 
-DrawReport Player::draw_at_rest(const View& view, const DrawOptions& options, Frame& frame) {
+DrawReport Player::draw_at_rest(const View& view, DrawOptions options, Frame& frame) {
+  options.light = light_for(options.light);
   if (resting_.empty())
     for (const Organ& organ : organs_) resting_.push_back(organ.warper.beside(organ.bundle));
   if (organs_.size() == 1)

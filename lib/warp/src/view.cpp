@@ -60,22 +60,18 @@ std::vector<std::size_t> used_cameras(const ViewWeights& weights) {
   return used;
 }
 
-const char* to_string(DrawnLight light) {
-  switch (light) {
-    case DrawnLight::baked:
-      return "baked";
-    case DrawnLight::world:
-      return "world";
-    case DrawnLight::scope:
-      return "scope";
-  }
-  return "?";
+std::optional<DrawnLight> drawn_light(std::string_view name) {
+  for (std::size_t light = 0; light < kLightNames.size(); ++light)
+    if (name == kLightNames[light].name) return static_cast<DrawnLight>(light);
+  return std::nullopt;
 }
 
-std::optional<DrawnLight> drawn_light(std::string_view name) {
-  for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope})
-    if (name == to_string(light)) return light;
-  return std::nullopt;
+std::string all_lights() {
+  std::string names = kLightNames.front().name;
+  for (std::size_t light = 1; light < kLightNames.size(); ++light)
+    names +=
+        (light + 1 < kLightNames.size() ? ", " : " or ") + std::string(kLightNames[light].name);
+  return names;
 }
 
 }  // namespace organbake

@@ -143,7 +143,7 @@ void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const Vi
                          const DrawOptions& options) const {
   view.check();
   check_positions(positions, shell.shell().proxy());
-  if (options.light != DrawnLight::baked && !relit)
+  if (options.relights() && !relit)
     throw UsageError(
         "the bundle does not say in what light its colours were taken, or has no base layer: its "
         "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
@@ -226,7 +226,7 @@ void Warper::Impl::place_faces(const View& view, const DrawOptions& options, flo
   std::vector<std::uint8_t> turned;
   parallel_both([&] { faces.place(shell, view, texel_mm, continued); },
                 [&] {
-                  if (options.light != DrawnLight::baked) turned = relit->turn(shell);
+                  if (options.relights()) turned = relit->turn(shell);
                 });
   if (!turned.empty()) faces.add_moved(turned);
   dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
@@ -263,7 +263,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .texel_mm = report.texel_mm,
                .base = base,
                .faces = faces,
-               .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
+               .relit = options.relights() ? &*relit : nullptr,
                .keep_bound = options.keep_bound,
                .coarser = options.bind_as_drawn ? nullptr : drawn_for,
                .smooth = options.light == DrawnLight::scope && scope,

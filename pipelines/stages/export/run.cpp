@@ -14,7 +14,6 @@
 #include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/stage.h"
 #include "organbake/player/carried_surface.h"
-#include "organbake/player/instrument_motion.h"
 #include "organbake/player/script.h"
 
 namespace organbake {

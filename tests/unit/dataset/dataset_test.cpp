@@ -11,7 +11,7 @@
 #include "dataset_shard.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

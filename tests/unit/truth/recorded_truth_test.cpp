@@ -15,7 +15,7 @@
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 #include "organbake/truth/batch_drawing.h"
 #include "organbake/truth/pixel_truth.h"
 #include "support/synthetic_bundle.h"

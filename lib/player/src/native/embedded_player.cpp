@@ -10,11 +10,10 @@
 #include <string>
 
 #include "organbake/core/error.h"
+#include "organbake/player/embedded_types.h"
 #include "organbake/player/held_tools.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
-#include "organbake/player/tip_instruments.h"
 
 namespace organbake {
 namespace {
@@ -39,12 +38,10 @@ View view_of(const EmbeddedPlayer::Camera& camera) {
   return view;
 }
 
-std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
-  using Light = EmbeddedPlayer::Options::Light;
-  if (light == Light::baked) return DrawnLight::baked;
-  if (light == Light::world) return DrawnLight::world;
-  if (light == Light::scope) return DrawnLight::scope;
-  return std::nullopt;
+// Those behind `usual` stand in the order of DrawnLight.
+std::optional<DrawnLight> light_of(EmbeddedPlayer::Options::Light light) {
+  if (light == EmbeddedPlayer::Options::Light::usual) return std::nullopt;
+  return static_cast<DrawnLight>(static_cast<int>(light) - 1);
 }
 
 template <class Number>
@@ -73,7 +70,7 @@ EmbeddedPlayer::EmbeddedPlayer(const std::vector<std::string>& bundle_folders,
     : impl_(new Impl{
           Player(std::vector<std::filesystem::path>(bundle_folders.begin(), bundle_folders.end()),
                  options_for(options)),
-          light_for(options.light), options.time_step_s}) {}
+          light_of(options.light), options.time_step_s}) {}
 EmbeddedPlayer::~EmbeddedPlayer() = default;
 EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
 EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
@@ -142,7 +139,7 @@ void EmbeddedPlayer::draw(const Camera& camera, const std::vector<Tip>& tools, s
                      std::to_string(row_bytes) + " apart");
   }
   DrawOptions options;
-  options.light = impl_->light.value_or(impl_->player.default_light());
+  options.light = impl_->light;
   const std::vector<Instrument> instruments = instruments_from(tools);
   check_instruments(instruments);
   if (!tools.empty()) {

@@ -61,25 +61,28 @@ class Player {
   // waits for it, unless cuts part when they are worked out (set_cut_times).
   StepReport step(const std::vector<Instrument>& instruments);
   static constexpr int kCutDelaySteps = 6;
-  DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  DrawReport draw(const View& view, DrawOptions options, Frame& frame);
   // From now on draw() leaves to another way of drawing what that can draw; null: nothing. What it
   // refuses, the processor draws; where it fails, it is let go for good. Neither loses anything.
   // PaperDrawing (paper_warp.h) is such a way: the paper's own chain.
   void draw_by(std::shared_ptr<OrganDrawing> drawing);
   // Whether draw() leaves frames empty, since its pictures appear elsewhere (OrganDrawing).
   bool shows_pictures() const;
-  DrawReport draw_by_processor(const View& view, const DrawOptions& options, Frame& frame);
+  DrawReport draw_by_processor(const View& view, DrawOptions options, Frame& frame);
   // Why the processor drew the last picture although draw_by() named another way; else empty.
   const std::string& drawing_note() const { return drawing_note_; }
   // The organs as they were baked, at rest and whole, whatever has been done to them since: to be
   // shown beside what draw() shows, by the processor.
-  DrawReport draw_at_rest(const View& view, const DrawOptions& options, Frame& frame);
+  DrawReport draw_at_rest(const View& view, DrawOptions options, Frame& frame);
   // Another warper of an organ, with its samples, for a thread of its own (BatchDrawing).
   // Throws UsageError for one that blades have cut.
   Warper warper_beside(std::size_t organ = 0) const;
-  bool can_relight() const;  // DrawOptions::light, any organ
-  // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
-  DrawnLight default_light() const;
+  // Whether the skin of any organ can be lit anew: else it is drawn as baked alone.
+  bool can_relight() const;
+  // The light that is asked for or, where none is, what the organs are meant to be seen in: at the
+  // scope when any of them is. It is what draw() takes. Throws UsageError for a light in which no
+  // organ can be shown.
+  DrawnLight light_for(std::optional<DrawnLight> asked = {}) const;
   // Where another solver has brought an organ: x y z of each vertex of the proxy of bundle_now(),
   // or of each node of its tetrahedra, which carry the vertices, world mm. draw() shows vertices to
   // the byte as after a step that ended there. step() goes on from there: the organ lies still,

@@ -53,7 +53,7 @@ struct TruthOptions {
 struct TruthClip {
   int first_frame = 0;                   // its frames are numbered on from here
   std::vector<std::string> instruments;  // their names
-  DrawnLight light = DrawnLight::baked;
+  std::optional<DrawnLight> light = {};  // as DrawOptions has it
   // Exposes the right eye's picture of a frame, from any thread; may be empty.
   std::function<void(int frame, Rgb8Image& picture)> expose_right = {};
 };

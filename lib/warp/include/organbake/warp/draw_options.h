@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -20,8 +21,16 @@ enum class DrawnLight : std::uint8_t {
   scope,  // one light that travels with the view (ScopeLight)
 };
 
-const char* to_string(DrawnLight light);
+// Each light's name in documents, options and messages, and what it is called on a screen, in the
+// order of DrawnLight. This is the only list of them: whoever reads or offers a light follows it.
+struct LightNames {
+  const char *name, *title;
+};
+inline constexpr std::array<LightNames, 3> kLightNames = {
+    {{"baked", "as baked"}, {"world", "of the room"}, {"scope", "at the scope"}}};
+inline const char* to_string(DrawnLight light) { return kLightNames[std::size_t(light)].name; }
 std::optional<DrawnLight> drawn_light(std::string_view name);  // nothing for another name
+std::string all_lights();  // "baked, world or scope", for messages
 
 // Texels of less confidence are not drawn: of 255 it rounds to 0.
 inline constexpr float kLeastConfidence = 0.5f / 255;
@@ -35,8 +44,9 @@ struct DrawOptions {
   // the paper's own warp, too. And fade it where the bundle asks for that
   // (SkinFinish::border_fade_rad); not where several organs are in the picture.
   bool smooth_outline = true;
-  // The paper's own warp always draws what was baked.
-  DrawnLight light = DrawnLight::baked;
+  // None: a Player takes what its organs are meant for, everything else what was baked, as the
+  // paper's own warp always does.
+  std::optional<DrawnLight> light = {};
   // The range of full exposure of the light at the scope, mm; 0: as the bundle's ScopeLight says.
   // For several organs, which are lit by one.
   double scope_reference_mm = 0;
@@ -46,8 +56,9 @@ struct DrawOptions {
   // large pixels: enough for who asks for depth alone.
   bool bind_as_drawn = false;
   bool measure = false;  // fill DrawReport's times
-  std::vector<Solid> solids;
+  std::vector<Solid> solids = {};
 
+  bool relights() const { return light && *light != DrawnLight::baked; }
   bool needs_depth() const { return keep_depth || !solids.empty(); }
   bool operator==(const DrawOptions& other) const = default;
 };
