@@ -21,7 +21,7 @@
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/reference_frames.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/truth_recorder.h"
 #include "organbake/warp/paper_warp.h"
@@ -41,7 +41,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.instruments = command.instruments;
   options.draw = drawing(command, player, script.light);
   options.draw.measure = !command.report.empty();
-  const auto lens = lens_picture(command, options.draw.light, script.width, script.height);
+  const auto lens = lens_picture(command, options.draw, script.width, script.height);
   if (lens) options.lens = lens->pinhole(), lens->prepare(options.draw);
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
@@ -142,8 +142,8 @@ void draw_one(const Command& command, Player& player, Results& results, const Ru
   Frame frame;
   View view = view_of(command, player);
   DrawOptions options = drawing(command, player);
-  const auto lens = lens_picture(command, options.light, view.camera.intrinsics.width,
-                                 view.camera.intrinsics.height);
+  const auto lens =
+      lens_picture(command, options, view.camera.intrinsics.width, view.camera.intrinsics.height);
   if (lens) view.camera.intrinsics = lens->pinhole();
   if (lens) lens->prepare(options);
   options.keep_bound = command.wants_truth();
@@ -220,13 +220,8 @@ double depth_ahead_mm(const Command& command, Player& player) {
 DrawOptions drawing(const Command& command, const Player& player,
                     std::optional<DrawnLight> of_script) {
   DrawOptions options;
-  if (command.paper_warp) return options;
-  const std::optional<DrawnLight> asked = command.light ? command.light : of_script;
-  options.light = asked.value_or(player.default_light());
-  if (options.light != DrawnLight::baked && !player.can_relight())
-    throw UsageError(command.bundles.front().string() + " does not say in what light its colours " +
-                     "were taken: light " + to_string(options.light) +
-                     " cannot be shown; take --light baked, or bake it with a lighting");
+  options.light = command.paper_warp ? DrawnLight::baked
+                                     : player.light_for(command.light ? command.light : of_script);
   return options;
 }
 

@@ -23,7 +23,7 @@ void run_command(const Command& command, const ContextOf& context_of);
 // From --view-deg and --distance-mm, in --size.
 View view_of(const Command& command, Player& player);
 
-// How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
+// How the skin is drawn: by the paper's warp, or by ours in the light that command or script name.
 DrawOptions drawing(const Command& command, const Player& player,
                     std::optional<DrawnLight> of_script = std::nullopt);
 

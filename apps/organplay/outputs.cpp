@@ -18,7 +18,7 @@
 #include "organbake/geometry/camera.h"
 #include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/pixel_truth.h"
 #include "organbake/truth/truth_recorder.h"
@@ -47,11 +47,11 @@ const Rgb8Image& ShownPicture::through_lens(const Frame& frame, const View& view
 
 namespace fs = std::filesystem;
 
-std::shared_ptr<const LensPicture> lens_picture(const Command& command, DrawnLight light, int width,
-                                                int height) {
+std::shared_ptr<const LensPicture> lens_picture(const Command& command, const DrawOptions& options,
+                                                int width, int height) {
   if (command.lens.empty()) return nullptr;
   ScopeLens lens = read_scope_lens(command.lens).in_size(width, height);
-  lens.picture.surroundings |= command.cavity && light == DrawnLight::scope;
+  lens.picture.surroundings |= command.cavity && options.light == DrawnLight::scope;
   return std::make_shared<const LensPicture>(lens, command.lens.string());
 }
 

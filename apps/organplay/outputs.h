@@ -47,8 +47,8 @@ TruthOptions truth_options(const Command& command, const Script& script, const P
                            std::shared_ptr<const LensPicture> lens);
 
 // Of --lens, for pictures of that size; nothing without one.
-std::shared_ptr<const LensPicture> lens_picture(const Command& command, DrawnLight light, int width,
-                                                int height);
+std::shared_ptr<const LensPicture> lens_picture(const Command& command, const DrawOptions& options,
+                                                int width, int height);
 
 // --cameras; their distortion is left out where --lens stands in its place.
 CameraSet recorded_cameras(const Command& command);

@@ -10,9 +10,8 @@
 #include "organbake/core/error.h"
 #include "organbake/graphics/graphics_drawing.h"
 #include "organbake/player/eye_inside.h"
-#include "organbake/player/instrument_motion.h"
 #include "organbake/player/play.h"
-#include "organbake/player/tip_instruments.h"
+#include "organbake/player/script.h"
 
 namespace organbake {
 namespace {
@@ -89,7 +88,7 @@ LiveOrgan::LiveOrgan(Bundle frame) : supplied_(frame.cameras.cameras.size()) {
   options.time_step_s = kTimeStep_s;
   player_ = std::make_unique<Player>(std::move(frame), read, options);
   session_ = std::make_unique<LiveSession>(*player_, kTimeStep_s);
-  drawing_.light = player_->default_light();
+  drawing_.light = player_->light_for();
 }
 
 void LiveOrgan::supply(std::size_t camera, std::vector<std::byte> maps) {
@@ -208,12 +207,6 @@ void LiveOrgan::choose_solver(TissueSolver solver) {
   chosen_ = solver;
 }
 
-void LiveOrgan::set_light(int light) {
-  const bool there = light == 0 || (light > 0 && light <= 2 && player_->can_relight());
-  if (!there) throw UsageError("this organ does not say in what light its colours were taken");
-  drawing_.light = static_cast<DrawnLight>(light);
-}
-
 std::string LiveOrgan::draw_by_graphics(bool software_too) {
   const GraphicsDevice device = current_graphics_device();
   if (device.software && !software_too)
@@ -228,54 +221,37 @@ void LiveOrgan::set_background(int red, int green, int blue) {
   drawing_.background = {byte(red), byte(green), byte(blue)};
 }
 
-double LiveOrgan::figure(Figure which) const {
-  switch (which) {
-    case Figure::step_ms:
-      return last_.deform_ms;
-    case Figure::draw_ms:
-      return last_.draw_ms;
-    case Figure::force_n:
-      return last_.step.tip_force_n.empty() ? 0 : last_.step.tip_force_n.back().norm();
-    case Figure::depth_mm:
-      return session_->depth_mm();
-    case Figure::radius_mm:
-      return session_->tool_radius_mm();
-    case Figure::light:
-      return static_cast<double>(drawing_.light);
-    case Figure::lights:
-      return player_->can_relight() ? 3 : 1;
-    case Figure::cameras:
-      return static_cast<double>(supplied_.size());
-    case Figure::proxy_faces:
-      return static_cast<double>(player_->bundle().proxy.faces.size());
-    case Figure::unchanged:
-      return last_.draw.unchanged ? 1 : 0;
-    case Figure::recovered:
-      return recovered_;
-    case Figure::can_cut:
-      return has_tetrahedra() ? 1 : 0;
-    case Figure::pieces:
-      return static_cast<double>(player_->piece_count());
-    case Figure::cut_width_mm:
-      return session_->cut_width_mm();
-    case Figure::solver:
-      return player_->solver() == TissueSolver::fem ? 1 : 0;
-    case Figure::can_undo:
-      return session_->can_undo() ? 1 : 0;
-    case Figure::can_redo:
-      return session_->can_redo() ? 1 : 0;
-    case Figure::seeking:
-      return session_->seeking() ? 1 : 0;
-    case Figure::scope_mm:
-      return session_->scope_distance_mm().value_or(0);
-    case Figure::view_angle_deg:
-      return session_->view_angle_deg();
-    case Figure::inside:
-      return inside_ ? 1 : 0;
-    case Figure::graphics:
-      return player_->shows_pictures() ? 1 : 0;
-  }
-  return 0;
+std::span<const LiveOrgan::Figure> LiveOrgan::figures() {
+  using Organ = const LiveOrgan&;
+  static constexpr Figure kFigures[] = {
+      {"stepMs", [](Organ o) { return o.last_.deform_ms; }},
+      {"drawMs", [](Organ o) { return o.last_.draw_ms; }},
+      {"forceN",  // on the held tool
+       [](Organ o) {
+         const auto& forces = o.last_.step.tip_force_n;
+         return forces.empty() ? 0 : forces.back().norm();
+       }},
+      {"depthMm", [](Organ o) { return o.session_->depth_mm(); }},  // below the place it touched
+      {"radius", [](Organ o) { return o.session_->tool_radius_mm(); }},
+      {"light", [](Organ o) { return double(*o.drawing_.light); }},
+      // How many there are: what was baked alone, or all.
+      {"lights", [](Organ o) { return double(o.player_->can_relight() ? kLightNames.size() : 1); }},
+      {"cameras", [](Organ o) { return double(o.supplied_.size()); }},
+      {"proxyFaces", [](Organ o) { return double(o.player_->bundle().proxy.faces.size()); }},
+      {"unchanged", [](Organ o) { return double(o.last_.draw.unchanged); }},
+      {"recovered", [](Organ o) { return double(o.recovered_); }},  // from lost states, how often
+      {"canCut", [](Organ o) { return double(o.has_tetrahedra()); }},
+      {"pieces", [](Organ o) { return double(o.player_->piece_count()); }},
+      {"solver", [](Organ o) { return double(o.player_->solver() == TissueSolver::fem); }},
+      {"canUndo", [](Organ o) { return double(o.session_->can_undo()); }},
+      {"canRedo", [](Organ o) { return double(o.session_->can_redo()); }},
+      {"seeking", [](Organ o) { return double(o.session_->seeking()); }},
+      // From the lens to the skin straight ahead; 0 where there is none.
+      {"scopeMm", [](Organ o) { return o.session_->scope_distance_mm().value_or(0); }},
+      {"viewAngle", [](Organ o) { return o.session_->view_angle_deg(); }},
+      {"inside", [](Organ o) { return double(o.inside_); }},
+      {"graphics", [](Organ o) { return double(o.player_->shows_pictures()); }}};
+  return kFigures;
 }
 
 }  // namespace organbake

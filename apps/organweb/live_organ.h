@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "organbake/geometry/rigid_transform.h"
+#include "organbake/player/embedded_types.h"
 #include "organbake/player/live_session.h"
-#include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
 #include "organbake/warp/view.h"
 
@@ -76,7 +76,8 @@ class LiveOrgan {
   // Who plays the organ from now on, and after resets; what was done is done again under it. Throws
   // UsageError for finite elements where there are no tetrahedra.
   void choose_solver(TissueSolver solver);
-  void set_light(int light);  // a DrawnLight; throws UsageError
+  // Throws UsageError for one that the organ cannot be shown in.
+  void set_light(DrawnLight light) { drawing_.light = player_->light_for(light); }
   // From now on by WebGL into the canvas whose context the page has made current; returns what
   // draws. Throws GraphicsError, also for software that stands in for graphics hardware, unless
   // that will do. The first picture is held against the processor's.
@@ -87,32 +88,15 @@ class LiveOrgan {
   void set_background(int red, int green, int blue);
   LiveSession& session() { return *session_; }
 
-  // What organ_figure() tells.
-  enum class Figure : std::uint8_t {
-    step_ms,
-    draw_ms,
-    force_n,   // on the held tool
-    depth_mm,  // of the held tool below the place it touched
-    radius_mm,
-    light,   // the DrawnLight it is drawn in
-    lights,  // how many there are: 1 as baked alone, 3 with the world's and the scope's
-    cameras,
-    proxy_faces,
-    unchanged,  // 1: the last picture is the one before
-    recovered,  // how often a lost state went back to rest
-    can_cut,    // 1: blades may touch it
-    pieces,     // that blades have cut it into; 1 when whole
-    cut_width_mm,
-    solver,    // 0 springs, 1 finite elements
-    can_undo,  // 1: there is a touch to undo
-    can_redo,  // 1: one was undone
-    seeking,   // 1: pictures are on their way to what was undone or redone
-    scope_mm,  // from the lens to the skin straight ahead; 0 where there is none
-    view_angle_deg,
-    inside,   // 1: nothing is seen, since the eye is inside the organ or touches it
-    graphics  // 1: the last picture is in the canvas of draw_by_graphics()
+  // The kinds of tools, each with the numbers that the next touch gives it.
+  std::vector<InstrumentKind>& tools() { return tools_; }
+
+  // What organ_figure() tells: a number by its name in organ.js. This is the only list of them.
+  struct Figure {
+    const char* name;
+    double (*of)(const LiveOrgan&);
   };
-  double figure(Figure which) const;
+  static std::span<const Figure> figures();
 
  private:
   // What resets bring back, in the place of the usual one.
@@ -133,6 +117,7 @@ class LiveOrgan {
   HeadsetEyes eyes_;
   Frame eye_frame_;  // of the last eye
   DrawOptions drawing_;
+  std::vector<InstrumentKind> tools_{instrument_kinds().begin(), instrument_kinds().end()};
   PlayedFrame last_;
   std::vector<std::uint8_t> rgba_;
   std::uint64_t shown_ = 0;  // serial of the frame that they are of

@@ -9,6 +9,7 @@
 #include "live_organ.h"
 #include "organbake/bundle/bundle_pack.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 
 #define ORGAN_EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
@@ -253,9 +254,41 @@ ORGAN_EXPORT(organ_contact_forces) int organ_contact_forces(std::uint32_t count,
   });
 }
 
-// See LiveOrgan::Figure.
-ORGAN_EXPORT(organ_figure) double organ_figure(int which) {
-  return module().organ ? module().organ->figure(static_cast<LiveOrgan::Figure>(which)) : 0;
+// One of LiveOrgan::figures(); the message becomes the name of the one that is asked for, and is
+// empty behind the last.
+ORGAN_EXPORT(organ_figure_name) void organ_figure_name(std::uint32_t which) {
+  module().message = which < LiveOrgan::figures().size() ? LiveOrgan::figures()[which].name : "";
+}
+ORGAN_EXPORT(organ_figure) double organ_figure(std::uint32_t which) {
+  return module().organ ? LiveOrgan::figures()[which].of(*module().organ) : 0;
+}
+
+// A number of a tool's own, by its place in each_number(), whose name and title become the message,
+// a line each: into the room its value, the least, the most and the usual one. 0 behind the last.
+ORGAN_EXPORT(organ_tool_number) int organ_tool_number(std::uint32_t tool, std::uint32_t which) {
+  return with_organ([&](LiveOrgan& organ) {
+    std::uint32_t place = 0;
+    each_number_of(organ.tools().at(tool), [&](const InstrumentNumber& number, double value) {
+      if (place++ != which) return;
+      module().message = std::string(number.name) + "\n" + number.title;
+      put_list(std::vector{value, number.least, number.most, number.usual}, module());
+    });
+    return place > which ? 1 : 0;
+  });
+}
+ORGAN_EXPORT(organ_set_tool_number)
+int organ_set_tool_number(std::uint32_t tool, std::uint32_t which, double value) {
+  return with_organ([&](LiveOrgan& organ) {
+    std::uint32_t place = 0;
+    each_number_of(organ.tools().at(tool), [&](const InstrumentNumber& number, double& own) {
+      if (place++ != which) return;
+      if (!(value >= number.least && value <= number.most))
+        throw UsageError(std::string(number.name) + " must be " + to_text(number.least) + " to " +
+                         to_text(number.most));
+      own = value;
+    });
+    return 0;
+  });
 }
 
 ORGAN_EXPORT(organ_turn) void organ_turn(double x, double y) {
@@ -273,9 +306,8 @@ ORGAN_EXPORT(organ_face_front) void organ_face_front() {
 // At a pixel of the last picture; 1 when there is tissue. tool: its place among instrument_kinds().
 ORGAN_EXPORT(organ_touch) int organ_touch(double x, double y, std::uint32_t tool) {
   return with_organ([&](LiveOrgan& organ) {
-    const auto& kinds = instrument_kinds();
-    if (tool >= kinds.size()) throw UsageError("there is no tool " + std::to_string(tool));
-    return organ.touch({x, y}, kinds[tool]) ? 1 : 0;
+    if (tool >= organ.tools().size()) throw UsageError("there is no tool " + std::to_string(tool));
+    return organ.touch({x, y}, organ.tools()[tool]) ? 1 : 0;
   });
 }
 ORGAN_EXPORT(organ_drag) void organ_drag(double x, double y) {
@@ -314,14 +346,16 @@ ORGAN_EXPORT(organ_set_view_angle) void organ_set_view_angle(double deg) {
 ORGAN_EXPORT(organ_set_radius) void organ_set_radius(double mm) {
   with_organ([&](LiveOrgan& organ) { return organ.session().set_tool_radius_mm(mm), 0; });
 }
-// Of the strip of tissue that the next cut takes away.
-ORGAN_EXPORT(organ_set_cut_width) void organ_set_cut_width(double mm) {
-  with_organ([&](LiveOrgan& organ) { return organ.session().set_cut_width_mm(mm), 0; });
+// A DrawnLight; −1 for one that the organ cannot be shown in. The message of organ_light_title() is
+// what one is called, empty behind the last.
+ORGAN_EXPORT(organ_set_light) int organ_set_light(std::uint32_t light) {
+  return with_organ([&](LiveOrgan& organ) {
+    if (light >= kLightNames.size()) throw UsageError("there is no light " + std::to_string(light));
+    return organ.set_light(static_cast<DrawnLight>(light)), 0;
+  });
 }
-// 0 as baked, 1 the world's lamps on the skin as it lies, 2 at the scope; −1 for one that the organ
-// cannot be shown in.
-ORGAN_EXPORT(organ_set_light) int organ_set_light(int light) {
-  return with_organ([&](LiveOrgan& organ) { return organ.set_light(light), 0; });
+ORGAN_EXPORT(organ_light_title) void organ_light_title(std::uint32_t light) {
+  module().message = light < kLightNames.size() ? kLightNames[light].title : "";
 }
 // By WebGL into the canvas whose context the page has made current, software 1: also without
 // graphics hardware; its name is the message. −1, and as before, where that cannot be.

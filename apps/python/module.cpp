@@ -41,7 +41,7 @@ std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
 std::optional<DrawnLight> light_from(const std::optional<std::string>& name) {
   std::optional<DrawnLight> light;
   if (name && !(light = drawn_light(*name)))
-    throw UsageError("light '" + *name + "' is none; take baked, world or scope");
+    throw UsageError("light '" + *name + "' is none; take " + all_lights());
   return light;
 }
 

@@ -85,13 +85,11 @@ class SharedPlayer {
 
  private:
   Player& open();  // with the lock held
-  void check_light(DrawnLight light);
   void take_picture(const View& view, const DrawOptions& options, const TakenPicture& how,
                     std::uint64_t item, Frame& drawn, Rgb8Image& seen);
 
   std::mutex mutex_;
   std::optional<ThreadLimit> threads_;
-  std::filesystem::path bundle_;
   std::unique_ptr<Player> player_;
   std::optional<DrawnLight> light_;
   std::vector<Instrument> instruments_;  // of the last step, where they were held
@@ -104,10 +102,12 @@ class SharedPlayer {
   std::map<std::size_t, std::unique_ptr<BatchDrawing>> batches_;
 };
 
-// What Python tells of tips, each for all of them or one by one.
+// What Python tells of tips, each for all of them or one by one; numbers: of each_number(), by
+// name.
 struct TipArguments {
   const pybind11::object &positions_mm, &radius_mm, &axis_mm, &grabs, &cuts, &snips, &opening_mm,
-      &cut_width_mm, &pierces, &active;
+      &pierces, &active;
+  const pybind11::kwargs& numbers;
 
   // Throws UsageError naming the argument.
   std::vector<Instrument> instruments() const;
@@ -123,16 +123,16 @@ void def_with_tips_as(Class& player, const char* name,
   player.def(
       name,
       [work](SharedPlayer& self, Given positions_mm, Given radius_mm, Given axis_mm, Given grabs,
-             Given cuts, Given snips, Given opening_mm, Given cut_width_mm, Given pierces,
-             Given active, More... rest) {
-        const TipArguments tips{positions_mm, radius_mm,  axis_mm,      grabs,   cuts,
-                                snips,        opening_mm, cut_width_mm, pierces, active};
+             Given cuts, Given snips, Given opening_mm, Given pierces, Given active, More... rest,
+             const py::kwargs& numbers) {
+        const TipArguments tips{positions_mm, radius_mm,  axis_mm, grabs,  cuts,
+                                snips,        opening_mm, pierces, active, numbers};
         return work(self, tips.instruments(), rest...);
       },
       py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
       py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
-      py::arg("snips") = false, py::arg("opening_mm") = py::none(), py::arg("cut_width_mm") = 0.0,
-      py::arg("pierces") = false, py::arg("active") = true, more..., doc);
+      py::arg("snips") = false, py::arg("opening_mm") = py::none(), py::arg("pierces") = false,
+      py::arg("active") = true, more..., doc);
 }
 template <class Class>
 void def_with_tips(Class& player, const char* name, auto work, const char* doc,

@@ -108,16 +108,16 @@ await settle();
 // heals.
 if (await browser.value("organ.canCut")) {
   await browser.value('document.getElementById("front").click()');
-  expect(await browser.value('document.getElementById("widths").hidden'), "no width without a blade");
+  expect(await browser.value('!document.getElementById("cut_width_mm")'), "no width without a blade");
   await browser.value(`document.querySelector('[data-mode="cut"]').click()`);
-  expect(!await browser.value('document.getElementById("widths").hidden'), "a cut has a width");
+  expect(await browser.value('!!document.getElementById("cut_width_mm")'), "a cut has a width");
   await settle();
   await remember("whole");
   await browser.value(`((width) => {
     width.value = "3";
     width.dispatchEvent(new Event("input"));
-  })(document.getElementById("width"))`);
-  expect(await browser.value("organ.cutWidth") === 3, "the width is the next cut's");
+  })(document.getElementById("cut_width_mm"))`);
+  expect(await browser.value('organ.toolNumbers("cut")[0].value') === 3, "the width is the next cut's");
   await browser.mouse("mousePressed", ...at(0.4, 0.5));
   for (let i = 1; i <= 20; ++i) await browser.mouse("mouseMoved", ...at(0.4 + 0.01 * i, 0.5)), await sleep(40);
   await browser.mouse("mouseReleased", ...at(0.6, 0.5));

@@ -45,7 +45,7 @@ OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
       truth_(bundles.front(), player_.bundle().shell()) {
   state_.drawing.measure = true;
   player_.set_cut_times(Player::CutTimes{});  // a picture must not wait for a cut
-  if (player_.can_relight()) state_.drawing.light = light.value_or(player_.default_light());
+  state_.drawing.light = player_.light_for(light);
 }
 
 void OrganView::draw_with(DrawnBy drawn_by) {
@@ -102,7 +102,8 @@ void OrganView::follow_mouse() {
   const Eigen::Vector2d moved = vector_from(io.MouseDelta);
   if (drag_ == Drag::none && !io.WantCaptureMouse) {
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-      const InstrumentKind kind = io.KeyCtrl ? InstrumentKind(Grasper{}) : state_.kind;
+      const InstrumentKind kind =
+          io.KeyCtrl ? InstrumentKind(Grasper{}) : state_.kinds[state_.chosen];
       drag_ = io.KeyShift ? Drag::shift : session_.touch(pointer, kind) ? Drag::tool : Drag::turn;
     }
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Right)) drag_ = Drag::turn;
@@ -140,8 +141,7 @@ void OrganView::follow_keys(const Display& display) {
   if (display.pressed('Z')) session_.undo();
   if (display.pressed('Y')) session_.redo();
   for (std::size_t i = 0; i < kToolButtons.size(); ++i)
-    if (kToolButtons[i].key != 0 && display.pressed(kToolButtons[i].key))
-      state_.choose(instrument_kinds()[i], player_);
+    if (kToolButtons[i].key != 0 && display.pressed(kToolButtons[i].key)) state_.choose(i, player_);
   state_.asks.picture |= display.pressed('P');
   state_.asks.window |= display.pressed('W');
   state_.asks.interaction |= display.pressed('S');

@@ -16,14 +16,14 @@
 #include "window/window_state.h"
 
 namespace organbake {
-void WindowState::choose(const InstrumentKind& chosen, const Player& player) {
-  if (has_blade(chosen) && !player.can_cut()) {
+void WindowState::choose(std::size_t kind, const Player& player) {
+  if (has_blade(kinds[kind]) && !player.can_cut()) {
     message = player.bundle().mechanics.body
                   ? "Springs cannot be cut: choose finite elements below."
                   : "Springs cannot be cut: bake the organ with tetrahedra.";
     return;
   }
-  kind = kind == chosen ? InstrumentKind(Ball{}) : chosen;
+  chosen = kind == chosen ? 0 : kind;
 }
 
 void WindowState::restart(LiveSession& session) {

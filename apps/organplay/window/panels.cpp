@@ -28,9 +28,11 @@ void show_scope(WindowState& state, const Player& player, LiveSession& session) 
   if (!(state.scope == ScopePicture()))
     ImGui::Checkbox("scope's picture (O)", &state.through_scope);
   if (!player.can_relight()) return;
-  int light = static_cast<int>(state.drawing.light);
+  std::string titles;  // each with a zero behind it, as ImGui wants them
+  for (const LightNames& light : kLightNames) (titles += "light ").append(light.title) += '\0';
+  int light = static_cast<int>(*state.drawing.light);
   ImGui::SetNextItemWidth(-1);
-  ImGui::Combo("##light", &light, "light as baked\0light of the room\0light at the scope\0");
+  ImGui::Combo("##light", &light, titles.c_str());
   state.drawing.light = static_cast<DrawnLight>(light);
 }
 
@@ -202,14 +204,17 @@ void show_timeline(WindowState& state, LiveSession& session) {
 
 namespace {
 
-void show_size(const InstrumentKind& kind, LiveSession& session) {
+// The numbers of the kind's own, and of a blunt one its radius.
+void show_size(InstrumentKind& kind, LiveSession& session) {
+  each_number_of(kind, [](const InstrumentNumber& number, double& value) {
+    float shown = float(value);
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::SliderFloat((std::string("##") + number.name).c_str(), &shown, float(number.least),
+                           float(number.usual), number.title))
+      value = shown;
+  });
+  if (!Instrument{.kind = kind}.is_blunt()) return;
   ImGui::SetNextItemWidth(-1);
-  if (std::holds_alternative<Blade>(kind)) {
-    float width = float(session.cut_width_mm());
-    if (ImGui::SliderFloat("##width", &width, 0, 4, "takes away %.1f mm"))
-      session.set_cut_width_mm(width);
-    return;
-  }
   float radius = float(session.tool_radius_mm());
   if (ImGui::SliderFloat("##radius", &radius, 1, 20, "radius %.1f mm"))
     session.set_tool_radius_mm(radius);
@@ -229,8 +234,7 @@ void show_solver(WindowState& state, const Player& player, LiveSession& session)
   int solver = player.solver() == TissueSolver::fem;
   ImGui::SetNextItemWidth(-1);
   if (!ImGui::Combo("##solver", &solver, "springs: quick\0finite elements: cut\0")) return;
-  const bool forgets = solver == 0 && has_blade(state.kind);
-  if (forgets) state.kind = Ball{};
+  if (solver == 0 && has_blade(state.kinds[state.chosen])) state.chosen = 0;
   session.set_solver(solver == 1 ? TissueSolver::fem : TissueSolver::springs);
 }
 
@@ -238,12 +242,11 @@ void show_solver(WindowState& state, const Player& player, LiveSession& session)
 
 void show_tools(WindowState& state, const Player& player, LiveSession& session) {
   for (std::size_t i = 0; i < kToolButtons.size(); ++i) {
-    const InstrumentKind& kind = instrument_kinds()[i];
-    if (ImGui::RadioButton(kToolButtons[i].label, state.kind == kind)) state.choose(kind, player);
+    if (ImGui::RadioButton(kToolButtons[i].label, state.chosen == i)) state.choose(i, player);
     if (i % 2 == 0) ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
   }
   ImGui::NewLine();
-  show_size(state.kind, session);
+  show_size(state.kinds[state.chosen], session);
   show_solver(state, player, session);
   ImGui::Checkbox("pause (space)", &state.paused);
   ImGui::SameLine();

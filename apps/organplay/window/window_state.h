@@ -33,8 +33,10 @@ struct WindowState {
   bool prefer_readings = false;  // where there is room for one side alone
 
   bool paused = false, step_once = false;
-  int slowness = 1;              // one time step every so many pictures
-  InstrumentKind kind = Ball{};  // of the next touch
+  int slowness = 1;  // one time step every so many pictures
+  // Each with the numbers that were chosen for it, and which of them the next touch takes.
+  std::array<InstrumentKind, std::variant_size_v<InstrumentKind>> kinds = instrument_kinds();
+  std::size_t chosen = 0;
   DrawOptions drawing;
   ScopePicture scope;  // what a scope's camera makes of the picture, once one was given
   bool through_scope = false;
@@ -55,7 +57,7 @@ struct WindowState {
 
   void toggle(Beside what) { beside = beside == what ? Beside::nothing : what; }
   // Chosen again, it pokes again. Leaves a message where the organ cannot be cut.
-  void choose(const InstrumentKind& chosen, const Player& player);
+  void choose(std::size_t kind, const Player& player);
   void restart(LiveSession& session);  // the organ at rest, and a new record
 };
 

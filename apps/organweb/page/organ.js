@@ -6,14 +6,7 @@
 //   if (organ.draw(true, 640, 480)) organ.paint(context);
 
 export const Solver = { springs: 0, fem: 1 };
-export const Light = { baked: 0, world: 1, scope: 2 };
 const kTools = ["poke", "grab", "cut", "snip", "pierce"];
-const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, light: 5, lights: 6,
-                 cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10,
-                 can_cut: 11, pieces: 12, cut_width_mm: 13, solver: 14, can_undo: 15,
-                 can_redo: 16, seeking: 17, scope_mm: 18, view_angle_deg: 19, inside: 20,
-                 graphics: 21 };
-
 // The lists of a mesh in the module's order, and their kinds of number.
 const kMeshLists = [
   ["vertices", Float64Array], ["faces", Uint32Array], ["vertexMass", Float64Array],
@@ -56,6 +49,7 @@ export class Organ {
   #supplies = new Map();  // by camera: the promise that the module gets its maps
   #failure = null;
   #next = 0;  // cameras before it are bound
+  #figures = [];  // the names of the module's
   #room = null;  // a view of the module's memory where states go
   #canvas = null;  // that graphics hardware draws into
 
@@ -91,6 +85,7 @@ export class Organ {
     const made = await WebAssembly.instantiate(module, imports);
     this.#exports = (made.instance ?? made).exports;
     this.#exports._initialize();
+    this.#figures = this.#named("organ_figure_name");
   }
 
   async #read(pack) {
@@ -288,32 +283,53 @@ export class Organ {
   set scopeMm(mm) { this.#exports.organ_set_scope(mm); }  // from the lens to the skin straight ahead
   set viewAngle(degrees) { this.#exports.organ_set_view_angle(degrees); }  // across the smaller side
   set radius(mm) { this.#exports.organ_set_radius(mm); }  // of the next touch
-  set cutWidth(mm) { this.#exports.organ_set_cut_width(mm); }  // that the next "cut" takes away
+  // What a tool of touch() has beside its radius: [{name, title, least, most, usual, value}], and a
+  // new value for its next touch.
+  toolNumbers(tool) {
+    const numbers = [], which = kTools.indexOf(tool);
+    while (this.#call("organ_tool_number", which, numbers.length) === 1) {
+      const [name, title] = this.#message().split("\n"), at = this.#exports.organ_list();
+      const [value, least, most, usual] = new Float64Array(this.#exports.memory.buffer.slice(at, at + 32));
+      numbers.push({ name, title, least, most, usual, value });
+    }
+    return numbers;
+  }
+  setToolNumber(tool, name, value) {
+    const place = this.toolNumbers(tool).findIndex((number) => number.name === name);
+    if (place < 0) throw new TypeError(`"${tool}" has no ${name}`);
+    this.#call("organ_set_tool_number", kTools.indexOf(tool), place, value);
+  }
   set light(light) { this.#call("organ_set_light", light); }
   set background([red, green, blue]) { this.#exports.organ_set_background(red, green, blue); }
 
-  #figure(which) { return this.#exports.organ_figure(which); }
-  get radius() { return this.#figure(Figure.radius_mm); }
-  get light() { return this.#figure(Figure.light); }
-  get lights() { return this.#figure(Figure.lights); }
-  get cameras() { return this.#figure(Figure.cameras); }
-  get proxyFaces() { return this.#figure(Figure.proxy_faces); }
-  get stepMs() { return this.#figure(Figure.step_ms); }
-  get drawMs() { return this.#figure(Figure.draw_ms); }
-  get forceN() { return this.#figure(Figure.force_n); }
-  get depthMm() { return this.#figure(Figure.depth_mm); }
-  get unchanged() { return this.#figure(Figure.unchanged) === 1; }
-  get recovered() { return this.#figure(Figure.recovered); }
-  get canCut() { return this.#figure(Figure.can_cut) === 1; }
-  get pieces() { return this.#figure(Figure.pieces); }
-  get cutWidth() { return this.#figure(Figure.cut_width_mm); }
-  get solver() { return this.#figure(Figure.solver); }
-  get canUndo() { return this.#figure(Figure.can_undo) === 1; }
-  get canRedo() { return this.#figure(Figure.can_redo) === 1; }
-  get seeking() { return this.#figure(Figure.seeking) === 1; }
-  get scopeMm() { return this.#figure(Figure.scope_mm); }  // 0 where there is no skin ahead
-  get viewAngle() { return this.#figure(Figure.view_angle_deg); }
-  get inside() { return this.#figure(Figure.inside) === 1; }  // nothing is seen for being too near
-  get graphics() { return this.#figure(Figure.graphics) === 1; }  // who drew the last picture
+  // What the lights are called, in the order of their numbers, as many as the organ can be shown in.
+  get lightTitles() { return this.#named("organ_light_title").slice(0, this.lights); }
+  #named(ask) {
+    const names = [];
+    for (let name; this.#exports[ask](names.length), name = this.#message();) names.push(name);
+    return names;
+  }
+  #figure(name) { return this.#exports.organ_figure(this.#figures.indexOf(name)); }
+  get radius() { return this.#figure("radius"); }
+  get light() { return this.#figure("light"); }
+  get lights() { return this.#figure("lights"); }
+  get cameras() { return this.#figure("cameras"); }
+  get proxyFaces() { return this.#figure("proxyFaces"); }
+  get stepMs() { return this.#figure("stepMs"); }
+  get drawMs() { return this.#figure("drawMs"); }
+  get forceN() { return this.#figure("forceN"); }
+  get depthMm() { return this.#figure("depthMm"); }
+  get unchanged() { return this.#figure("unchanged") === 1; }
+  get recovered() { return this.#figure("recovered"); }
+  get canCut() { return this.#figure("canCut") === 1; }
+  get pieces() { return this.#figure("pieces"); }
+  get solver() { return this.#figure("solver"); }
+  get canUndo() { return this.#figure("canUndo") === 1; }
+  get canRedo() { return this.#figure("canRedo") === 1; }
+  get seeking() { return this.#figure("seeking") === 1; }
+  get scopeMm() { return this.#figure("scopeMm"); }  // 0 where there is no skin ahead
+  get viewAngle() { return this.#figure("viewAngle"); }
+  get inside() { return this.#figure("inside") === 1; }  // nothing is seen for being too near
+  get graphics() { return this.#figure("graphics") === 1; }  // who drew the last picture
   get memoryBytes() { return this.#exports.memory.buffer.byteLength; }
 }

@@ -162,10 +162,28 @@ function choose(next) {
   if (kBlades.includes(next) && !(organ?.canCut && complete))
     return say(organ?.canCut ? "The organ is not ready to be cut yet." : "This organ cannot be cut.");
   mode = next;
-  element("widths").hidden = mode !== "cut";  // in the place of a ball's radius
+  show_numbers();
   element("radii").hidden = mode === "cut" || mode === "snip" || mode === "pierce";
   for (const button of document.querySelectorAll("[data-mode]"))
     button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
+}
+
+// A slider for each number that the chosen tool has of its own.
+function show_numbers() {
+  element("numbers").replaceChildren(...(organ && mode !== "turn" ? organ.toolNumbers(mode) : []).map((number) => {
+    const label = document.createElement("label"), slider = document.createElement("input");
+    const [before, after] = number.title.split("%.1f"), text = document.createElement("output");
+    Object.assign(slider, { type: "range", id: number.name, min: number.least, max: number.usual, step: 0.1 });
+    slider.value = number.value;
+    const show = () => { text.textContent = `${Number(slider.value).toFixed(1)}${after}`; };
+    slider.addEventListener("input", () => {
+      if (organ) organ.setToolNumber(mode, number.name, Number(slider.value));
+      show();
+    });
+    show();
+    label.append(before, slider, text);
+    return label;
+  }));
 }
 
 function letGo() {
@@ -330,10 +348,6 @@ for (const [id, act] of Object.entries(press_of)) {
 for (const button of document.querySelectorAll("[data-mode]"))
   button.addEventListener("click", () => choose(button.dataset.mode));
 element("radius").addEventListener("input", () => { if (organ) resize_tool(element("radius").value), wake(); });
-element("width").addEventListener("input", () => {
-  if (organ) organ.cutWidth = Number(element("width").value);
-  element("width-text").textContent = `${Number(element("width").value).toFixed(1)} mm`;
-});
 element("light").addEventListener("change", () => { if (organ) organ.light = Number(element("light").value), wake(); });
 element("scope").addEventListener("input", () => {
   if (organ) bring_scope(kFarthest ** (Number(element("scope").value) / 100)), wake();
@@ -365,6 +379,7 @@ try {
   performance.mark("organ shown");
   organ = opened;
   resize_tool(organ.radius);
+  element("light").replaceChildren(...organ.lightTitles.map((title, light) => new Option(title, light)));
   element("light").value = String(organ.light);
   element("lights").hidden = organ.lights < 2;
   for (const blade of kBlades) document.querySelector(`[data-mode=${blade}]`).hidden = !organ.canCut;

@@ -37,7 +37,7 @@ void check_numbers(const InstrumentKind& kind, const std::string& name) {
     throw UsageError(name + " has " + number.name + " " + to_text(value) + "; it must be " +
                      to_text(number.least) + " to " + to_text(number.most));
   };
-  std::visit([&](const auto& own) { each_number(own, check); }, kind);
+  each_number_of(kind, check);
 }
 
 }  // namespace

@@ -61,11 +61,7 @@ std::vector<Waypoint> path_from(const JsonField& path, bool scissors) {
 template <class Visit>
 void each_number_of_any(const Visit& visit) {
   for (const InstrumentKind& kind : instrument_kinds())
-    std::visit(
-        [&](const auto& own) {
-          each_number(own, [&](const InstrumentNumber& number, double) { visit(kind, number); });
-        },
-        kind);
+    each_number_of(kind, [&](const InstrumentNumber& number, double) { visit(kind, number); });
 }
 
 std::string modes_with(std::string_view name) {
@@ -84,7 +80,7 @@ void read_numbers(const JsonField& field, InstrumentKind& kind) {
     if (const auto given = field.find(number.name))
       value = given->number(number.least, number.most);
   };
-  std::visit([&](auto& of_kind) { each_number(of_kind, read); }, kind);
+  each_number_of(kind, read);
   each_number_of_any([&](const InstrumentKind&, const InstrumentNumber& number) {
     if (std::find(own.begin(), own.end(), number.name) != own.end()) return;
     if (const auto given = field.find(number.name))
@@ -161,7 +157,7 @@ Json to_json(const InstrumentPath& instrument) {
   const auto write = [&](const InstrumentNumber& number, double value) {
     if (value > 0) json[number.name] = value;
   };
-  std::visit([&](const auto& own) { each_number(own, write); }, tip.kind);
+  each_number_of(tip.kind, write);
   if (const Scissors* scissors = std::get_if<Scissors>(&tip.kind))
     json["opens_along"] = to_json(scissors->opening_mm);
   if (instrument.shaft) json["shaft"] = to_json(*instrument.shaft);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "organbake/instruments/instrument.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 #include "organbake/warp/solids.h"
 #include "trocar.h"
 

@@ -11,7 +11,7 @@
 
 #include "line_crossing.h"
 #include "organbake/core/stopwatch.h"
-#include "organbake/player/framing.h"
+#include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 
 namespace organbake {
@@ -101,6 +101,7 @@ std::optional<LiveSession::Seen> LiveSession::seen_at(const Eigen::Vector2i& pix
   lens.width = lens.height = kSide;
   lens.cx -= pixel.x() - kAround, lens.cy -= pixel.y() - kAround;
   DrawOptions options;
+  options.light = DrawnLight::baked;  // of all, the quickest: nobody sees its colours
   options.keep_depth = true;
   options.solids = solids_;
   Frame frame;
@@ -156,8 +157,7 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind
 }
 
 void LiveSession::take_tool(const InstrumentKind& kind) {
-  Instrument tool = pointer_->tool(kind, tool_radius_mm_);
-  if (Blade* blade = std::get_if<Blade>(&tool.kind)) blade->cut_width_mm = cut_width_mm_;
+  const Instrument tool = pointer_->tool(kind, tool_radius_mm_);
   tips_.push_back(tool);
   InstrumentPath record;
   record.name = mode_of(kind);
@@ -258,6 +258,9 @@ PlayedFrame LiveSession::pass_time(bool step) {
     played.step = step_live();
   }
   played.deform_ms = watch.lap();
+  // Tools are shown where they were held: at each other, or at anchored skin.
+  for (std::size_t i = 0; i < played.step.tip_position_mm.size(); ++i)
+    tips_[i].position_mm = played.step.tip_position_mm[i];
   return played;
 }
 

@@ -82,18 +82,27 @@ inline constexpr double kShortestBlade_mm = 0.1;
 inline constexpr double kWidestCut_mm = 10;
 inline constexpr std::size_t kMostInstruments = 1024;  // of one step: each holds off every other
 
-// A number that only some kinds have, by the name that it has in every document and message.
+// A number that only some kinds have.
 struct InstrumentNumber {
-  const char* name;
+  const char* name;   // in every document, message and argument
+  const char* title;  // on a screen, with a place for the number
   double least, most;
+  double usual;  // as far as a slider goes
 };
 
-// Calls visit(InstrumentNumber, double&) for each such number of a kind. This is the only list of
-// them: checks, scripts and recordings follow it.
+// Calls visit(InstrumentNumber, double&) for each such number of a kind, or of whatever has members
+// of the same names. This is the only list of them: checks, scripts, recordings, the window, pages,
+// Python and embedding programs follow it.
 template <class Kind, class Visit>
 void each_number(Kind& kind, const Visit& visit) {
   if constexpr (requires { kind.cut_width_mm; })
-    visit(InstrumentNumber{"cut_width_mm", 0, kWidestCut_mm}, kind.cut_width_mm);
+    visit(InstrumentNumber{"cut_width_mm", "takes away %.1f mm", 0, kWidestCut_mm, 4},
+          kind.cut_width_mm);
+}
+// Of whichever kind it is.
+template <class AnyKind, class Visit>
+void each_number_of(AnyKind& kind, const Visit& visit) {
+  std::visit([&](auto& own) { each_number(own, visit); }, kind);
 }
 
 // What each kind does, in the order of InstrumentKind: its name in scripts, panels and records.

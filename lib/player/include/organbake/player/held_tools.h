@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "organbake/player/instrument_motion.h"
 #include "organbake/player/player.h"
+#include "organbake/player/script.h"
 #include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
 

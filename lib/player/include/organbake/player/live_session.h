@@ -153,7 +153,8 @@ class LiveSession {
   double view_angle_deg() const;
   void set_view_angle_deg(double angle_deg);
 
-  // Puts a tool of a kind onto the tissue at the pointer; false when there is none. A ball presses
+  // Puts a tool of a kind, with the numbers that it has, onto the tissue at the pointer; false when
+  // there is none. A ball presses
   // along the line of sight, as deep as the pointer is then dragged away; a grasper carries
   // the tissue across the view; a blade is drawn across it, 8 mm below the place touched; a
   // needle goes in along the line of sight, like a ball. Scissors are put in along it, and
@@ -165,9 +166,6 @@ class LiveSession {
   bool holds() const { return pointer_.has_value(); }
   double tool_radius_mm() const { return tool_radius_mm_; }
   void set_tool_radius_mm(double radius_mm) { tool_radius_mm_ = radius_mm; }  // of the next touch
-  // How wide a strip of tissue the next one that cuts takes away.
-  double cut_width_mm() const { return cut_width_mm_; }
-  void set_cut_width_mm(double width_mm) { cut_width_mm_ = width_mm; }
 
   // One time step, and what it looks like: frame(), with its depth, unless the player shows its
   // pictures elsewhere. Without `step` time stands
@@ -241,7 +239,7 @@ class LiveSession {
 
   Player* player_;
   double time_step_s_;
-  double tool_radius_mm_, cut_width_mm_ = 0;
+  double tool_radius_mm_;
   OrbitPose front_, pose_;
   std::optional<double> view_angle_deg_;
   View view_;  // of the last picture
