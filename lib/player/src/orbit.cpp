@@ -11,7 +11,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/player/framing.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 namespace {

@@ -13,7 +13,7 @@
 #include "organbake/core/text.h"
 #include "organbake/player/eye_inside.h"
 #include "organbake/player/held_tools.h"
-#include "organbake/player/script_camera.h"
+#include "organbake/player/script.h"
 
 namespace organbake {
 namespace {

@@ -23,6 +23,9 @@
 namespace organbake {
 namespace {
 
+const Face& corners_of(const Face& face) { return face; }
+const auto& corners_of(const Tetrahedron& tetrahedron) { return tetrahedron.nodes; }
+
 // Whether places may be those of a mesh that another program has deformed: told by its size, by
 // where it lies, by edges of it, which tissue does not make several times as long on average, and
 // by the affine map that fits best, which mirrors nothing. Wrong units, another mesh or another
@@ -31,11 +34,12 @@ class PlausiblePlaces {
  public:
   // elements: the mesh's faces or tetrahedra; what: "vertices" or "nodes", for messages.
   template <class Elements>
-  PlausiblePlaces(std::string what, const std::vector<Eigen::Vector3d>& rest_mm,
-                  const Elements& elements) {
+  PlausiblePlaces(const std::string& what, const std::vector<Eigen::Vector3d>& rest_mm,
+                  const Elements& elements)
+      : what_(what) {
     for (std::size_t e = 0; e < elements.size(); e += 1 + elements.size() / kEdges)
-      edges_.push_back({elements[e][0], elements[e][1]});
-    begin(std::move(what), rest_mm);
+      edges_.push_back({corners_of(elements[e])[0], corners_of(elements[e])[1]});
+    begin(rest_mm);
   }
 
   // Throws UsageError naming what is wrong. As many places as at rest; all finite.
@@ -43,7 +47,7 @@ class PlausiblePlaces {
 
  private:
   static constexpr std::size_t kEdges = 500;
-  void begin(std::string what, const std::vector<Eigen::Vector3d>& rest_mm);
+  void begin(const std::vector<Eigen::Vector3d>& rest_mm);
   Eigen::Matrix3d spread_with(const std::vector<Eigen::Vector3d>& places_mm) const;
   bool are_mirrored(const std::vector<Eigen::Vector3d>& places_mm) const;
   double edges_mm(const std::vector<Eigen::Vector3d>& places_mm) const;  // their mean
@@ -70,15 +74,17 @@ constexpr double kFlat = 0.02, kMirrored = -0.2, kExplained = 0.95;
 
 constexpr double kMetresStretch = 1e-3, kCentimetresStretch = 0.1;
 
-struct Box {
-  Eigen::Vector3d low, high;
+Bounds box_of(const std::vector<Eigen::Vector3d>& places) {
+  Bounds box;
+  for (const Eigen::Vector3d& p : places) box.add(p);
+  return box;
+}
 
-  explicit Box(const std::vector<Eigen::Vector3d>& places) : low(places.front()), high(low) {
-    for (const Eigen::Vector3d& p : places) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  }
-  Eigen::Vector3d center() const { return 0.5 * (low + high); }
-  double diagonal() const { return (high - low).norm(); }
-};
+Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& places) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : places) mean += p / double(places.size());
+  return mean;
+}
 
 // "; are they metres?" where their size says so.
 std::string unit_question(double stretch) {
@@ -90,14 +96,12 @@ std::string unit_question(double stretch) {
   return "; they are not of this organ, or not in millimetres";
 }
 
-void PlausiblePlaces::begin(std::string what, const std::vector<Eigen::Vector3d>& rest_mm) {
-  what_ = std::move(what);
-  const Box box(rest_mm);
+void PlausiblePlaces::begin(const std::vector<Eigen::Vector3d>& rest_mm) {
+  const Bounds box = box_of(rest_mm);
   center_mm_ = box.center();
   diagonal_mm_ = box.diagonal();
   edges_mm_ = edges_mm(rest_mm);
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : rest_mm) mean += p / double(rest_mm.size());
+  const Eigen::Vector3d mean = mean_of(rest_mm);
   for (const Eigen::Vector3d& p : rest_mm) from_mean_mm_.push_back(p - mean);
   const Eigen::Matrix3d spread = spread_with(rest_mm);
   const double flattest = spread.selfadjointView<Eigen::Lower>().eigenvalues().x();
@@ -115,8 +119,7 @@ Eigen::Matrix3d PlausiblePlaces::spread_with(const std::vector<Eigen::Vector3d>&
 bool PlausiblePlaces::are_mirrored(const std::vector<Eigen::Vector3d>& places_mm) const {
   const Eigen::Matrix3d spread = spread_with(places_mm), map = spread * spread_inverse_;
   if (!(map.determinant() < kMirrored)) return false;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : places_mm) mean += p / double(places_mm.size());
+  const Eigen::Vector3d mean = mean_of(places_mm);
   double all = 0;
   for (const Eigen::Vector3d& p : places_mm) all += (p - mean).squaredNorm();
   return (map * spread.transpose()).trace() > kExplained * all;
@@ -129,7 +132,7 @@ double PlausiblePlaces::edges_mm(const std::vector<Eigen::Vector3d>& places_mm) 
 }
 
 void PlausiblePlaces::check(const std::vector<Eigen::Vector3d>& now_mm) const {
-  const Box box(now_mm);
+  const Bounds box = box_of(now_mm);
   const double size = box.diagonal() / diagonal_mm_, stretch = edges_mm(now_mm) / edges_mm_;
   if (!(size > kLeastStretch && size < kFarthestDiagonals)) {
     throw UsageError("the " + what_ + " span " + to_text(box.diagonal(), 3) + " mm, and at rest " +
@@ -149,12 +152,6 @@ void PlausiblePlaces::check(const std::vector<Eigen::Vector3d>& now_mm) const {
     throw UsageError("the " + what_ +
                      " are the organ's mirror image; an axis has the wrong sign (the world is LPS: "
                      "x to the left, y to the back, z up)");
-}
-
-std::vector<std::array<std::uint32_t, 4>> corners_of(const TetrahedralBody& body) {
-  std::vector<std::array<std::uint32_t, 4>> corners;
-  for (const Tetrahedron& t : body.tetrahedra) corners.push_back(t.nodes);
-  return corners;
 }
 
 template <class Number>
@@ -279,7 +276,7 @@ struct StateReader::Impl {
   explicit Impl(const Bundle& given)
       : organ(given), vertices("vertices", given.proxy.vertices, given.proxy.faces) {
     if (!organ.mechanics.body) return;
-    nodes.emplace("nodes", organ.mechanics.body->nodes_mm, corners_of(*organ.mechanics.body));
+    nodes.emplace("nodes", organ.mechanics.body->nodes_mm, organ.mechanics.body->tetrahedra);
   }
 };
 
@@ -293,8 +290,7 @@ std::size_t StateReader::count(StateOf of) const {
 }
 
 template <class Number>
-void StateReader::read_numbers(std::span<const Number> xyz_mm, StateOf of,
-                               OrganState& state) const {
+void StateReader::read(std::span<const Number> xyz_mm, StateOf of, OrganState& state) const {
   const auto& [organ, vertices, nodes] = *impl_;
   if (of == StateOf::vertices) {
     copy_places(xyz_mm, "vertices", count(of), state.vertices_mm);
@@ -309,12 +305,8 @@ void StateReader::read_numbers(std::span<const Number> xyz_mm, StateOf of,
   carry_vertices(*organ.mechanics.body, organ.proxy.vertices, state.nodes_mm, state.vertices_mm);
 }
 
-void StateReader::read(std::span<const float> xyz_mm, StateOf of, OrganState& state) const {
-  read_numbers(xyz_mm, of, state);
-}
-void StateReader::read(std::span<const double> xyz_mm, StateOf of, OrganState& state) const {
-  read_numbers(xyz_mm, of, state);
-}
+template void StateReader::read(std::span<const float>, StateOf, OrganState&) const;
+template void StateReader::read(std::span<const double>, StateOf, OrganState&) const;
 
 struct Player::Placed {
   explicit Placed(const Bundle& now) : reader(now) {}

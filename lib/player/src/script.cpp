@@ -16,8 +16,7 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/instruments/instrument_json.h"
-#include "organbake/player/script_camera.h"
-#include "organbake/warp/view.h"
+#include "organbake/player/skin_point.h"
 
 namespace organbake {
 namespace {
@@ -244,7 +243,7 @@ constexpr const char* kSchema = "organbake/interaction/1";
 
 DrawnLight light_from(const JsonField& field) {
   if (const auto light = drawn_light(field.text())) return *light;
-  field.fail("is no light: take baked, world or scope");
+  field.fail("is no light: take " + all_lights());
 }
 
 std::vector<std::uint32_t> frames_from(const JsonField& field) {
@@ -346,6 +345,46 @@ OrbitPose camera_at(const Script& script, int frame) {
   // A spline may overshoot; a viewer must not come closer than any keyframe asks.
   pose.distance = std::max(pose.distance, std::min(a.distance, b.distance));
   return pose;
+}
+
+// Depths below the skin become places, by the skin of the organ at rest.
+namespace {
+
+// The ball's foremost point, not its centre, is at the depth.
+Eigen::Vector3d tip_at_depth(const Waypoint& waypoint, double radius_mm, const Bundle& bundle) {
+  const Eigen::Vector3d outward = waypoint.direction.normalized();
+  return skin_point(bundle, outward) + (radius_mm - waypoint.depth_mm) * outward;
+}
+
+// Where a script's direction stands, before what is wrong with it.
+std::string place_of(const Script& script, std::size_t instrument, std::size_t waypoint) {
+  return "script '" + script.name + "': /instruments/" + std::to_string(instrument) + "/path/" +
+         std::to_string(waypoint) + "/direction: ";
+}
+
+}  // namespace
+
+InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle)
+    : paths_(script.instruments) {
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    double& radius_mm = paths_[i].instrument.radius_mm;
+    if (!(radius_mm > 0)) radius_mm = bundle.mechanics.instrument_radius_mm;
+    for (std::size_t w = 0; w < paths_[i].path.size(); ++w) {
+      Waypoint& waypoint = paths_[i].path[w];
+      if (waypoint.position_mm) continue;
+      try {
+        waypoint.position_mm = tip_at_depth(waypoint, radius_mm, bundle);
+      } catch (const BadDataError& error) {
+        throw BadDataError(place_of(script, i, w) + error.what());
+      }
+    }
+  }
+}
+
+std::vector<Instrument> InstrumentMotion::at(double time_s) const {
+  std::vector<Instrument> instruments;
+  for (const InstrumentPath& path : paths_) instruments.push_back(path.at(time_s));
+  return instruments;
 }
 
 }  // namespace organbake

@@ -10,7 +10,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/player/eye_inside.h"
-#include "organbake/player/framing.h"
 #include "organbake/player/play.h"
 #include "organs_to_play.h"
 

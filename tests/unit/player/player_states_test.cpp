@@ -9,8 +9,8 @@
 
 #include "fuzz/heap_meter.h"
 #include "organbake/core/error.h"
+#include "organbake/player/embedded_types.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
 #include "organs_to_play.h"
 

@@ -116,8 +116,7 @@ TEST(PlayerTools, LiveScissorsAndAHookReplayToTheLastBit) {
     advance();
   }
   session.let_go();
-  session.set_cut_width_mm(1.5);
-  ASSERT_TRUE(session.touch({60, 70}, Blade{}));
+  ASSERT_TRUE(session.touch({60, 70}, Blade{.cut_width_mm = 1.5}));
   for (int i = 0; i < 30; ++i) {
     session.drag({60 + 1.2 * i, 70});
     advance();

@@ -9,7 +9,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
-#include "organbake/player/script_camera.h"
 #include "organs_to_play.h"
 
 namespace organbake {

@@ -10,6 +10,8 @@
 
 namespace organbake {
 
+class Player;
+
 // A viewer on an orbit about the organ's centre, relative to virtual camera 0.
 struct OrbitPose {
   // About the organ's vertical axis: world +z (superior), or what up_from() says where camera 0
@@ -38,5 +40,9 @@ View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int 
 
 // Whether a pose leads past a pole of the orbit, where the eye stops.
 bool leads_past_pole(const CameraSet& cameras, const OrbitPose& pose);
+
+// The pose of the front view from which all of a player's organs are seen whole at rest, with a
+// margin, in a picture of any shape. Of one organ the orbit's own: its cameras frame it already.
+OrbitPose framing_pose(const Player& player);
 
 }  // namespace organbake

@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "organbake/bundle/bundle.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/instruments/instrument.h"
 #include "organbake/player/orbit.h"
 #include "organbake/warp/draw_options.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 
@@ -62,5 +64,28 @@ double catmull_rom(double before, double a, double b, double after, double t);
 // The camera on the orbit at a frame: Catmull–Rom between keyframes, so that it never jerks; held
 // at the ends.
 OrbitPose camera_at(const Script& script, int frame);
+
+// Plays the script from these cameras instead of its own. Throws UsageError naming `name` for
+// distortion, several sizes or fewer cameras than frames. A script without a size takes theirs.
+void take_recorded(const CameraSet& cameras, const std::string& name, Script& script);
+
+// Who looks at a frame, in a picture of width × height pixels: intrinsics that were given for
+// another size are scaled. Throws UsageError as orbit_view() does.
+View view_at(const Script& script, int frame, const CameraSet& cameras, int width, int height);
+// A camera's view in another size.
+View view_of(const PosedCamera& camera, int width, int height);
+
+// A script's instruments with every waypoint brought to world millimetres.
+class InstrumentMotion {
+ public:
+  // Throws BadDataError, naming the script and the key, where a direction meets no skin.
+  InstrumentMotion(const Script& script, const Bundle& bundle);
+
+  std::vector<Instrument> at(double time_s) const;  // InstrumentPath::at() of each
+  const std::vector<InstrumentPath>& paths() const { return paths_; }
+
+ private:
+  std::vector<InstrumentPath> paths_;
+};
 
 }  // namespace organbake

@@ -27,15 +27,13 @@ class StateReader {
   ~StateReader();
 
   std::size_t count(StateOf of) const;  // of points in a state; 0 nodes where there are none
-  // x y z of each point, world mm. Throws UsageError, and `state` then holds anything, for another
-  // count, for what is not finite, and for what cannot be this organ: another one, another unit.
-  void read(std::span<const float> xyz_mm, StateOf of, OrganState& state) const;
-  void read(std::span<const double> xyz_mm, StateOf of, OrganState& state) const;
+  // x y z of each point, world mm, as floats or doubles. Throws UsageError, and `state` then holds
+  // anything, for another count, for what is not finite, and for what cannot be this organ: another
+  // one, another unit.
+  template <class Number>
+  void read(std::span<const Number> xyz_mm, StateOf of, OrganState& state) const;
 
  private:
-  template <class Number>
-  void read_numbers(std::span<const Number> xyz_mm, StateOf of, OrganState& state) const;
-
   struct Impl;
   std::unique_ptr<const Impl> impl_;
 };

@@ -1,12 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// An organ's meshes and mechanics for other solvers, in the standard library's types; and forces on
-// the proxy as forces on the nodes that carry it.
-#include "organbake/player/organ_mesh.h"
+// An organ's meshes and mechanics for other solvers, in the standard library's types; forces on the
+// proxy as forces on the nodes that carry it; and the one place where a tip's flags become a kind:
+// what an embedding program sees may not change with what an Instrument is inside.
+#include "organbake/player/embedded_types.h"
+
+#include <string>
+#include <string_view>
 
 #include "organbake/core/error.h"
 
 namespace organbake {
 namespace {
+
+InstrumentKind kind_of(const EmbeddedPlayer::Tip& tip, std::size_t place) {
+  if (tip.grabs + tip.cuts + tip.snips + tip.pierces > 1)
+    throw UsageError("tip " + std::to_string(place) +
+                     " does more than one of grabs, cuts, snips and pierces");
+  if (tip.pierces) return Needle{};
+  if (tip.snips) return Scissors{.opening_mm = Eigen::Vector3d(tip.opening_mm.data())};
+  if (tip.cuts) return Blade{};
+  if (tip.grabs) return Grasper{};
+  return Ball{};
+}
+
+// Of the tip's numbers those that the kind has.
+void take_numbers(const EmbeddedPlayer::Tip& tip, InstrumentKind& kind) {
+  each_number_of(kind, [&](const InstrumentNumber& own, double& value) {
+    each_number(tip, [&](const InstrumentNumber& given, double of_tip) {
+      if (std::string_view(given.name) == own.name) value = of_tip;
+    });
+  });
+}
 
 void add_tetrahedra(const MechanicsModel& mechanics, EmbeddedPlayer::Mesh& mesh) {
   const TetrahedralBody& body = *mechanics.body;
@@ -32,6 +56,17 @@ void add_tetrahedra(const MechanicsModel& mechanics, EmbeddedPlayer::Mesh& mesh)
 }
 
 }  // namespace
+
+std::vector<Instrument> instruments_from(const std::vector<EmbeddedPlayer::Tip>& tips) {
+  std::vector<Instrument> instruments;
+  for (const EmbeddedPlayer::Tip& tip : tips) {
+    instruments.push_back({Eigen::Vector3d(tip.position_mm.data()), tip.radius_mm,
+                           kind_of(tip, instruments.size()), tip.active,
+                           Eigen::Vector3d(tip.axis_mm.data())});
+    take_numbers(tip, instruments.back().kind);
+  }
+  return instruments;
+}
 
 std::vector<EmbeddedPlayer::Point> points_of(const std::vector<Eigen::Vector3d>& vectors) {
   std::vector<EmbeddedPlayer::Point> points;
