@@ -2,8 +2,9 @@
 // A laparoscopic instrument turns about its trocar, where it passes the abdominal wall. A script of
 // old names none, so one is found: of 256 places on a sphere round the tool's way (a Fibonacci
 // spiral), each gets a price for all that makes a shaft look wrong, at every moment, and the
-// cheapest is taken. What the shaft meets is dear to ask, so that it is asked of the places in the
-// order of the rest of their price, until no later one can be cheaper.
+// cheapest is taken. A shaft that passes through tissue at any moment is dearer than all else
+// together. What the shaft meets takes long to ask, so that it is asked of the places in the order
+// of the rest of their price, until no later one can be cheaper.
 //
 // A shaft of length D whose tool stays within S of a place turns by less than 2·asin(S/D) between
 // any two moments: with D ≥ 4 S, by less than 29°.
@@ -68,6 +69,7 @@ struct TrocarChooser::Sight {
   Vector3d up;       // of the picture, unit
   Vector3d eye;
   double dimple_mm;  // as far from the joint skin may lie that the tool itself presses in
+  bool pressed_in;   // below the skin, at rest: a shaft that goes on inward comes through tissue
 };
 
 class TrocarChooser::Scene {
@@ -84,11 +86,15 @@ class TrocarChooser::Scene {
     for (const Sight& s : sights_) sum += price_at(s, trocar, others);
     return sum / static_cast<double>(sights_.size());
   }
-  double price_of_meeting(const Vector3d& trocar) const {
-    constexpr double kMeets = 12;
-    double meets = 0;
-    for (const Sight& s : sights_) meets += meets_skin(s, trocar);
-    return kMeets * meets / static_cast<double>(sights_.size());
+  // As far as it is not beyond `most`.
+  double price_of_meeting(const Vector3d& trocar, double most) const {
+    constexpr double kMeets = 1e4;
+    double price = 0;
+    for (const Sight& s : sights_) {
+      if (price > most) break;
+      if (meets_skin(s, trocar)) price += kMeets / static_cast<double>(sights_.size());
+    }
+    return price;
   }
 
  private:
@@ -108,6 +114,7 @@ class TrocarChooser::Scene {
     s.outward = organs_.normals_[nearest - skin.begin()];
     const double depth = std::max(0.0, (*nearest - tool.position_mm).dot(s.outward));
     s.dimple_mm = tool.is_blunt() ? kDimpleShare * depth + 2 * tool.radius_mm : 0;
+    s.pressed_in = tool.is_blunt() && depth > 0;
     return s;
   }
 
@@ -131,6 +138,7 @@ class TrocarChooser::Scene {
   // Whether the shaft, thick as it is, passes skin beyond what its tool presses in.
   bool meets_skin(const Sight& s, const Vector3d& trocar) const {
     const Vector3d along = (trocar - s.joint).normalized();
+    if (s.pressed_in && along.dot(s.outward) <= 0) return true;
     const Vector3d aside = kClear_mm * along.unitOrthogonal(), other = along.cross(aside);
     for (const Vector3d& off : {Vector3d(0, 0, 0), Vector3d(aside), Vector3d(other),
                                 Vector3d(-aside), Vector3d(-other)}) {
@@ -182,7 +190,7 @@ Vector3d TrocarChooser::choose(const std::vector<ToolMoment>& moments,
   int best = 0;
   for (const auto& [price, place] : places) {
     if (price >= cheapest) break;
-    const double whole = price + scene.price_of_meeting(trocar_at(place));
+    const double whole = price + scene.price_of_meeting(trocar_at(place), cheapest - price);
     if (whole < cheapest) cheapest = whole, best = place;
   }
   return trocar_at(best);
