@@ -5,6 +5,7 @@
 #include "organbake/deform/deformer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -23,41 +24,15 @@ constexpr double kStill_mm = 1e-6;      // a step that moves no vertex by more i
 constexpr double kStillHeld_mm = 1e-4;  // or by so much under tips that don't move
 constexpr double kLargestLoad_n = 1e9;
 constexpr int kStillSteps = 16;  // so many in a row: asleep where it is
+constexpr double kSoftTissuePoisson = 0.45;
+
+// How an elastic half space of the tissue answers a stiff ball (Hertz 1882), mN/mm².
+double half_space_mn_per_mm2(const MechanicsModel& mechanics) {
+  const double nu = mechanics.body ? mechanics.body->poisson_ratio : kSoftTissuePoisson;
+  return 4.0 / 3 * mechanics.young_modulus_kpa / (1 - nu * nu);
+}
 
 }  // namespace
-
-const char* to_string(TissueSolver solver) {
-  return solver == TissueSolver::fem ? "fem" : "springs";
-}
-
-std::optional<TissueSolver> tissue_solver(std::string_view name) {
-  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
-    if (name == to_string(solver)) return solver;
-  }
-  return std::nullopt;
-}
-
-void DeformOptions::check() const {
-  if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
-    throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");
-  }
-  if (iterations < 1 || iterations > 1000) {
-    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be 1 to 1000");
-  }
-  if (!(friction >= 0 && friction <= 10)) {
-    throw UsageError("friction is " + to_text(friction) + "; it must be 0 to 10");
-  }
-}
-
-DeformOptions DeformOptions::chosen_for(const DeformBodies& bodies) const {
-  check();
-  DeformOptions chosen = *this;
-  if (chosen.solver) return chosen;
-  const auto has_body = [](const DeformBody& body) { return body.mechanics.body.has_value(); };
-  const bool solid = !bodies.empty() && std::all_of(bodies.begin(), bodies.end(), has_body);
-  chosen.solver = solid ? TissueSolver::fem : TissueSolver::springs;
-  return chosen;
-}
 
 struct Deformer::Impl {
   Impl(const DeformBodies& bodies, const DeformOptions& options)
@@ -66,6 +41,7 @@ struct Deformer::Impl {
       positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
       faces_up_to.push_back((faces_up_to.empty() ? 0 : faces_up_to.back()) +
                             body.proxy.faces.size());
+      half_space.push_back(half_space_mn_per_mm2(body.mechanics));
     }
     to_rest();
   }
@@ -81,6 +57,8 @@ struct Deformer::Impl {
   void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
   void report_positions(const std::vector<Instrument>& tips);
   void report_forces();
+  void find_walls(const std::vector<Instrument>& asked, const std::vector<Instrument>& tips);
+  std::size_t organ_of_face(std::uint32_t face) const;
   ContactPoint contact_point(const deform::Contact& c) const;
   bool publish();
 
@@ -94,6 +72,9 @@ struct Deformer::Impl {
   std::vector<Instrument> held;            // where the last step held them
   std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
   std::vector<std::size_t> faces_up_to;    // with each organ
+  std::vector<double> half_space;          // of each organ's tissue
+  std::vector<ContactPoint> walls;         // anchored skin that stopped probes in the last step,
+  std::vector<deform::SkinPoint> at_wall;  // and where
   StepReport report;                       // of the last step that was computed
   int still_steps = 0;
   bool asleep = false;
@@ -151,6 +132,13 @@ std::vector<Eigen::Vector3d> Deformer::Impl::contact_force_n() const {
   deform::PaddedVectors on_slots(solver.tissue().size(), deform::PaddedVector::Zero());
   for (const deform::Contact& c : solver.contacts())
     if (!c.of_tissue() && !c.force.isZero(0)) deform::share_out_force(c, on_slots);
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    const auto& [face, b1, b2, height] = at_wall[w];
+    const double weights[] = {1 - b1 - b2, b1, b2};
+    for (int k = 0; k < 3; ++k)
+      on_slots[solver.tissue().faces()[face][k]] -=
+          deform::kMilliNewtonPerNewton * weights[k] * deform::padded(walls[w].force_n);
+  }
   std::vector<Eigen::Vector3d> on_vertices;
   for (const std::uint32_t slot : slot_of_vertex)
     on_vertices.emplace_back(on_slots[slot].head<3>() / deform::kMilliNewtonPerNewton);
@@ -159,7 +147,8 @@ std::vector<Eigen::Vector3d> Deformer::Impl::contact_force_n() const {
 
 const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
   check_instruments(asked);
-  const std::vector<Instrument> tips = deform::moved_apart(held, asked);
+  const std::vector<Instrument> tips = deform::moved_apart(held, asked, &solver.anchored_skin());
+  find_walls(asked, tips);
   moved = false;
   const bool still = unchanged(held, tips);
   if (asleep && still) {
@@ -245,8 +234,7 @@ void Deformer::Impl::report_forces() {
 ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
   ContactPoint point;
   point.instrument = c.instrument;
-  point.organ = static_cast<std::size_t>(
-      std::upper_bound(faces_up_to.begin(), faces_up_to.end(), c.at.face) - faces_up_to.begin());
+  point.organ = organ_of_face(c.at.face);
   point.position_mm = c.point.head<3>();
   point.carried = c.as<deform::Carried>() != nullptr;
   // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
@@ -261,6 +249,32 @@ ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
     point.depth_mm = pushed.dot(c.normal);
   }
   return point;
+}
+
+std::size_t Deformer::Impl::organ_of_face(std::uint32_t face) const {
+  return static_cast<std::size_t>(std::upper_bound(faces_up_to.begin(), faces_up_to.end(), face) -
+                                  faces_up_to.begin());
+}
+
+// Anchored skin pushes back as an elastic half space would that is pressed in as far as the probe
+// was stopped short of where it was asked for.
+void Deformer::Impl::find_walls(const std::vector<Instrument>& asked,
+                                const std::vector<Instrument>& tips) {
+  walls.clear(), at_wall.clear();
+  for (const auto& [instrument, hit, outward] : solver.anchored_skin().touches()) {
+    const Instrument& tip = tips[instrument];
+    const double pressed_mm =
+        std::max(0.0, (tip.position_mm - asked[instrument].position_mm).dot(outward));
+    ContactPoint point;
+    point.instrument = instrument;
+    point.organ = organ_of_face(hit.at.face);
+    point.position_mm = hit.point.head<3>();
+    point.normal = outward;
+    point.force_n = half_space[point.organ] * std::sqrt(tip.radius_mm) * std::pow(pressed_mm, 1.5) /
+                    deform::kMilliNewtonPerNewton * outward;
+    walls.push_back(point);
+    at_wall.push_back(hit.at);
+  }
 }
 
 void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) {
@@ -302,7 +316,13 @@ Deformer::Deformer(Deformer&&) noexcept = default;
 Deformer& Deformer::operator=(Deformer&&) noexcept = default;
 
 StepReport Deformer::step(const std::vector<Instrument>& instruments) {
-  return impl_->step(instruments);
+  StepReport report = impl_->step(instruments);
+  for (const ContactPoint& wall : impl_->walls) {
+    ++report.contacts;
+    report.contact_points.push_back(wall);
+    report.tip_force_n[wall.instrument] += wall.force_n;
+  }
+  return report;
 }
 void Deformer::set_load(const std::vector<Eigen::Vector3d>& force_n) { impl_->set_load(force_n); }
 const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }

@@ -32,56 +32,6 @@ TEST(DeformOptions, EachBoundIsChecked) {
   refuses([](DeformOptions& o) { o.friction = std::nan(""); });
 }
 
-// Spoils one thing in a good body and expects an error whose text holds `words`.
-void refuses(const std::string& words,
-             const std::function<void(TriangleMesh&, MechanicsModel&, BaseLayer&)>& spoil) {
-  TriangleMesh mesh = test::geodesic_sphere(2, 40);
-  MechanicsModel mechanics = test::spring_body(mesh);
-  BaseLayer base = test::sphere_base(mesh, 40, 3);
-  ASSERT_NO_THROW(Deformer(mesh, mechanics, base));
-  spoil(mesh, mechanics, base);
-  try {
-    const Deformer deformer(mesh, mechanics, base);
-    FAIL() << "accepted: " << words;
-  } catch (const BadDataError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(words));
-  }
-}
-
-using Mesh = TriangleMesh;
-using Model = MechanicsModel;
-using Base = BaseLayer;
-
-TEST(Deformer, RefusesAProxyItCannotUse) {
-  refuses("no vertices", [](Mesh& m, Model&, Base&) { m = {}; });
-  refuses("vertex 3", [](Mesh& m, Model&, Base&) { m.vertices[3].x() = std::nan(""); });
-  refuses("face 7", [](Mesh& m, Model&, Base&) { m.faces[7][1] = 42; });
-}
-
-TEST(Deformer, RefusesMechanicsThatDoNotFit) {
-  refuses("41 masses", [](Mesh&, Model& m, Base&) { m.mass_kg.pop_back(); });
-  refuses("vertex 5", [](Mesh&, Model& m, Base&) { m.mass_kg[5] = 0; });
-  refuses("vertex 6", [](Mesh&, Model& m, Base&) { m.mass_kg[6] = std::nan(""); });
-  refuses("spring 2", [](Mesh&, Model& m, Base&) { m.springs[2].b = 42; });
-  refuses("spring 3", [](Mesh&, Model& m, Base&) { m.springs[3].a = m.springs[3].b; });
-  refuses("rest length", [](Mesh&, Model& m, Base&) { m.springs[0].rest_length_mm = 0; });
-  refuses("stiffness", [](Mesh&, Model& m, Base&) { m.springs[0].stiffness_n_per_mm = -1; });
-  refuses("damping", [](Mesh&, Model& m, Base&) { m.springs[0].damping_n_s_per_mm = NAN; });
-  refuses("anchor 99", [](Mesh&, Model& m, Base&) { m.anchors.push_back(99); });
-  refuses("vertex 42", [](Mesh&, Model& m, Base&) { m.elimination_order = {42}; });
-  refuses("0 times", [](Mesh&, Model& m, Base&) { m.elimination_order = {41}; });
-  refuses("42 times",
-          [](Mesh&, Model& m, Base&) { m.anchors = {}, m.elimination_order.resize(42); });
-  refuses("volume stiffness", [](Mesh&, Model& m, Base&) { m.volume_stiffness = 1.5; });
-}
-
-TEST(Deformer, RefusesABaseLayerThatDoesNotFit) {
-  refuses("79 faces", [](Mesh&, Model&, Base& b) { b.face_count = 79; });
-  refuses("no steps", [](Mesh&, Model&, Base& b) { b.steps = 0; });
-  refuses("799 heights", [](Mesh&, Model&, Base& b) { b.height_mm.pop_back(); });
-  refuses("node 4", [](Mesh&, Model&, Base& b) { b.height_mm[4] = NAN; });
-}
-
 TEST(Deformer, RefusesTipsThatMakeNoSense) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
@@ -118,15 +68,6 @@ TEST(Deformer, RefusesTipsThatMakeNoSense) {
 }
 
 using PointList = std::vector<Eigen::Vector3d>;
-
-Instrument grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 3) {
-  Instrument tip;
-  tip.position_mm = position_mm;
-  tip.radius_mm = radius_mm;
-  tip.kind = Grasper{};
-  tip.active = true;
-  return tip;
-}
 
 // kg·mm/s.
 Eigen::Vector3d momentum(const MechanicsModel& model, const PointList& before,
@@ -175,8 +116,8 @@ TEST(DeformerUnits, HeldForceIsTheSpringsForce) {
   constexpr double kForceRelative = 1e-3;  // the solver gives each constraint 1e-4 of its motion
   const Tripod tripod(0.5, 0.01);
   Deformer deformer(tripod.mesh, tripod.mechanics, {});
-  StepReport report = deformer.step({grasper_at({0, 0, 20})});
-  for (int step = 0; step < 200; ++step) report = deformer.step({grasper_at({0, 0, 24})});
+  StepReport report = deformer.step({test::grasper_at({0, 0, 20}, 3)});
+  for (int step = 0; step < 200; ++step) report = deformer.step({test::grasper_at({0, 0, 24}, 3)});
   Eigen::Vector3d expected_n = Eigen::Vector3d::Zero();
   for (const Spring& s : tripod.mechanics.springs) {
     const Eigen::Vector3d along = tripod.mesh.vertices[s.a] - deformer.positions()[3];
@@ -199,8 +140,8 @@ TEST(DeformerUnits, SwingsAtItsNaturalFrequency) {
   DeformOptions options;
   options.time_step_s = period_s / 200;
   Deformer deformer(tripod.mesh, tripod.mechanics, {}, options);
-  deformer.step({grasper_at({0, 0, 20})});
-  for (int step = 0; step < 50; ++step) deformer.step({grasper_at({0, 0, 20.1})});
+  deformer.step({test::grasper_at({0, 0, 20}, 3)});
+  for (int step = 0; step < 50; ++step) deformer.step({test::grasper_at({0, 0, 20.1}, 3)});
   // Let go: a quarter of a period later the apex passes its rest height.
   int steps = 0;
   while (deformer.positions()[3].z() > 20 && steps < 1000) deformer.step({}), ++steps;
@@ -215,10 +156,10 @@ TEST(Deformer, AFreeBodyKeepsItsMomentum) {
   const MechanicsModel mechanics = test::spring_body(mesh, body);
   DeformOptions options;
   Deformer deformer(mesh, mechanics, {}, options);
-  deformer.step({grasper_at(mesh.vertices[0], 6)});
+  deformer.step({test::grasper_at(mesh.vertices[0], 6)});
   for (int step = 1; step <= 20; ++step) {
     const Eigen::Vector3d pull(0.5 * step, 0.3 * step, -0.1 * step);
-    deformer.step({grasper_at(mesh.vertices[0] + pull, 6)});
+    deformer.step({test::grasper_at(mesh.vertices[0] + pull, 6)});
   }
   PointList before = deformer.positions();
   deformer.step({});
@@ -246,10 +187,7 @@ TEST(Deformer, EnergyNeverGrowsWithoutInput) {
       DeformOptions options;
       Deformer deformer(mesh, mechanics, {}, options);
       for (int step = 0; step < 40; ++step) {
-        Instrument tip;
-        tip.active = true;
-        tip.position_mm = {5, 2, 46 - 0.4 * step};
-        deformer.step({tip});
+        deformer.step({test::tool_at({5, 2, 46 - 0.4 * step})});
       }
       PointList before = deformer.positions();
       deformer.step({});
@@ -280,22 +218,15 @@ TEST(Deformer, HeldShapeConverges) {
       options.time_step_s = time_step_s;
       options.friction = 0;  // with friction the shape depends on the way there
       Deformer deformer(mesh, mechanics, test::sphere_base(mesh, 40, 4), options);
-      Instrument tip;
-      tip.active = true;
-      for (int step = 0; step < 90; ++step) {
-        tip.position_mm = {0, 1, 45 - kDepth_mm * std::min(1.0, step / 30.0)};
-        deformer.step({tip});
-      }
+      for (int step = 0; step < 90; ++step)
+        deformer.step({test::tool_at({0, 1, 45 - kDepth_mm * std::min(1.0, step / 30.0)})});
       return deformer.positions();
     };
     const PointList reference = held(300, 1.0 / 60);
     for (const double rate : {30.0, 60.0, 120.0}) {
       const PointList shape = held(4, 1 / rate);
-      double worst = 0;
-      for (std::size_t v = 0; v < shape.size(); ++v) {
-        worst = std::max(worst, (shape[v] - reference[v]).norm());
-      }
-      EXPECT_LT(worst, kOfDepth * kDepth_mm) << "frequency " << frequency << ", rate " << rate;
+      EXPECT_LT(test::farthest_between(shape, reference), kOfDepth * kDepth_mm)
+          << "frequency " << frequency << ", rate " << rate;
     }
   }
 }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "body/fem_body.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +6,9 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <functional>
 #include <limits>
 
-#include "body/element_stress.h"
+#include "body/tissue.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
@@ -159,37 +157,6 @@ TEST(FemBody, WeighsWhatTheTissueDoes) {
   for (const PaddedVector& row : force) sum += row;
   const double expected = 1060e-9 * signed_volume(mesh) * 60 * 60;
   EXPECT_NEAR(sum.x(), expected, 1e-9 * expected);
-}
-
-TEST(FemBody, RefusesTetrahedraItCannotUse) {
-  const auto refuses = [](const char* words, const std::function<void(MechanicsModel&)>& spoil) {
-    const TriangleMesh mesh = test::geodesic_sphere(2, 40);
-    MechanicsModel mechanics = test::fem_ball(mesh);
-    spoil(mechanics);
-    DeformOptions options;
-    options.solver = TissueSolver::fem;
-    try {
-      const Deformer deformer(mesh, mechanics, {}, options);
-      FAIL() << "accepted: " << words;
-    } catch (const BadDataError& error) {
-      EXPECT_THAT(error.what(), ::testing::HasSubstr(words));
-    }
-  };
-  refuses("node 3", [](auto& m) { m.body->nodes_mm[3].x() = NAN; });
-  refuses("tetrahedron 5", [](auto& m) { m.body->tetrahedra[5].nodes[1] = 999; });
-  refuses("tetrahedron 6", [](auto& m) {
-    auto& n = m.body->tetrahedra[6].nodes;
-    std::swap(n[0], n[1]);
-  });
-  refuses("fill", [](auto& m) { m.body->tetrahedra[6].fill = NAN; });
-  refuses("carry 41 vertices", [](auto& m) { m.body->vertices.pop_back(); });
-  refuses("vertex 4", [](auto& m) { m.body->vertices[4].tetrahedron = 99999; });
-  refuses("weight", [](auto& m) { m.body->vertices[4].weights[2] = NAN; });
-  refuses("anchored node 999", [](auto& m) { m.body->anchors.push_back(999); });
-  refuses("Poisson", [](auto& m) { m.body->poisson_ratio = 0.5; });
-  refuses("damping", [](auto& m) { m.body->damping_s = NAN; });
-  refuses("Young", [](auto& m) { m.young_modulus_kpa = 0; });
-  refuses("density", [](auto& m) { m.density_kg_per_m3 = NAN; });
 }
 
 TEST(FemBody, SaysHowToBakeTetrahedra) {

@@ -13,32 +13,7 @@ namespace {
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 
-Instrument tool_at(const Vector3d& position_mm, const InstrumentKind& kind = Ball{}) {
-  Instrument tip;
-  tip.active = true;
-  tip.position_mm = position_mm;
-  tip.kind = kind;
-  return tip;
-}
-
-DeformOptions with_fem(double time_step_s = 1.0 / 60) {
-  DeformOptions options;
-  options.solver = TissueSolver::fem;
-  options.time_step_s = time_step_s;
-  return options;
-}
-
-double farthest_between(const Points& a, const Points& b) {
-  double distance = 0;
-  for (std::size_t v = 0; v < a.size(); ++v) distance = std::max(distance, (a[v] - b[v]).norm());
-  return distance;
-}
-
-double volume_under(const TriangleMesh& mesh, const Points& positions) {
-  TriangleMesh now = mesh;
-  now.vertices = positions;
-  return signed_volume(now);
-}
+using test::farthest_between, test::grasper_at, test::tool_at, test::with_fem;
 
 // δ = F L / (E A): without sideways contraction the held end disturbs nothing.
 TEST(FemDeformer, AHangingWeightStretchesTheBar) {
@@ -75,8 +50,7 @@ TEST(FemDeformer, SkinGivesWayBeyondItsTissue) {
     MechanicsModel mechanics = test::fem_ball(mesh);
     mechanics.body->give_mm_per_n.assign(mesh.vertices.size(), give_mm_per_n);
     Deformer deformer(mesh, mechanics, {}, with_fem());
-    Instrument tip = tool_at(mesh.vertices[top], Grasper{});
-    tip.radius_mm = 0.05;  // it holds the vertex alone
+    Instrument tip = grasper_at(mesh.vertices[top], 0.05);  // it holds the vertex alone
     StepReport report;
     for (int step = 0; step <= 200; ++step) {
       tip.position_mm = mesh.vertices[top] + Vector3d(0, 0, std::min(kPull_mm, 0.05 * step));
@@ -110,7 +84,8 @@ TEST(FemDeformer, ATipPushesIsPushedBackAndLetsGo) {
   EXPECT_GT(report.contacts, 0u);
   EXPECT_LT(report.penetration_mm, 0.1);
   EXPECT_GT(report.tip_force_n.at(0).z(), 0.1);
-  EXPECT_NEAR(volume_under(mesh, deformer.positions()) / signed_volume(mesh), 1, 0.05);
+  EXPECT_NEAR(signed_volume(test::posed(mesh, deformer.positions())) / signed_volume(mesh), 1,
+              0.05);
   for (int step = 0; step < 1200; ++step) deformer.step({});
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
@@ -118,10 +93,10 @@ TEST(FemDeformer, ATipPushesIsPushedBackAndLetsGo) {
 TEST(FemDeformer, AGrasperCarriesTheTissue) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
   Deformer deformer(mesh, test::fem_ball(mesh), {}, with_fem());
-  deformer.step({tool_at({0, 0, 42}, Grasper{})});
+  deformer.step({grasper_at({0, 0, 42})});
   StepReport report;
   for (int step = 1; step <= 60; ++step)
-    report = deformer.step({tool_at({0, 0, 42 + 0.2 * step}, Grasper{})});
+    report = deformer.step({grasper_at({0, 0, 42 + 0.2 * step})});
   double highest = 0;
   for (const Vector3d& p : deformer.positions()) highest = std::max(highest, p.z());
   EXPECT_NEAR(highest, 52, 1);

@@ -34,10 +34,7 @@ struct CoarseOrgan {
     return Deformer(DeformBodies{{mesh, model, none, &skin}}, options);
   }
   double farthest_mm(const std::vector<Vector3d>& now) const {
-    double farthest = 0;
-    for (std::size_t v = 0; v < now.size(); ++v)
-      farthest = std::max(farthest, (now[v] - mesh.vertices[v]).norm());
-    return farthest;
+    return test::farthest_between(now, mesh.vertices);
   }
 };
 
@@ -49,15 +46,10 @@ struct Pull {
 
 Pull pull_of(const CoarseOrgan& organ, TissueSolver solver, double grasp_slip_n) {
   Deformer deformer = organ.deformer(solver, grasp_slip_n);
-  Instrument jaws;
-  jaws.kind = Grasper{};
-  jaws.active = true;
-  jaws.radius_mm = 8;
   const Vector3d skin = organ.mesh.vertices[organ.mesh.faces[3][0]];
   Pull pull;
   for (int step = 0; step <= 120; ++step) {
-    jaws.position_mm = (1 + 0.005 * step) * skin;
-    const StepReport report = deformer.step({jaws});
+    const StepReport report = deformer.step({test::grasper_at((1 + 0.005 * step) * skin, 8)});
     pull.most_n = std::max(pull.most_n, report.tip_force_n[0].norm());
     pull.slips += report.slipped;
   }
@@ -169,9 +161,7 @@ TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
     ++faces;
     for (int axis = 0; axis < 3; ++axis) {
       Deformer deformer = organ.deformer(TissueSolver::springs);
-      Instrument tip;
-      tip.kind = Grasper{};
-      tip.active = true;
+      Instrument tip = test::grasper_at(Vector3d::Zero());
       for (const std::uint32_t v : face) tip.position_mm += organ.mesh.vertices[v] / 3;
       deformer.step({tip});
       tip.position_mm[axis] += kJerk_mm;
@@ -187,10 +177,7 @@ TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
 TEST(HardPulls, TissueThatTwoGraspersTearApartKeepsItsState) {
   const CoarseOrgan organ;
   Deformer deformer = organ.deformer(TissueSolver::springs);
-  Instrument left, right;
-  left.kind = right.kind = Grasper{};
-  left.active = right.active = true;
-  left.position_mm = right.position_mm = organ.mesh.vertices[0];
+  Instrument left = test::grasper_at(organ.mesh.vertices[0]), right = left;
   EXPECT_GT(deformer.step({left, right}).contacts, 0u);
   // The one that still holds, 200 mm away, carries what is beside it farther by less than twice.
   constexpr double kFarthest_mm = 600;
@@ -238,11 +225,9 @@ void survives_poking(const TriangleMesh& mesh, const MechanicsModel& mechanics,
   for (int side = 0; side < 6; ++side) {
     Vector3d from = Vector3d::Zero();
     from[side / 2] = side % 2 ? -1 : 1;
-    Instrument tip;
-    tip.active = true;
     for (int step = 0; step < 60; ++step) {
-      tip.position_mm = (50 - 0.5 * step) * from + Vector3d(1, 2, 3);
-      ASSERT_FALSE(deformer.step({tip}).recovered);
+      const Vector3d at = (50 - 0.5 * step) * from + Vector3d(1, 2, 3);
+      ASSERT_FALSE(deformer.step({test::tool_at(at)}).recovered);
       for (const Vector3d& p : deformer.positions()) {
         ASSERT_TRUE(p.allFinite());
         ASSERT_LT(p.norm(), bound_mm);
@@ -287,12 +272,9 @@ TEST(DegenerateBodies, EverythingAnchored) {
   mechanics.anchors.clear();
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) mechanics.anchors.push_back(v);
   Deformer deformer(mesh, mechanics, test::sphere_base(mesh, 40, 3));
-  Instrument tip;
-  tip.active = true;
   for (int step = 0; step < 20; ++step) {
-    tip.position_mm = {0, 0, 45.0 - step};
-    tip.kind = step % 4 == 3 ? InstrumentKind(Grasper{}) : Ball{};
-    EXPECT_EQ(deformer.step({tip}).contacts, 0u);
+    const InstrumentKind kind = step % 4 == 3 ? InstrumentKind(Grasper{}) : Ball{};
+    deformer.step({test::tool_at({0, 0, 45.0 - step}, kind)});
     EXPECT_FALSE(deformer.moved());
   }
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
@@ -305,15 +287,10 @@ TEST(DegenerateBodies, PokesNextToAnchors) {
   test::BodyOptions body;
   body.anchored_below = 0.1;
   Deformer deformer(mesh, test::spring_body(mesh, body), {});
-  Instrument tip;
-  tip.active = true;
   for (int step = 0; step < 300; ++step) {
     const double depth = std::min(10.0, 0.2 * step), z = 20 - 0.1 * step;
-    tip.position_mm = {46 - depth, 0, z};
-    deformer.step({tip});
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-      ASSERT_LT((deformer.positions()[v] - mesh.vertices[v]).norm(), kNoFarther_mm) << step;
-    }
+    deformer.step({test::tool_at({46 - depth, 0, z})});
+    ASSERT_LT(test::farthest_between(deformer.positions(), mesh.vertices), kNoFarther_mm) << step;
   }
 }
 
@@ -328,9 +305,7 @@ TEST(DegenerateBodies, NoFaces) {
   const MechanicsModel mechanics = test::spring_body(mesh);
   mesh.faces.clear();
   Deformer deformer(mesh, mechanics, {});
-  Instrument tip;
-  tip.active = true;
-  deformer.step({tip});
+  deformer.step({test::tool_at({0, 0, 0})});
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
 

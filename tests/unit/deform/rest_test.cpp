@@ -8,13 +8,6 @@
 namespace organbake {
 namespace {
 
-Instrument tip_at(const Eigen::Vector3d& position_mm, bool active = true) {
-  Instrument tip;
-  tip.position_mm = position_mm;
-  tip.active = active;
-  return tip;
-}
-
 // Steps until nothing has moved for a while; returns the steps it took, or -1.
 int steps_to_sleep(Deformer& deformer, const std::vector<Instrument>& tips, int limit) {
   for (int step = 0; step < limit; ++step) {
@@ -27,7 +20,7 @@ int steps_to_sleep(Deformer& deformer, const std::vector<Instrument>& tips, int 
 TEST(Deformer, RestStaysRestBitForBit) {
   const TriangleMesh mesh = test::lumpy_organ(3, 40, 1);
   Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 42, 4));
-  const std::vector<Instrument> away = {tip_at({0, 0, 80}), tip_at({0, 0, 0}, false)};
+  const std::vector<Instrument> away = {test::tool_at({0, 0, 80}), Instrument{}};
   for (int step = 0; step < 100; ++step) {
     const StepReport report = deformer.step(step % 2 ? away : std::vector<Instrument>{});
     EXPECT_FALSE(deformer.moved());
@@ -42,7 +35,7 @@ TEST(Deformer, ANearMissLeavesRestBitForBit) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
   for (int step = 0; step < 100; ++step) {
-    deformer.step({tip_at({step * 0.1 - 5, 0, 45.5})});
+    deformer.step({test::tool_at({step * 0.1 - 5, 0, 45.5})});
     EXPECT_FALSE(deformer.moved());
   }
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
@@ -54,7 +47,7 @@ TEST(Deformer, ReleaseReturnsToRestExactlyAndSleeps) {
     test::BodyOptions body;
     body.stiffness_n_per_mm = stiffness;
     Deformer deformer(mesh, test::spring_body(mesh, body), test::sphere_base(mesh, 40, 6));
-    for (int step = 0; step < 60; ++step) deformer.step({tip_at({4, 3, 46 - 0.35 * step})});
+    for (int step = 0; step < 60; ++step) deformer.step({test::tool_at({4, 3, 46 - 0.35 * step})});
     ASSERT_FALSE(deformer.positions() == mesh.vertices);
     constexpr int kLimit = 1200;  // 20 s
     EXPECT_GE(steps_to_sleep(deformer, {}, kLimit), 1) << stiffness;
@@ -72,7 +65,7 @@ TEST(Deformer, SleepsUnderATipThatTremblesByRounding) {
     const double share = step / 601.0;
     const Eigen::Vector3d at = (1 - share) * deep + share * deep;
     trembled = trembled || at != deep;
-    deformer.step({tip_at(at)});
+    deformer.step({test::tool_at(at)});
     slept = !deformer.moved();
   }
   EXPECT_TRUE(trembled);
@@ -82,17 +75,17 @@ TEST(Deformer, SleepsUnderATipThatTremblesByRounding) {
 TEST(Deformer, SleepsUnderAStillTipAndWakesWithIt) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
-  for (int step = 0; step < 30; ++step) deformer.step({tip_at({0, 0, 46 - 0.5 * step})});
-  const std::vector<Instrument> held = {tip_at({0, 0, 31})};
+  for (int step = 0; step < 30; ++step) deformer.step({test::tool_at({0, 0, 46 - 0.5 * step})});
+  const std::vector<Instrument> held = {test::tool_at({0, 0, 31})};
   constexpr int kLimit = 600;  // 10 s
   ASSERT_GE(steps_to_sleep(deformer, held, kLimit), 1);
   const StepReport asleep = deformer.step(held);
   EXPECT_GT(asleep.contacts, 0u);
   EXPECT_GT(asleep.tip_force_n.at(0).z(), 0) << "the force is still reported";
 
-  deformer.step({tip_at({0, 0, 30})});
+  deformer.step({test::tool_at({0, 0, 30})});
   EXPECT_TRUE(deformer.moved());
-  steps_to_sleep(deformer, {tip_at({0, 0, 30})}, kLimit);
+  steps_to_sleep(deformer, {test::tool_at({0, 0, 30})}, kLimit);
   deformer.step({});
   EXPECT_TRUE(deformer.moved()) << "a tip that goes away wakes what it held";
 }
@@ -100,7 +93,7 @@ TEST(Deformer, SleepsUnderAStillTipAndWakesWithIt) {
 TEST(Deformer, ResetIsRest) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
-  for (int step = 0; step < 20; ++step) deformer.step({tip_at({0, 0, 46 - 0.5 * step})});
+  for (int step = 0; step < 20; ++step) deformer.step({test::tool_at({0, 0, 46 - 0.5 * step})});
   deformer.reset();
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
   deformer.step({});
@@ -118,8 +111,7 @@ TEST(Deformer, AStretchedBodyRelaxesElsewhere) {
   deformer.step({});
   EXPECT_TRUE(deformer.moved());
   EXPECT_GE(steps_to_sleep(deformer, {}, 3000), 0);
-  TriangleMesh shrunk = mesh;
-  shrunk.vertices = deformer.positions();
+  const TriangleMesh shrunk = test::posed(mesh, deformer.positions());
   EXPECT_LT(signed_volume(shrunk), 0.95 * signed_volume(mesh));
 }
 
@@ -129,7 +121,7 @@ TEST(Deformer, RepeatsExactly) {
   const MechanicsModel mechanics = test::spring_body(mesh);
   Deformer one(mesh, mechanics, {}), two(mesh, mechanics, {});
   const auto play = [](Deformer& d) {
-    for (int step = 0; step < 40; ++step) d.step({tip_at({0.2 * step, 0, 46 - 0.5 * step})});
+    for (int step = 0; step < 40; ++step) d.step({test::tool_at({0.2 * step, 0, 46 - 0.5 * step})});
     return d.positions();
   };
   const auto first = play(one);
@@ -189,11 +181,8 @@ TEST(Stability, StiffnessAndTimeStepGrid) {
       int recoveries = 0;
       for (int step = 0; step < 2000; ++step) {
         recoveries += deformer.step({tip.advance(options.time_step_s)}).recovered;
-        TriangleMesh now = mesh;
-        now.vertices = deformer.positions();
-        for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-          farthest = std::max(farthest, (now.vertices[v] - mesh.vertices[v]).norm());
-        }
+        const TriangleMesh now = test::posed(mesh, deformer.positions());
+        farthest = std::max(farthest, test::farthest_between(now.vertices, mesh.vertices));
         volume_error =
             std::max(volume_error, std::abs(signed_volume(now) / signed_volume(mesh) - 1));
       }
@@ -212,18 +201,14 @@ TEST(Stability, StiffnessAndTimeStepGrid) {
 TEST(Stability, TissueSlipsFromAGrasperThatIsTornAway) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
-  Instrument tip;
-  tip.active = true;
-  tip.kind = Grasper{};
-  tip.position_mm = mesh.vertices[0];
+  const Instrument tip = test::grasper_at(mesh.vertices[0]);
   EXPECT_EQ(deformer.step({tip}).slipped, 0u);
-  tip.position_mm = {0, 0, 9e8};  // a thousand kilometres away
-  StepReport report = deformer.step({tip});
+  // A thousand kilometres away.
+  StepReport report = deformer.step({test::grasper_at({0, 0, 9e8})});
   EXPECT_EQ(report.slipped, 1u);
   EXPECT_FALSE(report.recovered);
   EXPECT_EQ(report.contacts, 0u);
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
-  tip.position_mm = mesh.vertices[0];
   report = deformer.step({tip});
   EXPECT_EQ(report.slipped, 0u);
   EXPECT_TRUE(deformer.positions() == mesh.vertices) << "it holds nothing until it closes again";
@@ -246,12 +231,9 @@ TEST(Stability, HugeAndTinyTips) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
   for (const double radius : {kThinnestTip_mm, 0.1, 60.0, 5000.0}) {
     Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 40, 4));
-    Instrument tip;
-    tip.active = true;
-    tip.radius_mm = radius;
     for (int step = 0; step < 60; ++step) {
-      tip.position_mm = {1, 2, 41 + radius - 0.2 * step};
-      const StepReport report = deformer.step({tip});
+      const StepReport report =
+          deformer.step({test::tool_at({1, 2, 41 + radius - 0.2 * step}, Ball{}, radius)});
       ASSERT_FALSE(report.recovered) << radius;
       for (const Vector3d& p : deformer.positions()) ASSERT_LT(p.norm(), 200) << radius;
     }

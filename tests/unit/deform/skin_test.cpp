@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include "body/tissue.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/shell.h"
-#include "solver/body_pressures.h"
-#include "solver/spring_network.h"
+#include "solver/constraint_solver.h"
 #include "support/meshes.h"
 #include "unit/deform/test_bodies.h"
 

@@ -321,4 +321,23 @@ BentTube bent_tube(double gap_rad) {
   return tube;
 }
 
+double farthest_between(const std::vector<Eigen::Vector3d>& a,
+                        const std::vector<Eigen::Vector3d>& b) {
+  double farthest = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) farthest = std::max(farthest, (a[v] - b[v]).norm());
+  return farthest;
+}
+
+TriangleMesh posed(TriangleMesh mesh, const std::vector<Eigen::Vector3d>& vertices) {
+  mesh.vertices = vertices;
+  return mesh;
+}
+
+DeformOptions with_fem(double time_step_s) {
+  DeformOptions options;
+  options.solver = TissueSolver::fem;
+  options.time_step_s = time_step_s;
+  return options;
+}
+
 }  // namespace organbake::test

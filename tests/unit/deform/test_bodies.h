@@ -5,7 +5,9 @@
 
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/mechanics_model.h"
+#include "organbake/deform/deformer.h"
 #include "organbake/geometry/triangle_mesh.h"
+#include "organbake/instruments/instrument.h"
 #include "support/meshes.h"
 
 namespace organbake::test {
@@ -16,6 +18,23 @@ TriangleMesh geodesic_sphere(int frequency, double radius_mm);
 
 // The same with seeded bumps of a few wavelengths: a lumpy organ, still star-shaped.
 TriangleMesh lumpy_organ(int frequency, double radius_mm, std::uint64_t seed);
+
+// A tool that is there: a ball, or of a kind.
+inline Instrument tool_at(const Eigen::Vector3d& position_mm, const InstrumentKind& kind = Ball{},
+                          double radius_mm = 5) {
+  return {position_mm, radius_mm, kind, true};
+}
+inline Instrument grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 5) {
+  return tool_at(position_mm, Grasper{}, radius_mm);
+}
+
+// How far the farthest of some vertices lie apart.
+double farthest_between(const std::vector<Eigen::Vector3d>& a,
+                        const std::vector<Eigen::Vector3d>& b);
+// A mesh with its vertices elsewhere.
+TriangleMesh posed(TriangleMesh mesh, const std::vector<Eigen::Vector3d>& vertices);
+
+DeformOptions with_fem(double time_step_s = 1.0 / 60);
 
 struct BodyOptions {
   double stiffness_n_per_mm = 0.15;  // about 10 kPa of tissue, 15 mm thick

@@ -34,15 +34,11 @@ Organ ball_at(const Vector3d& center_mm, double radius_mm, double stiffness_n_pe
   return organ;
 }
 
-Instrument pushing_tip(const Vector3d& position_mm) {
-  return {position_mm, 5, Ball{}, true, Vector3d::Zero()};
-}
-
 // The tip comes from far on the left and pushes the left ball to the right.
 StepReport push_right(Deformer& deformer, double depth_mm, int steps = 60) {
   StepReport report;
   for (int step = 0; step <= steps; ++step) {
-    report = deformer.step({pushing_tip({-26 + depth_mm * step / steps, 0, 4})});
+    report = deformer.step({test::tool_at({-26 + depth_mm * step / steps, 0, 4})});
   }
   return report;
 }
@@ -139,8 +135,8 @@ TEST(TissueContacts, MirroredOrgansMoveMirrored) {
   Deformer mirrored({left_mirrored.body(), right_mirrored.body()});
   for (int step = 0; step <= 60; ++step) {
     const double x = -26 + 16 * step / 60.;
-    deformer.step({pushing_tip({x, 0, 4})});
-    mirrored.step({pushing_tip({-x, 0, 4})});
+    deformer.step({test::tool_at({x, 0, 4})});
+    mirrored.step({test::tool_at({-x, 0, 4})});
   }
   for (std::size_t v = 0; v < deformer.positions().size(); ++v) {
     const Vector3d p = deformer.positions()[v], q = mirrored.positions()[v];
@@ -156,9 +152,9 @@ TEST(TissueContacts, FarOrgansDontKnowOfEachOther) {
   Deformer both({near.body(), far.body()}), first({near.body()}), second({far.body()});
   for (int step = 0; step <= 60; ++step) {
     const Vector3d at(-26 + 0.2 * step, 0, 4);
-    const Instrument at_far = pushing_tip({500 - 36 + 0.2 * step, 0, 4});
-    both.step({pushing_tip(at), at_far});
-    first.step({pushing_tip(at)});
+    const Instrument at_far = test::tool_at({500 - 36 + 0.2 * step, 0, 4});
+    both.step({test::tool_at(at), at_far});
+    first.step({test::tool_at(at)});
     second.step({at_far});
   }
   for (std::size_t v = 0; v < near.mesh.vertices.size(); ++v)
@@ -208,7 +204,7 @@ TEST(TissueContacts, AFoldDoesNotPassThroughItself) {
     Deformer deformer({tube.body()}, options);
     for (int step = 0; step <= 120; ++step) {
       const double y_mm = 24 - 0.15 * step;
-      report = deformer.step({pushing_tip({30, y_mm, 0})});
+      report = deformer.step({test::tool_at({30, y_mm, 0})});
     }
     const auto& x = deformer.positions();
     return x[x.size() - 2].y() - x[x.size() - 1].y();  // the ends' middles, lower end last
@@ -247,7 +243,7 @@ TEST(TissueContacts, RandomPokesOfOverlappingOrgansEndAtRest) {
       }
       const Vector3d at = from + (to - from) * (step % 30) / 30.0;
       const StepReport report =
-          deformer.step({pushing_tip(at), pushing_tip({80 - at.x(), at.y(), 15})});
+          deformer.step({test::tool_at(at), test::tool_at({80 - at.x(), at.y(), 15})});
       ASSERT_FALSE(report.recovered) << "seed " << seed << ", step " << step;
     }
     for (int step = 0; step < 900; ++step) deformer.step({});

@@ -9,6 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/geometry/nearest_on_triangle.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {
@@ -128,7 +129,7 @@ TEST(Capsule, AnAxisThatMakesNoSenseIsRefused) {
 constexpr double kTouching_mm = 1e-6;
 
 Instrument ball(const Vector3d& at, double radius_mm = 5) {
-  return {at, radius_mm, Ball{}, true, Vector3d::Zero()};
+  return test::tool_at(at, Ball{}, radius_mm);
 }
 
 double gap_mm(const Instrument& a, const Instrument& b) {
@@ -259,6 +260,107 @@ TEST(ToolContacts, AsManyAsThereMayBeFlyThroughOneAnotherAtOnce) {
   }
   for (const Instrument& tip : moved_apart(held, asked)) ASSERT_TRUE(tip.position_mm.allFinite());
 }
+
+// A ball of tissue whose lower half is anchored, and a probe from below.
+class AnchoredBall : public testing::TestWithParam<TissueSolver> {
+ protected:
+  static constexpr double kRadius_mm = 5, kModulus_kpa = 10;
+  static constexpr double kAtWall_mm =
+      1e-3;  // of a probe that is stopped: rounds of pushing it off
+
+  Deformer deformer() const {
+    test::FemOptions options;
+    options.young_modulus_kpa = kModulus_kpa;
+    options.anchored_below = 0.1;
+    MechanicsModel mechanics = test::fem_ball(mesh, options);
+    const MechanicsModel springs = test::spring_body(mesh, {.anchored_below = 0.1});
+    mechanics.mass_kg = springs.mass_kg, mechanics.springs = springs.springs;
+    mechanics.anchors = springs.anchors;
+    DeformOptions deform;
+    deform.solver = GetParam();
+    return Deformer(mesh, mechanics, {}, deform);
+  }
+  // From the probe's middle to the mesh at rest.
+  double distance_mm(const Vector3d& at) const {
+    double nearest = 1e300;
+    for (const auto& [i, j, k] : mesh.faces) {
+      const Vector3d &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+      const Vector3d w = nearest_on_triangle(at, a, b, c);
+      nearest = std::min(nearest, (w[0] * a + w[1] * b + w[2] * c - at).norm());
+    }
+    return nearest;
+  }
+
+  const TriangleMesh mesh = test::geodesic_sphere(4, 40);
+};
+
+// It stops where it touches, and is pushed back by what Hertz (1882) says of a half space.
+TEST_P(AnchoredBall, StopsAProbeAndPushesItBack) {
+  Deformer tissue = deformer();
+  StepReport report;
+  double before_n = 0;
+  for (int step = 0; step <= 20; ++step) {
+    const Vector3d asked(2, 3, -50 + 0.7 * step);
+    report = tissue.step({ball(asked, kRadius_mm)});
+    const Vector3d held = report.tip_position_mm[0];
+    EXPECT_GE(distance_mm(held), kRadius_mm - kAtWall_mm);
+    EXPECT_GE(report.tip_force_n[0].norm(), before_n);
+    before_n = report.tip_force_n[0].norm();
+    if (report.contacts == 0) continue;
+    ASSERT_EQ(report.contact_points.size(), report.contacts);
+    const ContactPoint& wall = report.contact_points[0];
+    EXPECT_NEAR((held - wall.position_mm).norm(), kRadius_mm, kAtWall_mm);
+    const double pressed_mm = (held - asked).dot(wall.normal);
+    const double modulus_mpa = 1e-3 * kModulus_kpa / (1 - 0.45 * 0.45);
+    const double force_n = 4. / 3 * modulus_mpa * std::sqrt(kRadius_mm) * std::pow(pressed_mm, 1.5);
+    EXPECT_LT((report.tip_force_n[0] - force_n * wall.normal).norm(), 1e-9 * force_n + 1e-12);
+  }
+  EXPECT_EQ(report.contacts, 1u);
+  EXPECT_LT(report.tip_force_n[0].z(), -0.1);  // N: some 8 mm beyond
+  Vector3d on_vertices = Vector3d::Zero();
+  for (const Vector3d& force : tissue.contact_force_n()) on_vertices += force;
+  EXPECT_LT((on_vertices + report.tip_force_n[0]).norm(), 1e-9);
+  EXPECT_TRUE(tissue.positions() == mesh.vertices) << "what is anchored moves nowhere";
+
+  report = tissue.step({ball({2, 3, -50}, kRadius_mm)});
+  EXPECT_EQ(report.contacts, 0u);
+  EXPECT_EQ(report.tip_force_n[0].norm(), 0);
+}
+
+// However fast it comes, and along the skin it slides on.
+TEST_P(AnchoredBall, NeitherAFastProbeNorALongOnePassesIt) {
+  Deformer tissue = deformer();
+  for (const Vector3d& axis : {Vector3d(0, 0, 0), Vector3d(30, 0, -20)}) {
+    tissue.step({capsule({0, 0, -60}, axis, kRadius_mm)});
+    StepReport report = tissue.step({capsule({0, 0, 20}, axis, kRadius_mm)});
+    EXPECT_LT(report.tip_position_mm[0].z(), -40);
+    EXPECT_GT(report.contacts, 0u);
+    report = tissue.step({capsule({-25, 0, -10}, axis, kRadius_mm)});
+    const Vector3d held = report.tip_position_mm[0];
+    EXPECT_LT(held.x(), -20) << "it goes on along the wall";
+    EXPECT_GE(distance_mm(held), kRadius_mm - kAtWall_mm);
+    tissue.step({});
+  }
+}
+
+// What gives way is pushed in as ever, and other tools are let through.
+TEST_P(AnchoredBall, OnlyWhatIsAnchoredStopsProbesAlone) {
+  Deformer tissue = deformer();
+  StepReport report;
+  for (int step = 0; step <= 20; ++step)
+    report = tissue.step({ball({0, 0, 50 - 0.7 * step}, kRadius_mm)});
+  EXPECT_EQ(report.tip_position_mm[0].z(), 50 - 0.7 * 20);
+  EXPECT_GT(report.contacts, 0u);
+  tissue.reset();
+  Instrument needle = capsule({0, 0, -60}, {0, 0, -60}, 0.6);
+  needle.kind = Needle{};
+  tissue.step({needle});
+  needle.position_mm.z() = -30;
+  EXPECT_EQ(tissue.step({needle}).tip_position_mm[0].z(), -30);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, AnchoredBall,
+                         testing::Values(TissueSolver::springs, TissueSolver::fem));
 
 }  // namespace
 }  // namespace organbake::deform

@@ -2,7 +2,7 @@
 // Stress and energy of linear corotational elements, four side by side (Müller and Gross 2004; the
 // energy as Chao et al. 2010 have it), from their deformation gradients; and the rotation nearest
 // to each, by Newton's iteration for the polar decomposition (Higham 1986).
-#include "body/element_stress.h"
+#include "body/tissue.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

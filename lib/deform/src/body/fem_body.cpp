@@ -2,16 +2,13 @@
 // Tissue as linear corotational finite elements (Müller & Gross 2004; the energy of Chao et al.
 // 2010). In: the tetrahedra of one organ or several. Out: the constant matrix, factored once, and
 // in each local step the forces that are left, by blocks of four elements.
-#include "body/fem_body.h"
 
 #include <Eigen/Dense>
 #include <map>
 
-#include "body/element_stress.h"
 #include "body/tissue.h"
 #include "organbake/core/error.h"
 #include "organbake/core/union_find.h"
-#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {
@@ -72,7 +69,6 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
         "this bundle has no tetrahedra for the solver fem; bake it anew without --set "
         "mechanics.fem=false, or use the solver springs");
   }
-  check_tetrahedra(proxy, mechanics);
   const TetrahedralBody& body = *mechanics.body;
   const auto first_node = static_cast<std::uint32_t>(nodes_mm.size());
   const auto first_vertex = static_cast<std::uint32_t>(vertices_mm.size());

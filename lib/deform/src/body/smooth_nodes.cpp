@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes of a smooth skin in the present pose, each worked out when it is first asked for. A stamp
 // by node tells whether it belongs to this pose, so that a new pose costs nothing.
-#include "body/smooth_nodes.h"
+#include "body/skin.h"
 
 #include <algorithm>
 #include <cmath>

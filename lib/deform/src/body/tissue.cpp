@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What every kind of tissue has: points numbered by slots, those that others carry, skin that gives
-// way beyond them, the pieces that blades have made, and inertia.
+// way beyond them, the pieces that blades have made, and inertia; and which kind stands for bodies.
 #include "body/tissue.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
 
 namespace organbake::deform {
 std::vector<std::uint32_t> number_free(std::size_t points,
@@ -15,14 +19,6 @@ std::vector<std::uint32_t> number_free(std::size_t points,
   for (auto& index : free_of_point) {
     if (index != kAnchored) index = next++;
   }
-  return free_of_point;
-}
-
-std::vector<std::uint32_t> number_free_in_order(std::size_t points,
-                                                const std::vector<std::uint32_t>& order) {
-  std::vector<std::uint32_t> free_of_point(points, kAnchored);
-  std::uint32_t next = 0;
-  for (const std::uint32_t point : order) free_of_point[point] = next++;
   return free_of_point;
 }
 
@@ -143,4 +139,48 @@ double Tissue::twice_kinetic_energy(const PaddedVectors& x, const PaddedVectors&
   return twice;
 }
 
+std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies,
+                                          const DeformOptions& options) {
+  if (options.solver == TissueSolver::fem)
+    return std::make_unique<FemBody>(bodies, options.time_step_s);
+  return std::make_unique<SpringNetwork>(bodies, options.time_step_s);
+}
+
 }  // namespace organbake::deform
+
+namespace organbake {
+
+const char* to_string(TissueSolver solver) {
+  return solver == TissueSolver::fem ? "fem" : "springs";
+}
+
+std::optional<TissueSolver> tissue_solver(std::string_view name) {
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    if (name == to_string(solver)) return solver;
+  }
+  return std::nullopt;
+}
+
+void DeformOptions::check() const {
+  if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
+    throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");
+  }
+  if (iterations < 1 || iterations > 1000) {
+    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be 1 to 1000");
+  }
+  if (!(friction >= 0 && friction <= 10)) {
+    throw UsageError("friction is " + to_text(friction) + "; it must be 0 to 10");
+  }
+}
+
+DeformOptions DeformOptions::chosen_for(const DeformBodies& bodies) const {
+  check();
+  DeformOptions chosen = *this;
+  if (chosen.solver) return chosen;
+  const auto has_body = [](const DeformBody& body) { return body.mechanics.body.has_value(); };
+  const bool solid = !bodies.empty() && std::all_of(bodies.begin(), bodies.end(), has_body);
+  chosen.solver = solid ? TissueSolver::fem : TissueSolver::springs;
+  return chosen;
+}
+
+}  // namespace organbake

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "contact/padded_vector.h"
+#include "organbake/deform/deformer.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "solver/sparse_factor.h"
 
@@ -89,9 +92,6 @@ inline constexpr std::uint32_t kAnchored = 0xFFFFFFFFu;
 // Numbers the points that are no anchors from 0 on; anchors get kAnchored.
 std::vector<std::uint32_t> number_free(std::size_t points,
                                        const std::vector<std::uint32_t>& anchors);
-// The same, in an order that has each of them once.
-std::vector<std::uint32_t> number_free_in_order(std::size_t points,
-                                                const std::vector<std::uint32_t>& order);
 std::size_t count_free(const std::vector<std::uint32_t>& free_of_point);
 
 // Units inside the solver are kg, mm, s, so forces are kg·mm/s² = mN: 1 N/mm = 1000 kg/s².
@@ -178,5 +178,122 @@ class Tissue {
   std::vector<Face> faces_;
   bool relaxed_at_rest_ = true;
 };
+
+// Four 3×3 matrices side by side: entry (row i, column j) of each in [3 i + j].
+struct Matrices {
+  Double4 entries[9] = {};
+  Double4& operator[](int entry) { return entries[entry]; }
+  const Double4& operator[](int entry) const { return entries[entry]; }
+};
+
+// The rotations nearest to four matrices (Frobenius): the polar factor, by Newton's iteration with
+// Higham's scaling (1986). A matrix that is inside out or flat has its nearest rotation from a
+// singular value decomposition instead, the smallest value's sign turned (Irving et al. 2004), so
+// that an inverted element is led back the shortest way. Not finite in, anything finite out.
+void nearest_rotations(const Matrices& f, Matrices& rotation);
+
+// What four elements store by their deformation F, side by side. In the singular values s of F (the
+// least one negative where F is inside out) and with R the rotation nearest to F,
+//   W = shear/2 |s − 1|² + 3 bulk/2 |s − s*|²,   shear = 2 μ V, bulk = λ V,
+// s* being the nearest values that sum up to 3 and are none below kLeastStretch. Where that bound
+// doesn't bite, the second part is bulk/2 (tr RᵀF − 3)²: linear corotational elasticity. That alone
+// takes s = (2, 2, −1) for a volume that is kept, and elements turned inside out would stay so.
+// Both parts are squared distances, so that W bends by at most shear + 3 bulk, whatever F.
+class ElementStress {
+ public:
+  // Keeps f by reference.
+  explicit ElementStress(const Matrices& f);
+
+  // ∂W/∂F.
+  void stress(const Double4& shear, const Double4& bulk, Matrices& stress) const;
+  // The same of a viscosity of shear strain (mN·mm): R sym(Rᵀ (F − F_start)) viscosity.
+  void add_viscous(const Double4& viscosity, const Matrices& f_start, Matrices& stress) const;
+  Double4 energy(const Double4& shear, const Double4& bulk) const;
+
+  static constexpr double kLeastStretch = 0.1;
+
+ private:
+  void keep_volume();
+  void keep_volume_of_lane(int lane);
+
+  const Matrices& f_;
+  Matrices rotation_;
+  Matrices from_kept_;  // 3 (F − F*)
+};
+
+// Linear corotational finite elements (Müller & Gross 2004; its energy as Chao et al. 2010 have it)
+// in the springs' place, with the tissue's modulus and density and the body's Poisson's ratio: W is
+// that of element_stress.h, for small displacements linear elasticity. Steps lead along
+// A = M/dt² + Σ V (2μ (1 + damping/dt) + 3/2 λ) ∇φᵢ·∇φⱼ, at least half of what W bends by however
+// elements are turned: each lowers the energy, and what they converge to is the backward Euler step
+// itself. The points are the nodes; they carry the proxy's vertices.
+class FemBody final : public Tissue {
+ public:
+  // Throws UsageError when one's mechanics hold no tetrahedra.
+  FemBody(const DeformBodies& bodies, double time_step_s);
+
+  void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                  const PaddedVectors& x_coasted, PaddedVectors& force) const override;
+  double energy(const PaddedVectors& x, const PaddedVectors& x_start) const override;
+
+ private:
+  // Four elements side by side.
+  struct Block {
+    std::array<std::array<std::uint32_t, 4>, 4> slots{};  // [element][corner]
+    Matrices gradients{};                                 // row k: ∇φ of corner k + 1, 1/mm
+    Double4 shear{}, bulk{};                              // 2 μ V and λ V, mN·mm
+    Double4 viscous{};                                    // 2 μ V damping/dt, mN·mm
+  };
+  struct Solid;
+  void place_slots(const Solid& solid, const std::vector<std::uint32_t>& free_of_node);
+  void place_elements(const Solid& solid);
+  void find_pieces(const Solid& solid, const DeformBodies& bodies);
+  static Matrices deformation_of(const Block& block, const Double4* at);
+  static void push(const Block& block, const Matrices& stress, Double4* force);
+
+  bool damped_ = false;
+  std::vector<Block> blocks_;  // filled up with elements that do nothing
+};
+
+// Springs, dampers and masses of a proxy as projective dynamics sees them (Bouaziz et al. 2014): an
+// implicit Euler step minimises ½|x − y|²_M/dt² + Σ ½k|e − l d|² + Σ ½c/dt (d·Δe)², e = x_a − x_b,
+// and with each spring's direction d and the sideways part of Δe held (they are the local step),
+// the minimiser solves A u = b, A constant, u = x − rest. Dampers act along their springs, as the
+// paper's do: acting on the whole relative velocity they would slow rotation, and a poked organ
+// would creep. Every point is a proxy vertex.
+class SpringNetwork final : public Tissue {
+ public:
+  SpringNetwork(const DeformBodies& bodies, double time_step_s);
+
+  // The forces of inertia, springs and dampers.
+  void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                  const PaddedVectors& x_coasted, PaddedVectors& force) const override;
+  double energy(const PaddedVectors& x, const PaddedVectors& x_start) const override;
+
+ private:
+  struct Ends {
+    std::uint32_t a = 0, b = 0;  // slots, a < b
+  };
+  struct SpringBlock;
+  void measure_block(std::size_t begin, const Double4* at, const Double4* from,
+                     SpringBlock& block) const;
+  void stand_in(std::size_t spring, const Double4* from, SpringBlock& block, int i) const;
+  void pull_block(std::size_t begin, SpringBlock& block) const;
+  struct Net;
+  std::vector<Coefficient> matrix_of_free(const Net& net, double time_step_s,
+                                          const std::vector<std::uint32_t>& free_of_vertex) const;
+  void place_slots(const Net& net, double time_step_s,
+                   const std::vector<std::uint32_t>& free_of_vertex);
+  void place_springs(const Net& net, double time_step_s);
+  void find_parts(const Net& net);
+
+  // In order of their slots, filled up to whole blocks with springs that do nothing.
+  std::vector<Ends> ends_;
+  std::vector<double> length_, stiffness_, damper_;  // l, mm; k, kg/s²; c/dt, kg/s²
+};
+
+// What stands for some bodies: springs, or finite elements. Throws UsageError for tetrahedra that
+// are asked for and not there.
+std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies, const DeformOptions& options);
 
 }  // namespace organbake::deform

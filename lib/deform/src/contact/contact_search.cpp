@@ -288,8 +288,7 @@ double ContactSearch::violation(const Contact& contact) const {
   return -contact.normal.dot(miss);
 }
 
-// The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of
-// skin and axis in turn, which closes in on a common pair.
+// Nearest points of skin and axis in turn, which closes in on a common pair.
 SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, PaddedVector& center) {
   const auto [i, j, k] = skin_.faces()[face];
   center = tip.center_near((skin_.shape()[i] + skin_.shape()[j] + skin_.shape()[k]) / 3);

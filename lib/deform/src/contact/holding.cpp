@@ -2,7 +2,7 @@
 // How instruments hold skin beyond pushing it: graspers carry points of it until the pull is more
 // than jaws hold by friction, needles go through it and it slides along them, and both go on when
 // blades have made another skin. In: the sweeps, the skin as it lies. Out: contacts that last.
-#include "contact/holding.h"
+#include "contact/contact_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -154,18 +154,6 @@ constexpr double kTakesAlong = 2;
 constexpr double kSway = 1;     // diagonals
 constexpr double kTornOff = 4;  // diagonals: farther from rest nothing can be held
 
-double farthest_of(const PaddedVectors& x, const PaddedVectors& rest) {
-  const Double4* p = as_double4(x.data());
-  const Double4* q = as_double4(rest.data());
-  double squared = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const Double4 d = p[i] - q[i];
-    if (!(dot(d, d) <= squared)) squared = dot(d, d);  // NaN stays
-    if (!(squared >= 0)) break;
-  }
-  return std::sqrt(squared);
-}
-
 }  // namespace
 
 bool any_carried(const std::vector<Contact>& contacts) {
@@ -179,9 +167,9 @@ bool pulled_too_far(const std::vector<Contact>& contacts, const PulledShape& sha
     if (c.as<Carried>()) way_mm = std::max(way_mm, (c.target - c.anchored_at).norm());
   const double most_mm =
       std::min(kTornOff * shape.diagonal_mm, kSway * shape.diagonal_mm + kTakesAlong * way_mm);
-  const double now_mm = farthest_of(shape.now, shape.rest);
+  const double now_mm = largest_distance(shape.now, shape.rest);
   // What lies far away from an earlier pull is no reason to let go of another.
-  return !(now_mm <= std::max(most_mm, farthest_of(shape.at_start, shape.rest)));
+  return !(now_mm <= std::max(most_mm, largest_distance(shape.at_start, shape.rest)));
 }
 
 std::optional<std::uint32_t> overloaded(const std::vector<Contact>& contacts, const Tissue& tissue,

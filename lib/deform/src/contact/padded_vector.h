@@ -37,6 +37,18 @@ inline Double4 cross(const Double4& a, const Double4& b) {
   return __builtin_shufflevector(c_zxy, c_zxy, 1, 2, 0, 3);
 }
 
+// How far the farthest of some points lies from its place in the other list; NaN stays.
+inline double largest_distance(const PaddedVectors& a, const PaddedVectors& b) {
+  const Double4* p = as_double4(a.data());
+  const Double4* q = as_double4(b.data());
+  double squared = 0;
+  for (std::size_t i = 0; i < a.size() && squared >= 0; ++i) {
+    const Double4 d = p[i] - q[i];
+    if (!(dot(d, d) <= squared)) squared = dot(d, d);
+  }
+  return std::sqrt(squared);
+}
+
 inline Double4 square_roots(const Double4& v) {
   using Array = Eigen::Array<double, 4, 1>;
   Double4 roots;

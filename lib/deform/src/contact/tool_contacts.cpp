@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tools are capsules and much stiffer than tissue: overlaps are taken back pair by pair in rounds,
 // as in position-based dynamics (Müller et al. 2007), half by each. The step's way is followed in
-// pieces that bring no centre past another's, or fast tools would pass through each other.
+// pieces that bring no centre past another's, or fast tools would pass through each other. Skin
+// that is anchored stops probes in the same way, all of the overlap taken back by the probe.
 #include "contact/tool_contacts.h"
 
 #include <Eigen/Geometry>
@@ -9,9 +10,80 @@
 #include <utility>
 
 namespace organbake::deform {
-namespace {
 
 using Eigen::Vector3d;
+
+AnchoredSkin::AnchoredSkin(Skin& skin, ContactSearch& search) : skin_(skin), search_(search) {
+  const Tissue& tissue = search.tissue();
+  constexpr double kSlack_mm = 2;  // that skin beside free tissue moves by
+  for (std::uint32_t f = 0; f < skin.faces().size(); ++f) {
+    const auto& [a, b, c] = skin.faces()[f];
+    if (std::min({tissue.free_share(a), tissue.free_share(b), tissue.free_share(c)}) >=
+        kMinFreeShare)
+      continue;
+    Bounds corners;
+    for (const std::uint32_t slot : {a, b, c}) corners.add(tissue.rest()[slot].head<3>());
+    faces_.push_back(
+        {f, corners.center(), corners.diagonal() / 2 + skin.tallest_mm(f) + kSlack_mm});
+  }
+}
+
+int AnchoredSkin::pieces_between(const Instrument& from, const Instrument& to) const {
+  if (!to.active || !to.is<Ball>()) return 0;
+  constexpr double kPieceOfRadius = 0.5;
+  constexpr int kMost = 1024;
+  const Vector3d way = to.position_mm - from.position_mm;
+  const double reach_mm = to.radius_mm + std::max(from.axis_mm.norm(), to.axis_mm.norm());
+  const auto near = [&](const Face& face) {
+    const Vector3d off = face.center_mm - from.position_mm;
+    const double along = way.isZero(0) ? 0 : std::clamp(off.dot(way) / way.squaredNorm(), 0.0, 1.0);
+    return (off - along * way).norm() < face.radius_mm + reach_mm;
+  };
+  if (std::none_of(faces_.begin(), faces_.end(), near)) return 0;
+  return static_cast<int>(
+      std::min<double>(kMost, 1 + way.norm() / (kPieceOfRadius * to.radius_mm)));
+}
+
+std::optional<AnchoredSkin::Overlap> AnchoredSkin::deepest(std::uint32_t number, bool just_placed,
+                                                           const Instrument& tip) {
+  constexpr double kTouching_mm = 1e-6, kSquareCosine = 0.5;
+  const TipPose pose{padded(tip.position_mm), padded(tip.axis_mm), tip.radius_mm};
+  std::optional<Overlap> deepest;
+  for (const Face& face : faces_) {
+    const double reach_mm = face.radius_mm + tip.radius_mm + tip.axis_mm.norm();
+    if ((face.center_mm - tip.position_mm).norm() > reach_mm) continue;
+    PaddedVector center;
+    const SkinHit hit = search_.deepest(pose, face.face, center);
+    if (hit.distance_mm > tip.radius_mm - kTouching_mm ||
+        search_.response_of(hit.at).free_share > 0)
+      continue;
+    // A probe whose middle is behind the skin came from there, or round a corner of it.
+    const double before_mm = (center - hit.point).dot(hit.normal);
+    const bool behind = before_mm < 0;
+    if (behind && !just_placed && -before_mm < kSquareCosine * hit.distance_mm) continue;
+    const bool turned = (behind && just_placed) || hit.distance_mm == 0;
+    const PaddedVector outward =
+        turned ? hit.normal : PaddedVector((center - hit.point) / hit.distance_mm);
+    const double depth_mm = tip.radius_mm - (turned ? before_mm : hit.distance_mm);
+    if (!deepest || depth_mm > deepest->depth_mm)
+      deepest = {{number, hit, outward.head<3>()}, depth_mm};
+  }
+  return deepest;
+}
+
+void AnchoredSkin::push_off(std::uint32_t number, bool just_placed, Instrument& tip) {
+  constexpr int kMostPushes = 8;  // in a corner of the wall
+  if (!tip.active || !tip.is<Ball>()) return;
+  std::erase_if(touches_, [number](const Touch& touch) { return touch.instrument == number; });
+  for (int push = 0; push < kMostPushes; ++push) {
+    const std::optional<Overlap> overlap = deepest(number, just_placed, tip);
+    if (!overlap) return;
+    tip.position_mm += overlap->depth_mm * overlap->touch.outward;
+    if (push == 0) touches_.push_back(overlap->touch);
+  }
+}
+
+namespace {
 
 constexpr int kRounds = 32;
 constexpr double kTouching = 1e-9;  // of both radii
@@ -112,14 +184,20 @@ std::vector<Instrument> held_apart(std::vector<Instrument> tips) {
 }
 
 std::vector<Instrument> moved_apart(const std::vector<Instrument>& held,
-                                    const std::vector<Instrument>& asked) {
+                                    const std::vector<Instrument>& asked, AnchoredSkin* anchored) {
   std::vector<Instrument> from = asked;
-  for (std::size_t i = 0; i < std::min(held.size(), asked.size()); ++i) {
-    if (!both_there(held[i], asked[i])) continue;
+  const auto goes_on = [&](std::size_t i) {
+    return i < held.size() && both_there(held[i], asked[i]);
+  };
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (!goes_on(i)) continue;
     from[i].position_mm = held[i].position_mm;
     from[i].axis_mm = held[i].axis_mm;
   }
-  const int pieces = pieces_between(from, asked);
+  int pieces = pieces_between(from, asked);
+  if (anchored) anchored->begin_step();
+  for (std::size_t i = 0; anchored && i < asked.size(); ++i)
+    pieces = std::max(pieces, anchored->pieces_between(from[i], asked[i]));
   if (pieces == 0) return asked;
   std::vector<Instrument> tips = from;
   std::vector<Vector3d> pushed(asked.size(), Vector3d::Zero());
@@ -130,7 +208,9 @@ std::vector<Instrument> moved_apart(const std::vector<Instrument>& held,
       tips[i].position_mm = from[i].position_mm + share * way + pushed[i];
       tips[i].axis_mm = from[i].axis_mm + share * (asked[i].axis_mm - from[i].axis_mm);
     }
-    const std::vector<Instrument> apart = held_apart(tips);
+    std::vector<Instrument> apart = held_apart(tips);
+    for (std::size_t i = 0; anchored && i < tips.size(); ++i)
+      anchored->push_off(static_cast<std::uint32_t>(i), !goes_on(i), apart[i]);
     for (std::size_t i = 0; i < tips.size(); ++i)
       pushed[i] += apart[i].position_mm - tips[i].position_mm;
     tips = apart;

@@ -10,8 +10,6 @@
 #include <span>
 #include <utility>
 
-#include "solver/body_pressures.h"
-
 namespace organbake::deform {
 namespace {
 

@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/holding.h"
+#include "contact/contact_search.h"
 #include "organbake/core/stopwatch.h"
-#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {
@@ -50,15 +49,13 @@ double pieces_of(const std::vector<InstrumentSweep>& sweeps) {
   return most;
 }
 
-double largest_distance(const PaddedVectors& a, const PaddedVectors& b) {
-  const Double4* p = as_double4(a.data());
-  const Double4* q = as_double4(b.data());
-  double squared = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const Double4 d = p[i] - q[i];
-    squared = std::max(squared, dot(d, d));
-  }
-  return std::sqrt(squared);
+// How stiffly each body's volume is kept: springs don't know of volume, elements resist its change
+// by Poisson's ratio.
+std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions& options) {
+  std::vector<double> kept;
+  for (const DeformBody& body : bodies)
+    kept.push_back(options.solver == TissueSolver::fem ? 0 : body.mechanics.volume_stiffness);
+  return kept;
 }
 
 }  // namespace
@@ -68,8 +65,9 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
       diagonal_mm_(largest_diagonal(bodies)),
       tissue_(make_tissue(bodies, options)),
       pressures_(*tissue_, {*tissue_, kept_volumes(bodies, options)}),
-      skin_(*tissue_, checked_skins(bodies)),
+      skin_(*tissue_, bodies),
       search_(skin_, *tissue_),
+      anchored_skin_(skin_, search_),
       constraints_(*tissue_, pressures_, options.friction) {
   for (const DeformBody& body : bodies) grasp_strength_n_.push_back(body.mechanics.grasp_slip_n);
   if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
@@ -106,6 +104,10 @@ void ShapeSolver::slow_down() {
 void ShapeSolver::to_rest() {
   x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
   velocity_.assign(tissue_->size(), PaddedVector::Zero());
+  forget_touch();
+}
+
+void ShapeSolver::forget_touch() {
   contacts_.clear(), punctures_.clear();
   pressures_.reset();
   constraints_.forget_give();
@@ -143,11 +145,6 @@ std::size_t ShapeSolver::let_in(std::vector<InstrumentSweep>& sweeps) {
     came_in_ = true;
   }
   return closed_in_vain;
-}
-
-bool ShapeSolver::near_skin(const std::vector<InstrumentSweep>& sweeps) {
-  find_faces(sweeps);
-  return search_.found_any();
 }
 
 void ShapeSolver::find_faces(const std::vector<InstrumentSweep>& sweeps) {
@@ -362,15 +359,8 @@ double ShapeSolver::settle_motion() {
   return largest_distance(x_, x_start_);
 }
 
-bool ShapeSolver::lost() const {
-  const double limit = kRunaway * diagonal_mm_;
-  return !std::all_of(x_.begin(), x_.end(), [&](const PaddedVector& row) {
-    // Written so that NaN is lost too.
-    return (row - tissue_->rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
-  });
-}
-
-double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
+// Written so that NaN is lost, too.
+bool ShapeSolver::lost() const { return !(farthest_from_rest() <= kRunaway * diagonal_mm_); }
 
 void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
                         const std::vector<Eigen::Vector3d>& at_mm) {
@@ -380,16 +370,7 @@ void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
     velocity_[slots[i]].setZero();
   }
   tissue_->embedding().carry_positions(tissue_->rest(), x_);
-  contacts_.clear(), punctures_.clear();
-  pressures_.reset();
-  constraints_.forget_give();
-  if (tissue_search_) tissue_search_->reset();
-  last_energy_ = kUnknownEnergy;
-}
-
-void ShapeSolver::be_restored() {
-  if (tissue_search_) tissue_search_->be_restored();
-  skin_.pose(x_);
+  forget_touch();
 }
 
 void ShapeSolver::continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,

@@ -10,10 +10,9 @@
 #include "body/skin.h"
 #include "body/tissue.h"
 #include "contact/contact_search.h"
-#include "contact/holding.h"
 #include "contact/tissue_contacts.h"
+#include "contact/tool_contacts.h"
 #include "organbake/deform/deformer.h"
-#include "solver/body_pressures.h"
 #include "solver/constraint_solver.h"
 
 namespace organbake::deform {
@@ -27,7 +26,7 @@ struct Penetration {
 // and the volume, until skin lies on the instruments and on other skin.
 class ShapeSolver {
  public:
-  // Throws BadDataError for a proxy, mechanics or base layer that it cannot use.
+  // The bodies are as bundles hold them, which are checked when they are read.
   ShapeSolver(const DeformBodies& bodies, const DeformOptions& options);
 
   const Tissue& tissue() const { return *tissue_; }
@@ -47,8 +46,13 @@ class ShapeSolver {
   // Lets tips that are just placed deep in tissue come in from outside, by the shortest way;
   // returns how many graspers closed there, where no skin is to hold.
   std::size_t let_in(std::vector<InstrumentSweep>& sweeps);
+  // The skin that stops probes, in the shape of now.
+  AnchoredSkin& anchored_skin() { return skin_.pose(x_), anchored_skin_; }
   // Whether a tip may come near the skin on its sweep. Has to precede the step.
-  bool near_skin(const std::vector<InstrumentSweep>& sweeps);
+  bool near_skin(const std::vector<InstrumentSweep>& sweeps) {
+    find_faces(sweeps);
+    return search_.found_any();
+  }
   // Lets go of what instruments held that do not go on.
   void let_go(const std::vector<InstrumentSweep>& sweeps);
   // One time step. Graspers that are just placed close in it.
@@ -72,7 +76,7 @@ class ShapeSolver {
   void place(const std::vector<std::uint32_t>& slots, const std::vector<Eigen::Vector3d>& at_mm);
 
   bool lost() const;  // not finite, or far beyond anything that tissue does
-  double farthest_from_rest() const;
+  double farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
   void to_rest();
   // Names to a tape what outlasts a step; what came back from one is then taken up.
   template <class Self, class Tape>
@@ -83,7 +87,10 @@ class ShapeSolver {
     ContactSearch::pass(self.search_, tape);
     if (self.tissue_search_) TissueContacts::pass(*self.tissue_search_, tape);
   }
-  void be_restored();
+  void be_restored() {
+    if (tissue_search_) tissue_search_->be_restored();
+    skin_.pose(x_);
+  }
   // Time that the search for contacts took since this was last asked.
   double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
 
@@ -102,6 +109,7 @@ class ShapeSolver {
   Penetration close_gaps(const std::vector<InstrumentSweep>& sweeps);
   void find_faces(const std::vector<InstrumentSweep>& sweeps);
   void find_adrift(const DeformBodies& bodies);
+  void forget_touch();
   void slow_down();
   Penetration refresh(const std::vector<InstrumentSweep>& sweeps, double fraction);
 
@@ -118,6 +126,7 @@ class ShapeSolver {
   BodyPressures pressures_;
   Skin skin_;
   ContactSearch search_;
+  AnchoredSkin anchored_skin_;
   std::optional<TissueContacts> tissue_search_;
   ConstraintSolver constraints_;
 

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Springs, dampers and masses as projective dynamics has them (Bouaziz et al. 2014): the constant
 // matrix, and local steps over springs that are sorted by their vertices and worked on in blocks.
-#include "solver/spring_network.h"
 
 #include <algorithm>
 #include <numeric>
 
 #include "body/tissue.h"
 #include "organbake/core/error.h"
-#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {
@@ -28,6 +26,15 @@ Double4 sums(const Double4 (&v)[4]) {
          __builtin_shufflevector(low, high, 2, 3, 6, 7);
 }
 
+// Numbers the points that an order has, each of them once, as it has them; others get kAnchored.
+std::vector<std::uint32_t> number_free_in_order(std::size_t points,
+                                                const std::vector<std::uint32_t>& order) {
+  std::vector<std::uint32_t> free_of_point(points, kAnchored);
+  std::uint32_t next = 0;
+  for (const std::uint32_t point : order) free_of_point[point] = next++;
+  return free_of_point;
+}
+
 }  // namespace
 
 // All organs' springs as one net, the vertices of one after those of the other.
@@ -37,7 +44,6 @@ struct SpringNetwork::Net {
   }
 
   void add(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
-    check_mechanics(proxy, mechanics);
     const auto first = static_cast<std::uint32_t>(vertices.size());
     vertices.insert(vertices.end(), proxy.vertices.begin(), proxy.vertices.end());
     organ_of_vertex.resize(vertices.size(), organs++);

@@ -15,9 +15,9 @@
 
 namespace organbake {
 
-// One organ as it is handed to the solver, at rest; nothing of it is kept by reference. The
-// true skin is met on the smooth skin over the proxy or, without one, at the heights of the base
-// layer over it, which may be empty.
+// One organ as it is handed to the solver, at rest, as bundles hold it: what reads a bundle has
+// checked it. Nothing of it is kept by reference. The true skin is met on the smooth skin over the
+// proxy or, without one, at the heights of the base layer over it, which may be empty.
 struct DeformBody {
   const TriangleMesh& proxy;
   const MechanicsModel& mechanics;
@@ -68,7 +68,8 @@ struct StepReport {
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
   std::vector<ContactPoint> contact_points;  // `contacts` of them; a tip's force is their sum
   std::vector<ContactPoint> punctures;       // where needles went through the skin
-  // Where each tip was held, world: tools that run into each other stop there.
+  // Where each tip was held, world: tools that run into each other or into anchored skin stop
+  // there.
   std::vector<Eigen::Vector3d> tip_position_mm;
   // A tip moved farther than can be followed, and may have passed through skin.
   bool tip_too_fast = false;
@@ -87,9 +88,9 @@ struct StepReport {
 // the factor, so none refactorises.
 class Deformer {
  public:
-  // Throws UsageError for tetrahedra that are asked for and not there, BadDataError for data that
-  // cannot be used. base (may be empty) gives the heights at which an instrument meets the true
-  // skin.
+  // Throws UsageError for tetrahedra that are asked for and not there, BadDataError for masses and
+  // stiffnesses that cannot be solved for. base (may be empty) gives the heights at which an
+  // instrument meets the true skin.
   Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
            const DeformOptions& options = {});
   ~Deformer();
@@ -100,7 +101,9 @@ class Deformer {
   explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
 
   // Throws UsageError for instruments that make no sense (check_instruments), and has changed
-  // nothing then. Instruments with blades push nothing, and are as if they were not there.
+  // nothing then. Instruments with blades push nothing, and are as if they were not there. Skin
+  // that anchors hold is a wall to probes: they stop at it (tip_position_mm) and feel it, by how
+  // far they were asked beyond, as an elastic half space of the tissue (Hertz 1882).
   StepReport step(const std::vector<Instrument>& instruments);
   // Of the proxies' vertices, one organ after the other, mm.
   const std::vector<Eigen::Vector3d>& positions() const;
