@@ -19,6 +19,7 @@
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "promises.h"
+#include "support/cut_bodies.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {
