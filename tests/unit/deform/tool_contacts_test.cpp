@@ -9,7 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
-#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/refine.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {
