@@ -25,9 +25,10 @@ constexpr double kJumpTexels = 6;
 // A view from the front has finer texels than one from the side; this picks out the few best.
 constexpr int kFrontness = 6;
 
-Eigen::Vector3d texel_place(const PosedCamera& camera, const CameraMaps& maps, int x, int y) {
-  return double(maps.depth_mm[std::size_t(y) * maps.width + x]) *
-         unproject(camera.intrinsics, {x + 0.5, y + 0.5});
+// The place that a texel shows, in the camera's axes.
+Eigen::Vector3d texel_place(const PosedCamera& camera, const CameraMaps& maps, std::size_t texel) {
+  const Eigen::Vector2d pixel(texel % maps.width + 0.5, texel / maps.width + 0.5);
+  return double(maps.depth_mm[texel]) * unproject(camera.intrinsics, pixel);
 }
 
 // By central differences of the places that the texels show, world axes; zero at rims.
@@ -45,9 +46,9 @@ std::vector<Eigen::Vector3f> normals_of(const PosedCamera& camera, const CameraM
           }))
         continue;
       const Eigen::Vector3d across =
-          texel_place(camera, maps, x + 1, y) - texel_place(camera, maps, x - 1, y);
+          texel_place(camera, maps, i + 1) - texel_place(camera, maps, i - 1);
       const Eigen::Vector3d down =
-          texel_place(camera, maps, x, y + 1) - texel_place(camera, maps, x, y - 1);
+          texel_place(camera, maps, i + maps.width) - texel_place(camera, maps, i - maps.width);
       // With z forward across × down looks away from the camera.
       normals[i] = (world_from_camera * down.cross(across)).normalized().cast<float>();
     }
@@ -59,13 +60,6 @@ std::vector<Eigen::Vector3f> normals_of(const PosedCamera& camera, const CameraM
 // by 5.7 texels from one texel to the next, and half of that lies between centre and rim.
 constexpr double kSamePlaceTexels = 3;
 
-// The place that a texel shows.
-Eigen::Vector3d place_of(const PosedCamera& camera, const CameraMaps& maps, std::size_t texel) {
-  const Eigen::Vector2d pixel(texel % maps.width + 0.5, texel / maps.width + 0.5);
-  return camera.camera_from_world.inverse() *
-         (double(maps.depth_mm[texel]) * unproject(camera.intrinsics, pixel));
-}
-
 // One texel of each cell of a grid, over all cameras, in their order.
 std::vector<SparsePoint> thinned(const Bundle& bundle, double spacing_mm) {
   std::vector<SparsePoint> points;
@@ -75,7 +69,8 @@ std::vector<SparsePoint> thinned(const Bundle& bundle, double spacing_mm) {
     for (std::size_t i = 0; i < maps.face.size(); ++i) {
       if (maps.face[i] == kNoFace) continue;
       SparsePoint point;
-      point.place_mm = place_of(bundle.cameras.cameras[c], maps, i);
+      const PosedCamera& camera = bundle.cameras.cameras[c];
+      point.place_mm = camera.camera_from_world.inverse() * texel_place(camera, maps, i);
       std::array<std::int64_t, 3> cell;
       for (int k = 0; k < 3; ++k)
         cell[k] = static_cast<std::int64_t>(std::floor(point.place_mm[k] / spacing_mm));

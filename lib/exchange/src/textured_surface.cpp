@@ -38,11 +38,35 @@ class FineSurface {
     Eigen::Vector3f color;        // linear
   };
 
-  FineSurface(const Bundle& bundle, TriangleMesh base);
+  FineSurface(const Bundle& bundle, TriangleMesh base)
+      : base_(std::move(base)), normals_(vertex_normals(base_)), scene_(base_), maps_(bundle) {}
   const TriangleMesh& mesh() const { return base_; }
   double texel_mm() const { return maps_.texel_mm(); }
   // At the closest point of the surface.
-  Appearance at(const Eigen::Vector3d& point) const;
+  Appearance at(const Eigen::Vector3d& point) const {
+    const ClosestPoint closest = scene_.closest_point(point);
+    const auto [a, b, c] = base_.faces[closest.face];
+    // Weights of the corners by areas, of a point that lies in the face.
+    const Eigen::Vector3d e1 = base_.vertices[b] - base_.vertices[a],
+                          e2 = base_.vertices[c] - base_.vertices[a],
+                          d = closest.point - base_.vertices[a], n = e1.cross(e2);
+    const double doubled = n.squaredNorm();
+    const double w1 = doubled > 0 ? std::clamp(d.cross(e2).dot(n) / doubled, 0.0, 1.0) : 0;
+    const double w2 = doubled > 0 ? std::clamp(e1.cross(d).dot(n) / doubled, 0.0, 1.0 - w1) : 0;
+    const double w0 = 1 - w1 - w2;
+    Appearance look;
+    look.normal = (w0 * normals_[a] + w1 * normals_[b] + w2 * normals_[c]).normalized();
+    look.fine_normal = look.normal;
+    if (const auto sample = maps_.at(closest.point, look.normal)) {
+      look.color = sample->color;
+      look.fine_normal = sample->normal;
+      return look;
+    }
+    look.color = static_cast<float>(w0) * base_.colors[a] +
+                 static_cast<float>(w1) * base_.colors[b] +
+                 static_cast<float>(w2) * base_.colors[c];
+    return look;
+  }
 
  private:
   TriangleMesh base_;
@@ -141,6 +165,9 @@ std::array<std::uint8_t, 3> mean_color(const Rgb8Image& image,
   return mean;
 }
 
+// Fills a mesh's colour and normal maps, side × side texels: every texel whose middle lies in a
+// face or within a texel and a half of one from the fine surface at that place, the rest from its
+// neighbours. `light`: that the colours are freed from, or null.
 class AtlasBaker {
  public:
   AtlasBaker(const FineSurface& fine, const Lighting* light, int side, TexturedMesh& mesh)
@@ -196,55 +223,14 @@ class AtlasBaker {
   TexturedMesh& mesh_;
 };
 
-FineSurface::FineSurface(const Bundle& bundle, TriangleMesh base)
-    : base_(std::move(base)), normals_(vertex_normals(base_)), scene_(base_), maps_(bundle) {}
-
-FineSurface::Appearance FineSurface::at(const Eigen::Vector3d& point) const {
-  const ClosestPoint closest = scene_.closest_point(point);
-  const auto [a, b, c] = base_.faces[closest.face];
-  // Weights of the corners by areas, of a point that lies in the face.
-  const Eigen::Vector3d e1 = base_.vertices[b] - base_.vertices[a],
-                        e2 = base_.vertices[c] - base_.vertices[a],
-                        d = closest.point - base_.vertices[a], n = e1.cross(e2);
-  const double doubled = n.squaredNorm();
-  const double w1 = doubled > 0 ? std::clamp(d.cross(e2).dot(n) / doubled, 0.0, 1.0) : 0;
-  const double w2 = doubled > 0 ? std::clamp(e1.cross(d).dot(n) / doubled, 0.0, 1.0 - w1) : 0;
-  const double w0 = 1 - w1 - w2;
-  Appearance look;
-  look.normal = (w0 * normals_[a] + w1 * normals_[b] + w2 * normals_[c]).normalized();
-  look.fine_normal = look.normal;
-  if (const auto sample = maps_.at(closest.point, look.normal)) {
-    look.color = sample->color;
-    look.fine_normal = sample->normal;
-    return look;
-  }
-  look.color = static_cast<float>(w0) * base_.colors[a] + static_cast<float>(w1) * base_.colors[b] +
-               static_cast<float>(w2) * base_.colors[c];
-  return look;
-}
-
-// Fills a mesh's colour and normal maps, side × side texels: every texel whose middle lies in a
-// face or within a texel and a half of one from the fine surface at that place, the rest from its
-// neighbours. `light`: that the colours are freed from, or null. Spreads over TBB's threads.
-void bake_atlas(const FineSurface& fine, const Lighting* light, int side, TexturedMesh& mesh) {
-  AtlasBaker(fine, light, side, mesh).run();
-}
-
 constexpr int kMargin = 4;  // texels round each chart: two levels of a mip map keep charts apart
 constexpr int kSideStep = 256, kLargestFoundSide = 4096;
 
-struct FlatBox {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = -low;
-};
-
-FlatBox flat_box(const TriangleMesh& mesh, const Chart& chart) {
-  FlatBox box;
+Eigen::AlignedBox2d flat_box(const TriangleMesh& mesh, const Chart& chart) {
+  Eigen::AlignedBox2d box;
   for (const std::uint32_t face : chart.faces)
-    for (const std::uint32_t vertex : mesh.faces[face]) {
-      const Eigen::Vector2d at = chart.flat(mesh.vertices[vertex]);
-      box.low = box.low.cwiseMin(at);
-      box.high = box.high.cwiseMax(at);
-    }
+    for (const std::uint32_t vertex : mesh.faces[face])
+      box.extend(chart.flat(mesh.vertices[vertex]));
   return box;
 }
 
@@ -260,9 +246,9 @@ Layout laid_out(const TriangleMesh& mesh, const std::vector<Chart>& charts, int 
   std::vector<Eigen::Vector2d> sizes, lows;
   double largest_mm = 1e-9;
   for (const Chart& chart : charts) {
-    const FlatBox box = flat_box(mesh, chart);
-    lows.push_back(box.low);
-    sizes.push_back(box.high - box.low);
+    const Eigen::AlignedBox2d box = flat_box(mesh, chart);
+    lows.push_back(box.min());
+    sizes.push_back(box.sizes());
     largest_mm = std::max(largest_mm, sizes.back().maxCoeff());
   }
   Layout layout;
@@ -373,7 +359,8 @@ TexturedMesh textured_surface(const Bundle& bundle, const TexturedSurfaceOptions
   lay_flat(mesh, charts, layout, result);
   result.roughness = roughness_of(bundle.lighting);
   context.progress(0.5);
-  bake_atlas(fine, options.albedo ? &*bundle.lighting : nullptr, layout.side, result);
+  const Lighting* const light = options.albedo ? &*bundle.lighting : nullptr;
+  AtlasBaker(fine, light, layout.side, result).run();
   return result;
 }
 

@@ -29,6 +29,7 @@ TriangleMesh icosahedron() {
   return mesh;
 }
 
+// New vertices at the middles of edges, each one for both faces of its edge.
 class Midpoints {
  public:
   explicit Midpoints(TriangleMesh& mesh) : mesh_(mesh) { known_.reserve(mesh.faces.size() * 2); }
@@ -36,7 +37,7 @@ class Midpoints {
   std::uint32_t of(std::uint32_t a, std::uint32_t b) {
     const auto next = static_cast<std::uint32_t>(mesh_.vertices.size());
     const auto [entry, is_new] = known_.try_emplace(edge_key(a, b), next);
-    if (is_new) mesh_.vertices.push_back((mesh_.vertices[a] + mesh_.vertices[b]).normalized());
+    if (is_new) mesh_.vertices.push_back(0.5 * (mesh_.vertices[a] + mesh_.vertices[b]));
     return entry->second;
   }
 
@@ -52,6 +53,7 @@ TriangleMesh make_icosphere(int subdivisions) {
     throw UsageError("subdivisions = " + std::to_string(subdivisions) + ": take 0…9");
   TriangleMesh mesh = icosahedron();
   for (int level = 0; level < subdivisions; ++level) {
+    const std::size_t coarse = mesh.vertices.size();
     Midpoints midpoints(mesh);
     std::vector<Face> finer;
     finer.reserve(mesh.faces.size() * 4);
@@ -60,6 +62,7 @@ TriangleMesh make_icosphere(int subdivisions) {
       finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
     }
     mesh.faces = std::move(finer);
+    for (std::size_t v = coarse; v < mesh.vertices.size(); ++v) mesh.vertices[v].normalize();
   }
   return mesh;
 }
@@ -71,26 +74,6 @@ TriangleMesh make_icosphere(int subdivisions) {
 namespace {
 
 constexpr std::uint32_t kWhole = ~0u;  // an edge that is not split
-
-// One round: every edge that is too long gets a vertex at its middle.
-class EdgeSplitter {
- public:
-  EdgeSplitter(TriangleMesh& mesh, double longest_mm) : mesh_(mesh), longest_mm_(longest_mm) {}
-
-  std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
-    const Eigen::Vector3d va = mesh_.vertices[a], vb = mesh_.vertices[b];
-    if (!((va - vb).norm() > longest_mm_)) return kWhole;
-    const auto next = static_cast<std::uint32_t>(mesh_.vertices.size());
-    const auto [found, added] = middles_.try_emplace(edge_key(a, b), next);
-    if (added) mesh_.vertices.push_back(0.5 * (va + vb));
-    return found->second;
-  }
-
- private:
-  TriangleMesh& mesh_;
-  double longest_mm_;
-  std::unordered_map<std::uint64_t, std::uint32_t> middles_;
-};
 
 // The faces that a face becomes. m[i] is the middle of the edge from corner i to the next.
 void split(const TriangleMesh& mesh, const Face& f, const std::array<std::uint32_t, 3>& m,
@@ -150,7 +133,11 @@ RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm, std::siz
   std::vector<std::uint32_t> parents(coarse.faces.size());
   for (std::uint32_t f = 0; f < parents.size(); ++f) parents[f] = f;
   for (bool changed = true; changed;) {
-    EdgeSplitter splitter(refined.mesh, longest_mm);
+    const std::vector<Eigen::Vector3d>& vertices = refined.mesh.vertices;
+    Midpoints midpoints(refined.mesh);
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      return (vertices[a] - vertices[b]).norm() > longest_mm ? midpoints.of(a, b) : kWhole;
+    };
     std::vector<Face> faces;
     std::vector<std::uint32_t> next_parents;
     faces.reserve(2 * refined.mesh.faces.size());
@@ -158,9 +145,7 @@ RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm, std::siz
     for (std::size_t f = 0; f < refined.mesh.faces.size(); ++f) {
       const Face face = refined.mesh.faces[f];
       split(refined.mesh, face,
-            {splitter.middle(face[0], face[1]), splitter.middle(face[1], face[2]),
-             splitter.middle(face[2], face[0])},
-            faces);
+            {middle(face[0], face[1]), middle(face[1], face[2]), middle(face[2], face[0])}, faces);
       next_parents.resize(faces.size(), parents[f]);
       if (faces.size() > most_faces) {
         throw UsageError("refine: edges of at most " + std::to_string(longest_mm) +

@@ -110,6 +110,7 @@ double peak(const std::vector<double>& counts, int first, int end) {
   return at + plateau / 2;
 }
 
+// With a real minus sign, as people read it.
 std::string hu_text(double value) {
   return value < 0 ? "−" + to_text(-value) : to_text(value + 0.0);
 }
@@ -250,21 +251,16 @@ namespace {
 constexpr int kMostTaubinSteps = 1000;
 constexpr double kLargestSmoothing_mm = 20;  // more would take an organ's shape away
 
-// With a real minus sign, as people read it.
-std::string number(double value) {
-  return value < 0 ? "−" + to_text(-value) : to_text(value + 0.0);
-}
-
 // The level is above what is outside, so among NaNs the lowest value can be inside.
 void check_level(const ValueRange& range, double iso_hu) {
   if ((iso_hu > range.min || range.has_nan) && iso_hu <= range.max) return;
-  throw BadDataError("the level " + number(iso_hu) + " gives no surface: the volume spans " +
-                     number(range.min) + "…" + number(range.max) + "; choose --iso inside it");
+  throw BadDataError("the level " + hu_text(iso_hu) + " gives no surface: the volume spans " +
+                     hu_text(range.min) + "…" + hu_text(range.max) + "; choose --iso inside it");
 }
 
 double told_level(const Volume& ct, const RunContext& context) {
   const ProposedLevel proposed = propose_level(ct);
-  context.info("level " + number(proposed.level_hu) + ", " + proposed.reason());
+  context.info("level " + hu_text(proposed.level_hu) + ", " + proposed.reason());
   return proposed.level_hu;
 }
 
@@ -335,7 +331,7 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
   const Volume& contoured = round ? domed : ct;
   TriangleMesh mesh = contour_of(contoured, range, iso_hu, options, context);
   if (mesh.empty()) {
-    throw BadDataError("no surface at " + number(iso_hu) +
+    throw BadDataError("no surface at " + hu_text(iso_hu) +
                        ": the volume is one voxel thin or its border was left open");
   }
   move_to_world(mesh, contoured, Eigen::Vector3d::Zero());

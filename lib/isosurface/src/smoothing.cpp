@@ -72,30 +72,25 @@ void gaussian_blur(std::vector<float>& values, const std::array<int, 3>& size,
   const auto [nx, ny, nz] = size;
   const std::size_t slice = static_cast<std::size_t>(nx) * ny;
   std::vector<float> other(values.size());
-  if (sigma_voxels.x() > 0) {
-    const auto kernel = half_kernel(sigma_voxels.x());
-    parallel_for(0, nz, [&](int k) {
-      std::vector<float> padded;
-      for (int j = 0; j < ny; ++j) {
-        const std::size_t row = k * slice + std::size_t(j) * nx;
-        blur_row(&values[row], &other[row], nx, kernel, padded);
-      }
-    });
-    values.swap(other);
-  }
-  if (sigma_voxels.y() > 0) {
-    const auto kernel = half_kernel(sigma_voxels.y());
-    parallel_for(0, nz, [&](int k) {
-      blur_across(&values[k * slice], &other[k * slice], ny, std::size_t(nx), nx, kernel);
-    });
-    values.swap(other);
-  }
-  if (sigma_voxels.z() > 0) {
-    const auto kernel = half_kernel(sigma_voxels.z());
-    parallel_for(0, ny, [&](int j) {
-      const std::size_t row = std::size_t(j) * nx;
-      blur_across(&values[row], &other[row], nz, slice, nx, kernel);
-    });
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(sigma_voxels[axis] > 0)) continue;
+    const std::vector<float> kernel = half_kernel(sigma_voxels[axis]);
+    if (axis == 2) {
+      parallel_for(0, ny, [&](int j) {
+        const std::size_t row = std::size_t(j) * nx;
+        blur_across(&values[row], &other[row], nz, slice, nx, kernel);
+      });
+    } else {
+      parallel_for(0, nz, [&](int k) {
+        if (axis == 1) {
+          blur_across(&values[k * slice], &other[k * slice], ny, std::size_t(nx), nx, kernel);
+          return;
+        }
+        std::vector<float> padded;
+        for (std::size_t row = k * slice; row < (k + 1) * slice; row += std::size_t(nx))
+          blur_row(&values[row], &other[row], nx, kernel, padded);
+      });
+    }
     values.swap(other);
   }
 }

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "organbake/core/scalar_type.h"
 
 namespace organbake {
 namespace {
@@ -58,11 +59,7 @@ class HeaderReader {
     return taken;
   }
   bool empty() const { return rest_.empty(); }
-  std::int32_t number() {
-    std::int32_t value;
-    std::memcpy(&value, take(sizeof(value)).data(), sizeof(value));
-    return value;
-  }
+  std::int32_t number() { return bytes_as<std::int32_t>(take(sizeof(std::int32_t)).data()); }
 
  private:
   std::string_view rest_;

@@ -32,14 +32,14 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
+#include "organbake/core/scalar_type.h"
 
 namespace organbake {
 namespace {
 
 // Where one channel lies in the lines of an EXR file, and where its values go.
 struct ExrPlane {
-  enum class Kind : std::uint8_t { half_to_float, four_bytes };
-  Kind kind = Kind::four_bytes;
+  bool half = false;            // of two bytes, which become a float; else of four, as they are
   std::size_t line_offset = 0;  // bytes, of its first value in a line
   char* values = nullptr;       // of the whole image: 4 bytes each, row-major
 };
@@ -52,13 +52,10 @@ struct ExrLines {
 
 static_assert(std::endian::native == std::endian::little);
 
-struct FreeDecompressor {
-  void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
-};
-
 void inflate(std::span<const char> packed, std::span<std::uint8_t> bytes) {
-  thread_local const std::unique_ptr<libdeflate_decompressor, FreeDecompressor> decompressor(
-      libdeflate_alloc_decompressor());
+  thread_local const std::unique_ptr<libdeflate_decompressor,
+                                     decltype(&libdeflate_free_decompressor)>
+      decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
   if (!decompressor) throw std::bad_alloc();
   // Without a place for the size found, any other than the expected one is an error.
   const libdeflate_result result = libdeflate_zlib_decompress(
@@ -89,17 +86,12 @@ void undo_differences(std::span<std::uint8_t> bytes) {
   }
 }
 
-std::uint16_t two_bytes(const std::uint8_t* at) {
-  std::uint16_t value;
-  std::memcpy(&value, at, sizeof(value));
-  return value;
-}
-
 // The block's even bytes stand in its first half, the odd ones in its second.
 void join_words(const std::uint8_t* __restrict even, const std::uint8_t* __restrict odd, int count,
                 std::uint32_t* __restrict out) {
   for (int k = 0; k < count; ++k) {
-    const std::uint32_t e = two_bytes(even + 2 * k), o = two_bytes(odd + 2 * k);
+    const std::uint32_t e = bytes_as<std::uint16_t>(even + 2 * k),
+                        o = bytes_as<std::uint16_t>(odd + 2 * k);
     out[k] = (e & 255) | (o & 255) << 8 | (e >> 8) << 16 | (o >> 8) << 24;
   }
 }
@@ -133,10 +125,10 @@ void unpack_exr_zip(std::span<const char> packed, const ExrLines& lines, int fir
     for (const ExrPlane& plane : lines.planes) {
       const std::uint8_t* const even = &bytes[(lines.line_bytes * row + plane.line_offset) / 2];
       char* const out = plane.values + std::size_t{4} * lines.width * (first_row + row);
-      if (plane.kind == ExrPlane::Kind::four_bytes) {
-        join_words(even, even + half, lines.width, reinterpret_cast<std::uint32_t*>(out));
-      } else {
+      if (plane.half) {
         join_halves(even, even + half, lines.width, reinterpret_cast<float*>(out));
+      } else {
+        join_words(even, even + half, lines.width, reinterpret_cast<std::uint32_t*>(out));
       }
     }
   }
@@ -147,19 +139,14 @@ class MemorySource : public Imf::IStream {
   MemorySource(std::span<const std::byte> bytes, const std::string& name)
       : Imf::IStream(name.c_str()), bytes_(bytes) {}
   bool read(char* target, int count) override {
-    if (count < 0 || bytes_.size() - position_ < static_cast<std::size_t>(count)) {
-      throw std::runtime_error("ends early");
-    }
-    std::memcpy(target, bytes_.data() + position_, count);
-    position_ += count;
+    std::memcpy(target, readMemoryMapped(count), static_cast<std::size_t>(count));
     return position_ < bytes_.size();
   }
   // OpenEXR then looks at blocks where they lie. It never writes to them.
   bool isMemoryMapped() const override { return true; }
   char* readMemoryMapped(int count) override {
-    if (count < 0 || bytes_.size() - position_ < static_cast<std::size_t>(count)) {
+    if (count < 0 || bytes_.size() - position_ < static_cast<std::size_t>(count))
       throw std::runtime_error("ends early");
-    }
     const std::byte* const at = bytes_.data() + position_;
     position_ += count;
     return const_cast<char*>(reinterpret_cast<const char*>(at));
@@ -199,7 +186,7 @@ ChannelImage empty_image(const Imf::Header& header, const std::vector<std::strin
   return image;
 }
 
-char* bytes_of(Channel& channel) {
+char* values_of(Channel& channel) {
   return std::visit([](auto& values) { return reinterpret_cast<char*>(values.data()); },
                     channel.values);
 }
@@ -213,7 +200,7 @@ void read_pixels(Imf::InputFile& file, ChannelImage& image) {
     const bool whole = std::holds_alternative<std::vector<std::uint32_t>>(channel.values);
     // OpenEXR addresses pixels by window coordinates from a base that may lie before the data.
     frame.insert(channel.name, Imf::Slice(whole ? Imf::UINT : Imf::FLOAT,
-                                          bytes_of(channel) - 4 * first, 4, 4 * image.width));
+                                          values_of(channel) - 4 * first, 4, 4 * image.width));
   }
   file.setFrameBuffer(frame);
   file.readPixels(window.min.y, window.max.y);
@@ -226,9 +213,8 @@ ExrLines lines_of(const Imf::Header& header, ChannelImage& image) {
   for (auto it = list.begin(); it != list.end(); ++it) {
     const bool half = it.channel().type == Imf::HALF;
     for (Channel& channel : image.channels) {
-      if (channel.name != it.name()) continue;
-      lines.planes.push_back({half ? ExrPlane::Kind::half_to_float : ExrPlane::Kind::four_bytes,
-                              lines.line_bytes, bytes_of(channel)});
+      if (channel.name == it.name())
+        lines.planes.push_back({half, lines.line_bytes, values_of(channel)});
     }
     lines.line_bytes += std::size_t(image.width) * (half ? 2 : 4);
   }
@@ -307,15 +293,11 @@ ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name
   return with_exr(bytes, name, max_pixels, [&](Imf::InputFile& file) {
     ChannelImage image = empty_image(file.header(), only);
     image.pixel_aspect = double(file.header().pixelAspectRatio());
-    switch (file.header().compression()) {
-      case Imf::ZIP_COMPRESSION:
-        read_zip(file, 16, image);
-        break;
-      case Imf::ZIPS_COMPRESSION:
-        read_zip(file, 1, image);
-        break;
-      default:
-        read_pixels(file, image);
+    const Imf::Compression packed = file.header().compression();
+    if (packed == Imf::ZIP_COMPRESSION || packed == Imf::ZIPS_COMPRESSION) {
+      read_zip(file, packed == Imf::ZIP_COMPRESSION ? 16 : 1, image);
+    } else {
+      read_pixels(file, image);
     }
     return image;
   });

@@ -10,6 +10,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -45,39 +47,14 @@ std::string container_of(const std::filesystem::path& file) {
 std::vector<std::string> ffmpeg_arguments(const VideoFormat& format, const std::string& container,
                                           const std::string& target) {
   const std::string size = std::to_string(format.width) + "x" + std::to_string(format.height);
-  std::vector<std::string> arguments = {
-      "ffmpeg",
-      "-loglevel",
-      "error",
-      "-y",
-      "-f",
-      "rawvideo",
-      "-pix_fmt",
-      "rgb24",
-      "-s",
-      size,
-      "-r",
-      to_text(format.frames_per_second),
-      "-i",
-      "-",
-      "-vf",
-      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:in_range=pc:out_range=tv",
-      "-color_range",
-      "tv",
-      "-colorspace",
-      "bt709",
-      "-color_primaries",
-      "bt709",
-      "-color_trc",
-      "iec61966-2-1",
-      "-pix_fmt",
-      "yuv420p",
-      "-threads",
-      "4",
-      "-fflags",
-      "+bitexact",
-      "-flags:v",
-      "+bitexact"};
+  std::istringstream words(
+      "ffmpeg -loglevel error -y -f rawvideo -pix_fmt rgb24 -s " + size + " -r " +
+      to_text(format.frames_per_second) +
+      " -i - -vf "
+      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:in_range=pc:out_range=tv "
+      "-color_range tv -colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 "
+      "-pix_fmt yuv420p -threads 4 -fflags +bitexact -flags:v +bitexact");
+  std::vector<std::string> arguments(std::istream_iterator<std::string>(words), {});
   if (format.megabits_per_second > 0)
     arguments.insert(arguments.end(), {"-b:v", to_text(format.megabits_per_second) + "M"});
   arguments.insert(arguments.end(), {"-f", container, target});
