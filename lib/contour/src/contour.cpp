@@ -47,10 +47,9 @@ TriangleMesh mesh_from(vtkPolyData& surface) {
   TriangleMesh mesh;
   const vtkIdType points = surface.GetNumberOfPoints(), faces = surface.GetNumberOfPolys();
   if (points == 0 || faces == 0) return mesh;
-  if (points > std::numeric_limits<std::uint32_t>::max()) {
+  if (points > std::numeric_limits<std::uint32_t>::max())
     throw BadDataError("the surface has " + std::to_string(points) +
                        " points, more than a mesh can index; crop or resample the volume");
-  }
   auto* coordinates = vtkFloatArray::SafeDownCast(surface.GetPoints()->GetData());
   auto* corners =
       surface.GetPolys()->IsStorage64Bit() ? surface.GetPolys()->GetConnectivityArray64() : nullptr;

@@ -91,27 +91,12 @@ std::string padded(std::size_t number, std::size_t digits) {
 }
 
 std::string escape_html(const std::string& text) {
+  constexpr std::string_view kLetters = "&<>'\"";
+  constexpr std::array<const char*, 5> kEntities = {"&amp;", "&lt;", "&gt;", "&#39;", "&quot;"};
   std::string result;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '\'':
-        result += "&#39;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
+    const std::size_t at = kLetters.find(c);
+    at == kLetters.npos ? result += c : result += kEntities[at];
   }
   return result;
 }

@@ -106,9 +106,8 @@ TriangleMesh base_surface(const Bundle& bundle) {
   const TriangleMesh& at_rest = shell.at_rest();
   if (base.steps < 1 || base.face_count != at_rest.faces.size() ||
       base.height_mm.size() != std::size_t(base.face_count) * base.nodes_per_face() ||
-      base.color.size() != base.height_mm.size()) {
+      base.color.size() != base.height_mm.size())
     throw BadDataError("base layer: is not of this bundle's proxy");
-  }
   const std::uint32_t n = base.steps;
   const Lattice lattice(at_rest, n);
   const std::vector<Lattice::ShellLine> lines = lattice.shell_lines();

@@ -262,11 +262,10 @@ Layout laid_out(const TriangleMesh& mesh, const std::vector<Chart>& charts, int 
       packed = pack_rectangles(sizes, kMargin, layout.side, 1 / texel_mm);
     } while (packed.scale < 1 / texel_mm && layout.side < kLargestFoundSide);
   }
-  if (!(packed.scale > 0)) {
+  if (!(packed.scale > 0))
     throw UsageError("--texture " + std::to_string(layout.side) + " has no room for the " +
                      std::to_string(charts.size()) +
                      " pieces of the surface; take a larger texture, or fewer faces");
-  }
   layout.scale = packed.scale;
   for (std::size_t c = 0; c < charts.size(); ++c)
     layout.offsets.push_back(packed.corners[c].cast<double>() - layout.scale * lows[c]);
@@ -339,11 +338,10 @@ void TexturedSurfaceOptions::check() const {
 TexturedMesh textured_surface(const Bundle& bundle, const TexturedSurfaceOptions& options,
                               const RunContext& context) {
   options.check();
-  if (options.albedo && !bundle.lighting) {
+  if (options.albedo && !bundle.lighting)
     throw UsageError(
         "--albedo needs a bundle that knows the light of its colours (lighting.json); this one "
         "does not, so its colours can only be exported as they were baked");
-  }
   const FineSurface fine(bundle, base_surface(bundle));
   context.progress(0.1);
   const TriangleMesh mesh = reduced(fine.mesh(), options.faces, context);

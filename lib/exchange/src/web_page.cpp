@@ -104,12 +104,11 @@ std::vector<std::byte> gzipped(std::span<const std::byte> bytes) {
 
 WebPlayer read_web_player(const fs::path& folder) {
   const fs::path module = folder / "organ.wasm";
-  if (!fs::exists(module)) {
+  if (!fs::exists(module))
     throw NoInputError(module,
                        "the player for pages is not there; 'scripts/build web --packages FOLDER' "
                        "takes it from a release's files, and 'scripts/build web' compiles it (once "
                        "1.3 GB of packages, and 19 minutes of a processor)");
-  }
   const auto text = [&](const char* name) { return read_text_file(folder / name); };
   return {text("page.html"),
           text("page.css"),

@@ -117,9 +117,8 @@ float exposure(const std::vector<float>& linear) {
 enum class PictureKind { png, jpeg, exr, other };
 
 PictureKind kind_of(const std::filesystem::path& path) {
-  if (std::filesystem::is_directory(path)) {
+  if (std::filesystem::is_directory(path))
     throw NoInputError(path, "is a folder, a photograph (PNG or JPEG) is needed");
-  }
   const std::string magic = read_beginning(path, 4);
   if (magic == "\x89PNG") return PictureKind::png;
   if (magic.starts_with("\xFF\xD8\xFF")) return PictureKind::jpeg;
@@ -137,23 +136,19 @@ Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name) 
   if (!decompressor) throw std::bad_alloc();
   int width = 0, height = 0, subsampling = 0, colorspace = 0;
   if (tjDecompressHeader3(decompressor.get(), data, bytes.size(), &width, &height, &subsampling,
-                          &colorspace) != 0) {
+                          &colorspace) != 0)
     throw BadDataError(name + ": not a JPEG image: " + tjGetErrorStr2(decompressor.get()));
-  }
-  if (colorspace == TJCS_CMYK || colorspace == TJCS_YCCK) {
+  if (colorspace == TJCS_CMYK || colorspace == TJCS_YCCK)
     throw BadDataError(name + ": a CMYK JPEG; save it as RGB");
-  }
-  if (static_cast<std::size_t>(width) * height > kMostPixels) {
+  if (static_cast<std::size_t>(width) * height > kMostPixels)
     throw BadDataError(name + ": " + std::to_string(width) + "×" + std::to_string(height) +
                        " pixels are more than the limit of " + std::to_string(kMostPixels));
-  }
   // However it is coded, a block of 8 × 8 pixels takes a bit at least.
   constexpr std::size_t kMostPixelsPerByte = 512;
-  if (static_cast<std::size_t>(width) * height / kMostPixelsPerByte > bytes.size()) {
+  if (static_cast<std::size_t>(width) * height / kMostPixelsPerByte > bytes.size())
     throw BadDataError(name + ": damaged JPEG: " + std::to_string(bytes.size()) +
                        " bytes cannot hold " + std::to_string(width) + "×" +
                        std::to_string(height) + " pixels");
-  }
   constexpr std::size_t kMostScans = 100;  // encoders write about ten
   if (scan_count(bytes) > kMostScans)
     throw BadDataError(name + ": damaged JPEG: it comes in more than 100 scans");
@@ -161,9 +156,8 @@ Rgb8Image parse_jpeg(std::span<const std::byte> bytes, const std::string& name) 
   // A warning means that libjpeg filled in what a damaged or truncated file lacks: grey areas that
   // look like data. It counts as failure here.
   if (tjDecompress2(decompressor.get(), data, bytes.size(), image.pixels.data(), width, 0, height,
-                    TJPF_RGB, TJFLAG_ACCURATEDCT) != 0) {
+                    TJPF_RGB, TJFLAG_ACCURATEDCT) != 0)
     throw BadDataError(name + ": damaged JPEG: " + tjGetErrorStr2(decompressor.get()));
-  }
   return image;
 }
 

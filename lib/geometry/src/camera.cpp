@@ -157,14 +157,12 @@ double angle_off_axis(const Intrinsics& lens, double x, double y) {
 void Intrinsics::check() const {
   require(width >= 1 && width <= kLargestSide, "width", width, "needs 1…65536 pixels");
   require(height >= 1 && height <= kLargestSide, "height", height, "needs 1…65536 pixels");
-  for (const auto& [name, focal] : {std::pair{"fx", fx}, std::pair{"fy", fy}}) {
+  for (const auto& [name, focal] : {std::pair{"fx", fx}, std::pair{"fy", fy}})
     require(focal >= kLeastFocal && focal <= kMostFocal, name, focal, "needs 0.001…1e9 pixels");
-  }
   require(std::isfinite(cx), "cx", cx, "needs a finite number of pixels");
   require(std::isfinite(cy), "cy", cy, "needs a finite number of pixels");
-  for (const double d : {k1, k2, p1, p2, k3, k4}) {
+  for (const double d : {k1, k2, p1, p2, k3, k4})
     require(std::isfinite(d), "distortion", d, "needs finite coefficients");
-  }
 }
 
 Eigen::Vector2d project(const Intrinsics& k, const Eigen::Vector3d& point_camera_mm) {

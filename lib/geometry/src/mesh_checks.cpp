@@ -20,14 +20,12 @@
 namespace organbake {
 VertexFaces::VertexFaces(const std::vector<Face>& faces, std::size_t vertex_count)
     : first_(vertex_count + 1, 0), faces_(3 * faces.size()) {
-  for (const Face& face : faces) {
+  for (const Face& face : faces)
     for (const std::uint32_t vertex : face) ++first_[vertex + 1];
-  }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+  for (std::uint32_t f = 0; f < faces.size(); ++f)
     for (const std::uint32_t vertex : faces[f]) faces_[next[vertex]++] = f;
-  }
 }
 
 VertexNeighbours::VertexNeighbours(const std::vector<Face>& faces, std::size_t vertex_count)
@@ -74,9 +72,8 @@ std::uint32_t fan_size(const std::vector<std::uint32_t>& twins, std::uint32_t h)
 
 bool each_vertex_has_one_fan(const TriangleMesh& mesh, const std::vector<std::uint32_t>& twins) {
   std::vector<std::uint32_t> valence(mesh.vertices.size(), 0);
-  for (const Face& f : mesh.faces) {
+  for (const Face& f : mesh.faces)
     for (const std::uint32_t v : f) ++valence[v];
-  }
   for (std::uint32_t h = 0; h < twins.size(); ++h) {
     std::uint32_t& faces = valence[mesh.faces[h / 3][h % 3]];
     if (faces == 0) continue;  // looked at
@@ -159,9 +156,8 @@ std::size_t count_non_manifold_vertices(const TriangleMesh& mesh, const MeshEdge
   });
   std::vector<std::uint32_t> fans(mesh.vertices.size(), 0);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    for (std::uint32_t c = 0; c < 3; ++c) {
+    for (std::uint32_t c = 0; c < 3; ++c)
       if (corners.root(3 * f + c) == 3 * f + c) ++fans[mesh.faces[f][c]];
-    }
   }
   return std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; });
 }
@@ -200,9 +196,8 @@ MeshTopology analyse_topology(const TriangleMesh& mesh) {
   }
   t.non_manifold_vertices = count_non_manifold_vertices(mesh, edges);
   std::vector<bool> used(mesh.vertices.size(), false);
-  for (const Face& f : mesh.faces) {
+  for (const Face& f : mesh.faces)
     for (const std::uint32_t v : f) used[v] = true;
-  }
   t.unused_vertices = std::count(used.begin(), used.end(), false);
   t.euler_characteristic =
       static_cast<long>(t.vertices - t.unused_vertices) - edge_count + static_cast<long>(t.faces);
@@ -210,11 +205,9 @@ MeshTopology analyse_topology(const TriangleMesh& mesh) {
 }
 
 void check_mesh(const TriangleMesh& mesh, const std::string& name) {
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!mesh.vertices[v].allFinite()) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (!mesh.vertices[v].allFinite())
       throw BadDataError(name + ": vertex " + std::to_string(v) + " is not finite");
-    }
-  }
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     for (const std::uint32_t v : mesh.faces[f]) {
       if (v < mesh.vertices.size()) continue;
@@ -222,10 +215,9 @@ void check_mesh(const TriangleMesh& mesh, const std::string& name) {
                          std::to_string(v) + " of " + std::to_string(mesh.vertices.size()));
     }
   }
-  if (!mesh.colors.empty() && mesh.colors.size() != mesh.vertices.size()) {
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.vertices.size())
     throw BadDataError(name + ": " + std::to_string(mesh.colors.size()) + " colours for " +
                        std::to_string(mesh.vertices.size()) + " vertices");
-  }
 }
 
 namespace {

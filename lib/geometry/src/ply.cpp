@@ -209,9 +209,8 @@ class PlyMeshReader {
   static int slot_of(std::string_view name) {
     constexpr std::array<std::string_view, 6> kWanted = {"x", "y", "z", "red", "green", "blue"};
     constexpr std::array<std::string_view, 3> kShort = {"r", "g", "b"};
-    for (const std::string_view prefix : {"diffuse_", "vertex_"}) {
+    for (const std::string_view prefix : {"diffuse_", "vertex_"})
       if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
-    }
     const auto full = std::find(kWanted.begin(), kWanted.end(), name);
     if (full != kWanted.end()) return static_cast<int>(full - kWanted.begin());
     const auto letter = std::find(kShort.begin(), kShort.end(), name);
@@ -314,9 +313,8 @@ class PlyMeshReader {
   }
 
   std::uint32_t vertex_index(double value, std::size_t face) const {
-    if (!(value >= 0 && value <= 4294967295.0)) {
+    if (!(value >= 0 && value <= 4294967295.0))
       ply_.fail("face " + std::to_string(face) + " uses vertex " + std::to_string(value));
-    }
     return static_cast<std::uint32_t>(value);
   }
 
@@ -344,9 +342,8 @@ std::string header(const TriangleMesh& mesh) {
       "ply\nformat binary_little_endian 1.0\ncomment millimetres, LPS\nelement vertex " +
       std::to_string(mesh.vertices.size()) +
       "\nproperty double x\nproperty double y\nproperty double z\n";
-  if (!mesh.colors.empty()) {
+  if (!mesh.colors.empty())
     text += "property float red\nproperty float green\nproperty float blue\n";
-  }
   return text + "element face " + std::to_string(mesh.faces.size()) +
          "\nproperty list uchar int vertex_indices\nend_header\n";
 }

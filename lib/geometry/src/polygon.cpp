@@ -71,9 +71,8 @@ class EarCutter {
     const Eigen::Vector3d& origin = vertices[polygon[0]];
     const auto n = static_cast<std::uint32_t>(polygon.size());
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t i = 0; i < n; ++i)
       normal += (vertices[polygon[i]] - origin).cross(vertices[polygon[(i + 1) % n]] - origin);
-    }
     Eigen::Index axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     Eigen::Index across = (axis + 1) % 3, up = (axis + 2) % 3;

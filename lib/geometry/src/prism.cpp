@@ -97,9 +97,8 @@ int cubic_roots(const Cubic& f, std::array<double, 3>& roots) {
 double bracketed_root(const Cubic& f, double limit) {
   double low = -limit, high = limit;
   const bool rises = f.value(high) > f.value(low);
-  if ((f.value(low) > 0) == rises || (f.value(high) < 0) == rises) {
+  if ((f.value(low) > 0) == rises || (f.value(high) < 0) == rises)
     return std::numeric_limits<double>::infinity();
-  }
   while (true) {
     const double middle = 0.5 * (low + high);
     if (middle <= low || middle >= high) return middle;
@@ -156,9 +155,8 @@ PrismBounds prism_bounds(const ShellMatrix& m, double lowest_mm, double highest_
   for (const auto& corner : corners) {
     bounds.min = bounds.min.cwiseMin(corner);
     bounds.max = bounds.max.cwiseMax(corner);
-    for (std::size_t d = 0; d < bounds.direction.size(); ++d) {
+    for (std::size_t d = 0; d < bounds.direction.size(); ++d)
       bounds.extent[d] = std::max(bounds.extent[d], bounds.direction[d].dot(corner));
-    }
   }
   return bounds;
 }
@@ -186,9 +184,8 @@ PrismCubic::Roots PrismCubic::heights(const Eigen::Vector3d& point, double max_h
   for (int i = 0; i < count; ++i) {
     if (!(std::abs(roots[i]) <= max_height)) continue;
     int at = result.count++;
-    for (; at > 0 && std::abs(result.heights[at - 1]) > std::abs(roots[i]); --at) {
+    for (; at > 0 && std::abs(result.heights[at - 1]) > std::abs(roots[i]); --at)
       result.heights[at] = result.heights[at - 1];
-    }
     result.heights[at] = roots[i];
   }
   return result;

@@ -147,10 +147,9 @@ RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm, std::siz
       split(refined.mesh, face,
             {middle(face[0], face[1]), middle(face[1], face[2]), middle(face[2], face[0])}, faces);
       next_parents.resize(faces.size(), parents[f]);
-      if (faces.size() > most_faces) {
+      if (faces.size() > most_faces)
         throw UsageError("refine: edges of at most " + std::to_string(longest_mm) +
                          " mm would take more than " + std::to_string(most_faces) + " faces");
-      }
     }
     changed = faces.size() > refined.mesh.faces.size();
     refined.mesh.faces = std::move(faces);
@@ -173,9 +172,8 @@ std::vector<double> cumulative_areas(const TriangleMesh& mesh) {
 
 AreaSampler::AreaSampler(const TriangleMesh& mesh, std::size_t samples, std::uint64_t seed)
     : mesh_(mesh), cumulative_(cumulative_areas(mesh)), samples_(samples), seed_(seed) {
-  if (mesh.empty() || !(cumulative_.back() > 0) || !std::isfinite(cumulative_.back())) {
+  if (mesh.empty() || !(cumulative_.back() > 0) || !std::isfinite(cumulative_.back()))
     throw BadDataError("mesh to measure from: its faces have no (finite) area");
-  }
 }
 
 AreaSampler::Sample AreaSampler::at(std::size_t i) const {

@@ -266,9 +266,8 @@ ShellBinder::ShellBinder(const TriangleMesh& proxy, double max_height_mm)
   }
   if (impl_->usable.empty())
     throw BadDataError("proxy: has no face with an area, nothing can be bound");
-  if (!(max_height_mm > 0) || !std::isfinite(max_height_mm)) {
+  if (!(max_height_mm > 0) || !std::isfinite(max_height_mm))
     throw BadDataError("shell height must be a positive number of millimetres");
-  }
   impl_->build_grid();
 }
 

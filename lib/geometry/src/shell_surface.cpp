@@ -221,31 +221,26 @@ void check_smooth_skin(const SmoothSkin& skin, const TriangleMesh& proxy, const 
   const auto fail = [&](const std::string& what) { throw BadDataError(name + ": " + what); };
   if (skin.steps < 1) fail("has no steps");
   const Lattice lattice(proxy, skin.steps);
-  if (skin.node_count() != lattice.node_count()) {
+  if (skin.node_count() != lattice.node_count())
     fail("holds " + std::to_string(skin.node_count()) + " nodes where " +
          std::to_string(skin.steps) + " steps over this proxy have " +
          std::to_string(lattice.node_count()));
-  }
   if (skin.first.front() != 0 || skin.first.back() != skin.carrier.size() ||
-      skin.carrier.size() != skin.weight.size()) {
+      skin.carrier.size() != skin.weight.size())
     fail("its carriers and weights are not of one number");
-  }
   for (std::size_t n = 0; n < skin.node_count(); ++n) {
     if (skin.first[n] >= skin.first[n + 1]) fail("node " + std::to_string(n) + " has no carriers");
     double sum = 0;
     for (std::uint32_t k = skin.first[n]; k < skin.first[n + 1]; ++k) {
-      if (skin.carrier[k] >= proxy.vertices.size()) {
+      if (skin.carrier[k] >= proxy.vertices.size())
         fail("node " + std::to_string(n) + " is carried by vertex " +
              std::to_string(skin.carrier[k]) + ", which the proxy does not have");
-      }
-      if (!(std::abs(skin.weight[k]) <= kMostWeight)) {
+      if (!(std::abs(skin.weight[k]) <= kMostWeight))
         fail("node " + std::to_string(n) + " has a weight that no smooth skin has");
-      }
       sum += skin.weight[k];
     }
-    if (!(std::abs(sum - 1) <= kSumWithin)) {
+    if (!(std::abs(sum - 1) <= kSumWithin))
       fail("the weights of node " + std::to_string(n) + " do not sum to 1");
-    }
   }
 }
 

@@ -46,9 +46,8 @@ double face_area(const TriangleMesh& mesh, std::size_t face) {
 double mean_edge_length(const TriangleMesh& mesh) {
   if (mesh.faces.empty()) return 0;
   double sum = 0;
-  for (const Face& f : mesh.faces) {
+  for (const Face& f : mesh.faces)
     for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
-  }
   return sum / (3 * static_cast<double>(mesh.faces.size()));
 }
 
@@ -57,10 +56,9 @@ double signed_volume(const TriangleMesh& mesh) {
   // About the first vertex, so that a mesh far from the origin loses no digits.
   const Eigen::Vector3d origin = mesh.vertices.front();
   double six_volumes = 0;
-  for (const Face& f : mesh.faces) {
+  for (const Face& f : mesh.faces)
     six_volumes += (mesh.vertices[f[0]] - origin)
                        .dot((mesh.vertices[f[1]] - origin).cross(mesh.vertices[f[2]] - origin));
-  }
   return six_volumes / 6;
 }
 

@@ -23,9 +23,8 @@ const std::vector<T>& values_of(const ChannelImage& image, std::string_view name
 }  // namespace
 
 const Channel* ChannelImage::find(std::string_view name) const {
-  for (const Channel& channel : channels) {
+  for (const Channel& channel : channels)
     if (channel.name == name) return &channel;
-  }
   return nullptr;
 }
 

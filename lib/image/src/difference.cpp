@@ -14,24 +14,21 @@ namespace organbake {
 namespace {
 
 void check_sizes(const Rgb8Image& a, const Rgb8Image& b, const std::vector<std::uint8_t>& mask) {
-  if (a.width != b.width || a.height != b.height) {
+  if (a.width != b.width || a.height != b.height)
     throw BadDataError("images of " + std::to_string(a.width) + " × " + std::to_string(a.height) +
                        " and " + std::to_string(b.width) + " × " + std::to_string(b.height) +
                        " pixels cannot be compared");
-  }
-  if (!mask.empty() && mask.size() != std::size_t(a.width) * a.height) {
+  if (!mask.empty() && mask.size() != std::size_t(a.width) * a.height)
     throw BadDataError("the mask has " + std::to_string(mask.size()) + " pixels");
-  }
 }
 
 using Plane = std::vector<double>;
 
 Plane luma(const Rgb8Image& image) {  // Rec. 601 weights, as SSIM's authors use
   Plane plane(std::size_t(image.width) * image.height);
-  for (std::size_t i = 0; i < plane.size(); ++i) {
+  for (std::size_t i = 0; i < plane.size(); ++i)
     plane[i] = 0.299 * image.pixels[3 * i] + 0.587 * image.pixels[3 * i + 1] +
                0.114 * image.pixels[3 * i + 2];
-  }
   return plane;
 }
 
@@ -41,9 +38,8 @@ std::array<double, 2 * kRadius + 1> gaussian_window() {
   constexpr double kSigma = 1.5;
   std::array<double, 2 * kRadius + 1> window{};
   double sum = 0;
-  for (int i = -kRadius; i <= kRadius; ++i) {
+  for (int i = -kRadius; i <= kRadius; ++i)
     sum += window[i + kRadius] = std::exp(-i * i / (2 * kSigma * kSigma));
-  }
   for (double& w : window) w /= sum;
   return window;
 }

@@ -83,9 +83,8 @@ double value_at(const Volume& volume, const Eigen::Vector3i& at) {
 
 bool holds(const Volume& grid, const Eigen::Vector3d& world) {
   const Eigen::Vector3d index = grid.index_from_world(world);
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     if (index[axis] < -0.5 || index[axis] > grid.size[axis] - 0.5) return false;
-  }
   return true;
 }
 

@@ -303,18 +303,15 @@ Volume rounded_off(const Volume& ct, std::vector<CutSide>& sides, const ValueRan
 void IsosurfaceOptions::check() const {
   if (iso_hu && !std::isfinite(*iso_hu)) throw UsageError("iso_hu must be a finite number");
   if (!(min_size_mm >= 0)) throw UsageError("min_size_mm must not be negative");
-  if (taubin_steps < 0 || taubin_steps > kMostTaubinSteps) {
+  if (taubin_steps < 0 || taubin_steps > kMostTaubinSteps)
     throw UsageError("taubin_steps is " + std::to_string(taubin_steps) + "; it must be 0…" +
                      std::to_string(kMostTaubinSteps));
-  }
-  if (!(smooth_mm >= 0 && smooth_mm <= kLargestSmoothing_mm)) {
+  if (!(smooth_mm >= 0 && smooth_mm <= kLargestSmoothing_mm))
     throw UsageError("smooth_mm is " + to_text(smooth_mm) + "; it must be 0…" +
                      to_text(kLargestSmoothing_mm) + " mm");
-  }
-  if (label < 1 || label > kMostLabel) {
+  if (label < 1 || label > kMostLabel)
     throw UsageError("label is " + std::to_string(label) + "; it must be 1…" +
                      std::to_string(kMostLabel) + " (0 is the background)");
-  }
 }
 
 Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options,
@@ -330,10 +327,9 @@ Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options
   const Volume domed = round ? rounded_off(ct, sides, range, iso_hu) : Volume();
   const Volume& contoured = round ? domed : ct;
   TriangleMesh mesh = contour_of(contoured, range, iso_hu, options, context);
-  if (mesh.empty()) {
+  if (mesh.empty())
     throw BadDataError("no surface at " + hu_text(iso_hu) +
                        ": the volume is one voxel thin or its border was left open");
-  }
   move_to_world(mesh, contoured, Eigen::Vector3d::Zero());
   Isosurface surface = finished(std::move(mesh), options, Cavities::filled, "", context);
   surface.cut_area_mm2 = tell_cut(sides, options.cap, "", context);
@@ -375,10 +371,9 @@ Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavitie
   if (options.cap == SurfaceCap::open) cavities = Cavities::none;
   KeptComponents kept =
       keep_components(std::move(mesh), {options.largest, options.min_size_mm, cavities});
-  if (kept.mesh.empty()) {
+  if (kept.mesh.empty())
     throw BadDataError(whose + "no piece of the surface is larger than --min-size-mm " +
                        to_text(options.min_size_mm) + " mm");
-  }
   taubin_smooth(kept.mesh, options.taubin_steps, context);
   context.progress(1);
   tell_left_out(kept, whose, context);

@@ -32,7 +32,7 @@ using StepCounts = std::array<std::size_t, kHighestStep + 1>;
 class LabelSteps {
  public:
   LabelSteps(const Volume& mask, int label, const LabelBox& box)
-      : size_(box.size), inside_(std::size_t(box.size[0]) * box.size[1] * box.size[2]) {
+      : size_(box.size), inside_(box.voxels()) {
     with_values(mask, [&](const auto values) {
       parallel_for(0, size_[2], [&](int k) {
         for (int j = 0; j < size_[1]; ++j) {
@@ -52,16 +52,14 @@ class LabelSteps {
     parallel_for(0, size_[2],
                  [&](int k) { of_slices[static_cast<std::size_t>(k)] = count_steps(axis, k); });
     StepCounts counts{};
-    for (const StepCounts& slice : of_slices) {
+    for (const StepCounts& slice : of_slices)
       for (int height = 0; height <= kHighestStep; ++height) counts[height] += slice[height];
-    }
     std::size_t steps = 0, low = 0;
     for (int height = 1; height <= kHighestStep; ++height) steps += counts[height];
     for (int height = 1; height <= kHighestStep; ++height) {
       low += counts[height];
-      if (static_cast<double>(low) >= kShareOfLowSteps * static_cast<double>(steps) && low > 0) {
+      if (static_cast<double>(low) >= kShareOfLowSteps * static_cast<double>(steps) && low > 0)
         return height;
-      }
     }
     return 1;  // a box has no steps at all
   }
@@ -77,9 +75,8 @@ class LabelSteps {
     return (static_cast<std::size_t>(at[2]) * size_[1] + at[1]) * size_[0] + at[0];
   }
   bool is_label(const Index& at) const {
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       if (at[axis] < 0 || at[axis] >= size_[axis]) return false;
-    }
     return inside_[place(at)] != 0;
   }
   StepCounts count_steps(int axis, int k) const {
@@ -89,9 +86,8 @@ class LabelSteps {
       const std::uint8_t* const row = &inside_[place({0, at[1], k})];
       for (at[0] = 0; at[0] < size_[0]; ++at[0]) {
         if (!row[at[0]] || is_label(moved(at, axis, 1))) continue;
-        for (int other = 0; other < 3; ++other) {
+        for (int other = 0; other < 3; ++other)
           if (other != axis) ++counts[step_to(moved(at, other, 1), axis)];
-        }
       }
     }
     return counts;
@@ -100,11 +96,9 @@ class LabelSteps {
   // `next` is at the height of the first; 0 when they are level or there is none near.
   std::size_t step_to(const Index& next, int axis) const {
     const bool up = is_label(next);
-    for (int height = 0; height <= kHighestStep; ++height) {
-      if (is_label(moved(next, axis, up ? height + 1 : -height)) != up) {
+    for (int height = 0; height <= kHighestStep; ++height)
+      if (is_label(moved(next, axis, up ? height + 1 : -height)) != up)
         return static_cast<std::size_t>(height);
-      }
-    }
     return 0;
   }
 
@@ -135,11 +129,10 @@ constexpr double kLargestSigma_voxels = 60;
 Eigen::Vector3d sigma_voxels(const Volume& mask, const Eigen::Vector3d& stairs,
                              const IsosurfaceOptions& options) {
   if (options.smooth_mm == 0) return Eigen::Vector3d::Zero();
-  if (options.smooth_mm > kLargestSigma_voxels * mask.spacing_mm.minCoeff()) {
+  if (options.smooth_mm > kLargestSigma_voxels * mask.spacing_mm.minCoeff())
     throw UsageError("smooth_mm is " + to_text(options.smooth_mm) + ", more than " +
                      to_text(kLargestSigma_voxels) + " voxels of this mask (" +
                      to_text(mask.spacing_mm.minCoeff()) + " mm)");
-  }
   const Eigen::Vector3d stairs_mm = stairs.cwiseProduct(mask.spacing_mm);
   const double everywhere_mm =
       std::max(options.smooth_mm, kLeastSigmaInHighestStairs * stairs_mm.maxCoeff());
@@ -165,8 +158,7 @@ void grow(LabelBox& box, const std::array<int, 3>& volume_size, const Eigen::Vec
 }
 
 std::vector<float> label_field(const Volume& mask, int label, const LabelBox& box) {
-  const auto [nx, ny, nz] = box.size;
-  std::vector<float> field(static_cast<std::size_t>(nx) * ny * nz, 0.0f);
+  std::vector<float> field(box.voxels(), 0.0f);
   const int first_i = std::max(0, -box.first[0]);
   const int end_i = std::min(box.size[0], mask.size[0] - box.first[0]);
   with_values(mask, [&](const auto values) {
@@ -307,10 +299,9 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
   TriangleMesh mesh = options.keep_volume && !open
                           ? matched_surface(field, box, options.label, context)
                           : contour_at(field, box, 0.5);
-  if (mesh.empty()) {
+  if (mesh.empty())
     throw BadDataError("label " + std::to_string(options.label) +
                        " vanishes when smoothed; choose a smaller --smooth-mm");
-  }
   move_to_world(mesh, mask, Eigen::Vector3d(box.first[0], box.first[1], box.first[2]));
   Isosurface surface = finished(std::move(mesh), options, Cavities::kept, whose, context);
   surface.cut_area_mm2 = tell_cut(sides, options.cap, whose, context);

@@ -67,9 +67,8 @@ bool CappedField<Value>::reaches_border() const {
       const bool whole_row = outer_slice || j == 0 || j == ny - 1;
       const int step = whole_row ? 1 : std::max(1, nx - 1);
       const std::size_t row = (std::size_t(k) * ny + j) * nx;
-      for (int i = 0; i < nx; i += step) {
+      for (int i = 0; i < nx; i += step)
         if (values_[row + i] >= level_) return true;
-      }
     }
   }
   return false;
@@ -83,9 +82,8 @@ std::span<const Value> CappedField<Value>::slices(int first, int count,
   if (as_they_are_ && margin_ == 0) return values_.subspan(slice * std::size_t(first), voxels);
   copy.resize(voxels);
   parallel_for(0, count, [&](int k) {
-    for (int j = 0; j < size_[1]; ++j) {
+    for (int j = 0; j < size_[1]; ++j)
       fill_row(j - margin_, first + k - margin_, &copy[(std::size_t(k) * size_[1] + j) * size_[0]]);
-    }
   });
   return copy;
 }
@@ -212,16 +210,14 @@ class SlabWelder {
     const std::uint64_t edge = edge_in_slice(vertex, columns_);
     const auto found =
         std::lower_bound(shared_.begin(), shared_.end(), std::pair(edge, std::uint32_t{0}));
-    if (found == shared_.end() || found->first != edge) {
+    if (found == shared_.end() || found->first != edge)
       throw std::logic_error("two slabs differ on the slice that they share");
-    }
     return found->second;
   }
   std::uint32_t next_number() {
-    if (vertices_ >= std::numeric_limits<std::uint32_t>::max()) {
+    if (vertices_ >= std::numeric_limits<std::uint32_t>::max())
       throw BadDataError(
           "the surface has more points than a mesh can index; crop or resample the volume");
-    }
     return static_cast<std::uint32_t>(vertices_++);
   }
 

@@ -56,9 +56,8 @@ void blur_row(const float* in, float* out, int width, const std::vector<float>& 
   std::fill_n(padded.begin() + reach + width, reach, in[width - 1]);
   const float* centre = padded.data() + reach;
   for (int x = 0; x < width; ++x) out[x] = kernel[0] * centre[x];
-  for (int r = 1; r <= reach; ++r) {
+  for (int r = 1; r <= reach; ++r)
     for (int x = 0; x < width; ++x) out[x] += kernel[r] * (centre[x - r] + centre[x + r]);
-  }
 }
 
 }  // namespace
@@ -121,9 +120,8 @@ Neighbours neighbours_of(const TriangleMesh& mesh) {
   const std::size_t count = mesh.vertices.size();
   around.first.assign(count + 1, 0);
   around.fixed.assign(count, false);
-  for (const Face& face : mesh.faces) {
+  for (const Face& face : mesh.faces)
     for (const std::uint32_t corner : face) ++around.first[corner + 1];
-  }
   for (std::size_t v = 0; v < count; ++v) around.first[v + 1] += around.first[v];
   around.vertex.resize(around.first.back());
   std::vector<std::uint32_t> at(around.first.begin(), around.first.end() - 1);

@@ -128,16 +128,14 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
 bool allowed(const OptionTraits& traits, const OptionValue& value) {
   const NumberRange range = traits.range;
   if (const auto* number = std::get_if<double>(&value)) return range.holds(*number);
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value))
     return range.holds(static_cast<double>(*integer));
-  }
   if (const auto* vector = std::get_if<std::vector<double>>(&value)) {
     return vector->size() == 3 &&
            std::all_of(vector->begin(), vector->end(), [&](double v) { return range.holds(v); });
   }
-  if (const auto* text = std::get_if<std::string>(&value); text && !traits.choices.empty()) {
+  if (const auto* text = std::get_if<std::string>(&value); text && !traits.choices.empty())
     return std::find(traits.choices.begin(), traits.choices.end(), *text) != traits.choices.end();
-  }
   return true;
 }
 
@@ -210,9 +208,8 @@ OptionList& OptionList::append(const OptionList& other) {
 }
 
 const Option* OptionList::find(std::string_view name) const {
-  for (const Option& option : options_) {
+  for (const Option& option : options_)
     if (same_name(option.name, name)) return &option;
-  }
   return nullptr;
 }
 
@@ -263,9 +260,7 @@ void check_option(const Option& option, const OptionValue& value, const std::str
   const bool right_kind = option.kind == OptionKind::number_or_auto
                               ? std::holds_alternative<double>(value) || (word && *word == "auto")
                               : value.index() == option.default_value.index();
-  if (!right_kind || !allowed(option.traits, value)) {
-    refuse(option, where, option_text(value));
-  }
+  if (!right_kind || !allowed(option.traits, value)) refuse(option, where, option_text(value));
 }
 
 std::string option_text(const OptionValue& value) {

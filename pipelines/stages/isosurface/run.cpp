@@ -40,12 +40,6 @@ void tell_place(const MaskCheck& check, const RunContext& context, StageReport& 
   report.add("mask_deviation_hu", check.fit.deviation_hu);
 }
 
-MaskCheckOptions check_of(int label) {
-  MaskCheckOptions options;
-  options.label = label;
-  return options;
-}
-
 // A series and a time are of the CT; a mask of a whole scan is cut to the region like the CT.
 VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& options,
                            const std::optional<Volume>& ct, const std::string& label) {
@@ -86,15 +80,14 @@ std::optional<Volume> read_grid(const StageCall& call, VolumeReadOptions options
 // where those raise a doubt.
 MaskCheck check_on_ct(const StageCall& call, VolumeReadOptions reading, const Volume& ct,
                       const Volume& mask) {
-  const MaskCheckOptions options = check_of(mask.chosen_label);
-  if (ct.voxel_count() > 0) return check_mask(ct, mask, options);
+  if (ct.voxel_count() > 0) return check_mask(ct, mask, mask.chosen_label);
   reading.region = region_around(mask, bounding_box(mask, mask.chosen_label));
   if (voxels_within(ct, *reading.region)) {
-    const MaskCheck check = check_mask(*read_input(call, "ct", reading), mask, options);
+    const MaskCheck check = check_mask(*read_input(call, "ct", reading), mask, mask.chosen_label);
     if (check.plausible) return check;
   }
   reading.region.reset();
-  return check_mask(*read_input(call, "ct", reading), mask, options);
+  return check_mask(*read_input(call, "ct", reading), mask, mask.chosen_label);
 }
 
 Isosurface label_surface(const Volume& mask, IsosurfaceOptions options, const RunContext& context,
@@ -193,7 +186,7 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
       one.chosen_label = label.label;
       one.chosen_name = label.name;
       StageReport placing;
-      if (ct) tell_place(check_mask(*ct, one, check_of(label.label)), call.context, placing);
+      if (ct) tell_place(check_mask(*ct, one, label.label), call.context, placing);
       const Isosurface surface = label_surface(one, options.surface, call.context, ct);
       write_ply(call.output_folder / (name + ".ply"), surface.mesh);
       report.add("volume_ml_" + name, signed_volume(surface.mesh) / 1000);

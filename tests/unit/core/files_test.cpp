@@ -80,9 +80,8 @@ TEST_F(Files, ABeginningIsNeverLongerThanItsFile) {
 TEST_F(Files, DevicesPipesAndFoldersAreNoFilesToWrite) {
   const fs::path pipe = at("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0666), 0);
-  for (const fs::path& path : {pipe, folder_.path(), fs::path("/dev/full")}) {
+  for (const fs::path& path : {pipe, folder_.path(), fs::path("/dev/full")})
     EXPECT_THROW(write_file_atomically(path, "x"), IoError) << path;
-  }
   EXPECT_TRUE(fs::is_fifo(pipe));
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }

@@ -20,9 +20,8 @@ namespace organbake {
 namespace {
 
 TEST(ToText, ReadsBackAsTheSameDouble) {
-  for (const double value : {0.1, 1.0 / 3, 6.02e23, -5e-324, 1.7976931348623157e308, 0.0}) {
+  for (const double value : {0.1, 1.0 / 3, 6.02e23, -5e-324, 1.7976931348623157e308, 0.0})
     EXPECT_EQ(std::strtod(to_text(value).c_str(), nullptr), value);
-  }
   EXPECT_EQ(to_text(0.1), "0.1");
 }
 

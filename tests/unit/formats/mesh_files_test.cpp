@@ -280,14 +280,13 @@ TEST_F(MeshFiles, TruncatedFilesAreRefused) {
 }
 
 TEST_F(MeshFiles, OtherDataSetsAreRefused) {
-  for (const char* strip : {"0", "1 2", "2 0 3"}) {
+  for (const char* strip : {"0", "1 2", "2 0 3"})
     EXPECT_THAT(error(ExitCode::bad_data, "a.vtk",
                       std::string("# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"
                                   "POINTS 4 float\n0 0 0 9 0 0 0 9 0 9 9 1\nTRIANGLE_STRIPS 2 ") +
                           std::to_string(5 + (std::strlen(strip) + 1) / 2) + "\n4 0 1 2 3\n" +
                           strip + "\n"),
                 HasSubstr("triangle strip 1 has"));
-  }
   EXPECT_THAT(error(ExitCode::bad_data, "a.vtk",
                     "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n"
                     "DIMENSIONS 2 2 2\nORIGIN 0 0 0\nSPACING 1 1 1\n"),
@@ -302,9 +301,8 @@ TEST(MeshFilesRealData, LiverOpens) {
   EXPECT_EQ(topology.faces, 20000u);  // the data's README
   EXPECT_EQ(topology.boundary_edges, 0u);
   EXPECT_EQ(topology.euler_characteristic, 12);
-  for (const char* name : {"gallbladder.vtk", "liver_tumours.vtk", "portal_vein.vtk"}) {
+  for (const char* name : {"gallbladder.vtk", "liver_tumours.vtk", "portal_vein.vtk"})
     EXPECT_GT(read_mesh(shared_data("mesh/liver") / name).faces.size(), 100u) << name;
-  }
 }
 
 }  // namespace

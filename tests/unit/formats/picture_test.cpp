@@ -217,8 +217,6 @@ TEST_F(PictureFile, JpegTellsAspectAndTurn) {
   EXPECT_EQ(read_picture(file_).pixel_aspect, 1);
 }
 
-using ::testing::HasSubstr;
-
 // Smooth, and different in every channel and direction.
 Rgb8Image gradient() {
   Rgb8Image image(48, 32);
@@ -263,9 +261,8 @@ TEST_F(Photo, JpegKeepsPixelsInTheirPlaces) {
   ASSERT_EQ(image.width, truth.width);
   ASSERT_EQ(image.height, truth.height);
   constexpr int kQualityLoss = 4;  // of 255, at quality 97 on a smooth image
-  for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < truth.pixels.size(); ++i)
     ASSERT_LE(std::abs(image.pixels[i] - truth.pixels[i]), kQualityLoss);
-  }
 }
 
 TEST_F(Photo, GreyIsSpreadOverTheChannels) {
@@ -295,9 +292,8 @@ TEST_F(Photo, OtherFilesAreRefused) {
 TEST_F(Photo, TruncatedJpegIsRefusedAtEveryLength) {
   const std::string whole = as_jpeg(gradient());
   // The last two bytes are the end marker, which libjpeg can do without.
-  for (std::size_t length = 0; length + 2 < whole.size(); length += 5) {
+  for (std::size_t length = 0; length + 2 < whole.size(); length += 5)
     error(whole.substr(0, length));
-  }
 }
 
 TEST_F(Photo, TooManyPixelsAreRefusedBeforeTheyAreDecoded) {

@@ -172,9 +172,8 @@ ViewManifold octahedron() {
 
 std::map<std::uint32_t, double> by_camera(const ViewWeights& w) {
   std::map<std::uint32_t, double> sum;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     if (w.weights[i] > 0) sum[w.cameras[i]] += w.weights[i];
-  }
   return sum;
 }
 
@@ -228,9 +227,8 @@ TEST(ViewWeights, AreContinuousAllRound) { expect_continuous(octahedron(), {1, 2
 
 TEST(ViewWeights, AreContinuousAcrossTheHullsRim) {
   ViewManifold cap;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     cap.directions.push_back(Eigen::Vector3d(std::cos(2.1 * i), std::sin(2.1 * i), 2).normalized());
-  }
   cap.triangles = {{0, 1, 2}};
   constexpr double kStep = 1e-3;
   ViewWeights last = view_weights(cap, {0, 0, 1});

@@ -20,9 +20,8 @@ TriangleMesh parsed(const std::string& text) {
 TEST(Ply, RoundTripIsExact) {
   TriangleMesh mesh = lumpy_mesh(50, 2);
   RandomStream random(3);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     mesh.colors.emplace_back(random.uniform(), random.uniform(), random.uniform());
-  }
   const TriangleMesh back = parsed(serialise_ply(mesh));
   EXPECT_EQ(back.vertices, mesh.vertices);
   EXPECT_EQ(back.faces, mesh.faces);

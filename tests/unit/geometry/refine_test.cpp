@@ -18,11 +18,9 @@ namespace {
 
 double longest_edge(const TriangleMesh& mesh) {
   double longest = 0;
-  for (const Face& f : mesh.faces) {
-    for (int i = 0; i < 3; ++i) {
+  for (const Face& f : mesh.faces)
+    for (int i = 0; i < 3; ++i)
       longest = std::max(longest, (mesh.vertices[f[i]] - mesh.vertices[f[(i + 1) % 3]]).norm());
-    }
-  }
   return longest;
 }
 
@@ -59,9 +57,8 @@ TEST(RefineEdges, LeavesAFineMeshAlone) {
 
 TEST(RefineEdges, RefusesWhatMakesNoSense) {
   const TriangleMesh box = box_mesh({1, 1, 1});
-  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THROW(refine_edges(box, bad), UsageError);
-  }
   EXPECT_THROW(refine_edges(box, 1e-3, 10'000), UsageError);
 }
 

@@ -44,16 +44,14 @@ TEST(VertexNormals, PointOutwardOnASphere) {
   const TriangleMesh sphere = sphere_mesh(10, 4);
   const auto normals = vertex_normals(sphere);
   constexpr double kTolerance = 4e-3;  // rad; the faceting of 5,120 faces gives 2.6e-3
-  for (std::size_t v = 0; v < normals.size(); ++v) {
+  for (std::size_t v = 0; v < normals.size(); ++v)
     EXPECT_LT((normals[v] - sphere.vertices[v] / 10).norm(), kTolerance);
-  }
 }
 
 TEST(VertexNormals, DoNotDependOnHowASquareIsCut) {
   // The angle weights of the two triangulations of a box's sides add up to the same.
-  for (const auto& n : vertex_normals(box_mesh({1, 1, 1}))) {
+  for (const auto& n : vertex_normals(box_mesh({1, 1, 1})))
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(std::abs(n[k]), 1 / std::numbers::sqrt3, 1e-12);
-  }
 }
 
 TEST(VertexNormals, AreUnitEvenWithoutFaces) {
@@ -70,9 +68,8 @@ TEST(VertexFaces, ListsEveryUseInOrder) {
     const auto faces = around.of(v);
     uses += faces.size();
     EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
-    for (const std::uint32_t f : faces) {
+    for (const std::uint32_t f : faces)
       EXPECT_NE(std::find(mesh.faces[f].begin(), mesh.faces[f].end(), v), mesh.faces[f].end());
-    }
   }
   EXPECT_EQ(uses, 3 * mesh.faces.size());
 }
@@ -84,9 +81,8 @@ TEST(VertexNeighbours, AreTheOtherEndsOfItsEdgesOnceInOrder) {
   const VertexNeighbours neighbours(mesh.faces, mesh.vertices.size());
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     std::set<std::uint32_t> expected;
-    for (const Face& f : mesh.faces) {
+    for (const Face& f : mesh.faces)
       if (std::find(f.begin(), f.end(), v) != f.end()) expected.insert(f.begin(), f.end());
-    }
     expected.erase(v);
     const auto around = neighbours.of(v);
     EXPECT_TRUE(std::equal(around.begin(), around.end(), expected.begin(), expected.end()));
@@ -182,9 +178,8 @@ TEST(ManifoldTwins, ExistForManifoldsOnly) {
   EXPECT_FALSE(manifold_twins(mesh));  // wound against its neighbours
   // Two bodies that share a vertex.
   mesh = joined(tetrahedron_mesh(), moved(tetrahedron_mesh(), {5, 0, 0}));
-  for (Face& f : mesh.faces) {
+  for (Face& f : mesh.faces)
     for (std::uint32_t& v : f) v = v == 4 ? 0 : v;
-  }
   EXPECT_FALSE(manifold_twins(mesh));
   mesh = tetrahedron_mesh();
   mesh.faces.push_back({0, 1, 3});

@@ -86,9 +86,8 @@ TEST(Srgb, ClampsWhatCannotBeShown) {
 Rgb8Image grey(int value, int noise = 0) {
   Rgb8Image image(40, 30);
   RandomStream random(6);
-  for (auto& p : image.pixels) {
+  for (auto& p : image.pixels)
     p = static_cast<std::uint8_t>(value + static_cast<int>(random.below(2 * noise + 1)) - noise);
-  }
   return image;
 }
 

@@ -24,9 +24,8 @@ TEST(Contour, CrossesEdgesWhereTheValuesSay) {
   const TriangleMesh mesh = contour(std::span<const std::int16_t>(values), {3, 3, 3}, 1);
   EXPECT_EQ(mesh.vertices.size(), 6u);
   EXPECT_EQ(mesh.faces.size(), 8u);
-  for (const Eigen::Vector3d& v : mesh.vertices) {
+  for (const Eigen::Vector3d& v : mesh.vertices)
     EXPECT_NEAR((v - Eigen::Vector3d(1, 1, 1)).norm(), 2.0 / 3, 1e-6);
-  }
   EXPECT_GT(signed_volume(mesh), 0);
 }
 
@@ -78,9 +77,8 @@ Volume noise() {
   Volume volume = grid_around_origin({1, 1, 1}, 20);
   const std::size_t count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] *
                             static_cast<std::size_t>(volume.size[2]);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i)
     volume.voxels.push_back(static_cast<std::int16_t>(random.below(200)));
-  }
   return volume;
 }
 

@@ -385,10 +385,9 @@ TEST(Taubin, LeavesBoundariesWhereTheyAre) {
   const TriangleMesh before = mesh;
   taubin_smooth(mesh, 10);
   std::vector<int> uses(mesh.vertices.size(), 0);
-  for (const Face& face : mesh.faces) {
+  for (const Face& face : mesh.faces)
     for (int c = 0; c < 3; ++c)
       uses[face[c]] += static_cast<int>(face[(c + 1) % 3]) - static_cast<int>(face[(c + 2) % 3]);
-  }
   std::size_t boundary = 0, moved = 0;
   for (std::size_t v = 0; v < uses.size(); ++v) {
     const bool stays = mesh.vertices[v] == before.vertices[v];

@@ -141,9 +141,8 @@ TEST(Isosurface, OfNoiseIsStillClosed) {
   for (const int reach : {1, 100, 32000}) {
     RandomStream random(7, static_cast<std::uint64_t>(reach));
     Volume noise = grid_around_origin({1, 1, 2.5}, 30);
-    for (int i = 0; i < noise.size[0] * noise.size[1] * noise.size[2]; ++i) {
+    for (int i = 0; i < noise.size[0] * noise.size[1] * noise.size[2]; ++i)
       noise.voxels.push_back(static_cast<std::int16_t>(std::lround(random.uniform(-reach, reach))));
-    }
     IsosurfaceOptions options;
     options.iso_hu = 0;
     options.largest = 0;
@@ -243,9 +242,8 @@ TEST(Isosurface, CanBeCancelled) {
 TEST(ProposedLevel, LiesHalfWayBetweenAirAndTissue) {
   RandomStream random(3);
   Volume ct = scan_of(ball({0, 0, 0}, 15), grid_around_origin({1, 1, 1}, 50));
-  for (std::int16_t& value : ct.voxels) {
+  for (std::int16_t& value : ct.voxels)
     value = static_cast<std::int16_t>(value + std::lround(20 * random.normal()));
-  }
   ct.voxels[7] = 3000;  // a clip of metal
   const ProposedLevel proposed = propose_level(ct);
   constexpr double kPeakWidth_hu = 10;  // of 20 HU of noise

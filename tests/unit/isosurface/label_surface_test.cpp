@@ -127,9 +127,8 @@ TEST(LabelSurface, UnsmoothedSpecksKeepTheirVolume) {
 TEST(LabelSurface, TakesOneLabelOfMany) {
   Volume mask = mask_of(ball({-10, 0, 0}, 8), grid_around_origin({1, 1, 1}, 50), 5);
   const Volume other = mask_of(ball({8, 0, 0}, 10), grid_around_origin({1, 1, 1}, 50), 7);
-  for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
     if (other.voxels[v]) mask.voxels[v] = 7;
-  }
   IsosurfaceOptions options;
   options.label = 5;
   const TriangleMesh mesh = extract_label_surface(mask, options).mesh;
@@ -208,9 +207,8 @@ TEST(MaskStairs, OfAResampledMaskAreThoseOfItsFirstGrid) {
   const Volume coarse = mask_of(asymmetric_organ(), grid_around_origin({3, 3, 4}, 60));
   const Shape nearest = [&](const Eigen::Vector3d& world) {
     const Eigen::Vector3d index = coarse.index_from_world(world).array().round();
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       if (index[axis] < 0 || index[axis] >= coarse.size[axis]) return -1.0;
-    }
     const Eigen::Vector3i at = index.cast<int>();
     return coarse.at(at.x(), at.y(), at.z()) - 0.5;
   };

@@ -27,9 +27,8 @@ class DicomFolderTest : public ::testing::Test {
     DicomBytes slice;
     slice.set_position(position);
     slice.orientation.clear();
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < 6; ++i)
       slice.orientation += (i ? "\\" : "") + to_text(axes(i % 3, i / 3), 8);
-    }
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         const Eigen::Vector3d world =

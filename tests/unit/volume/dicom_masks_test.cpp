@@ -90,7 +90,6 @@ TEST_F(DicomStructure, LyingLengthsAndEndlessNestingAreFlaws) {
 }
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 std::vector<int> frame_with(std::initializer_list<int> set, int value = 1) {
   std::vector<int> values(35, 0);
@@ -289,9 +288,8 @@ Polygon2 disc_of(double x, double radius, bool backward = false) {
 double area(const ContourRegion& region) {
   constexpr double kStep = 0.05;
   double sum = 0;
-  for (double y = -60 + kStep / 2; y < 60; y += kStep) {
+  for (double y = -60 + kStep / 2; y < 60; y += kStep)
     for (const auto& [from, to] : region.row(y)) sum += kStep * (to - from);
-  }
   return sum;
 }
 

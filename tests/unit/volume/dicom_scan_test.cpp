@@ -36,9 +36,8 @@ TEST_F(DicomFolderTest, EverySliceHasItsOwnRescale) {
   DicomBytes other = slice_at({5, -8, 26}, Eigen::Matrix3d::Identity());
   other.slope = "0.5";
   other.intercept = "-500";
-  for (std::uint16_t& pixel : other.pixels) {
+  for (std::uint16_t& pixel : other.pixels)
     pixel = static_cast<std::uint16_t>((pixel - 1024 + 500) * 2);
-  }
   add("last", other);
   EXPECT_LT(largest_ramp_error(read()), kRounding_hu);
 }
@@ -162,8 +161,6 @@ TEST(DicomRealData, FolderOfOneSliceInManySyntaxesIsRefused) {
 }
 
 namespace fs = std::filesystem;
-using ::testing::Contains;
-using ::testing::HasSubstr;
 
 class DicomKinds : public DicomFolderTest {
  protected:
@@ -171,9 +168,8 @@ class DicomKinds : public DicomFolderTest {
     std::vector<DicomBytes> slices;
     for (int k = 0; k < count; ++k) {
       slices.push_back(slice_at(Eigen::Vector3d(5, -8, 20) + 2.5 * k * axes_.col(2), axes_));
-      for (std::uint16_t& pixel : slices.back().pixels) {
+      for (std::uint16_t& pixel : slices.back().pixels)
         pixel = static_cast<std::uint16_t>(pixel + more_hu);
-      }
     }
     return slices;
   }
@@ -261,9 +257,8 @@ TEST_F(DicomKinds, TimePointsThatShareASeriesAreListedAndChosen) {
                     HasSubstr("2: temporal position 2, 3 slices"), HasSubstr("--time 1…10")));
   const Volume first = read({.time = 1}), tenth = read({.time = 10});
   EXPECT_EQ(first.time_points, 10);
-  for (std::size_t i = 0; i < first.voxels.size(); ++i) {
+  for (std::size_t i = 0; i < first.voxels.size(); ++i)
     ASSERT_EQ(tenth.voxels[i] - first.voxels[i], 9);
-  }
   EXPECT_EQ(read({.any_time = true}).voxels, first.voxels);
   EXPECT_THAT(message_of(ExitCode::usage, [&] { read({.time = 11}); }), HasSubstr("no --time 11"));
 }
@@ -293,10 +288,7 @@ TEST_F(DicomKinds, FramesOfSeveralTimesAreNotMixed) {
   EXPECT_LT(largest_ramp_error(read({.time = 1})), kRounding_hu);
 }
 
-}  // namespace
-
 // A real head, scanned with the gantry tilted by 18.5° and in slices of unequal distance.
-namespace {
 
 const Volume& tilted_head() {
   static const Volume head = read_volume(shared_data("dicom/tilted_head"));

@@ -187,10 +187,9 @@ SegBytes seg_of(const Scan& scan, const std::vector<int>& slices) {
   SegBytes seg = empty_seg(scan);
   for (const int k : slices) {
     SegBytes::Frame frame{1, 0, {}, scan.corner(k)};
-    for (int row = 0; row < Scan::kRows; ++row) {
+    for (int row = 0; row < Scan::kRows; ++row)
       for (int column = 0; column < Scan::kColumns; ++column)
         frame.values.push_back(in_organ(column, row, k));
-    }
     seg.frames.push_back(frame);
   }
   std::reverse(seg.frames.begin(), seg.frames.end());  // their order means nothing
@@ -204,10 +203,9 @@ SegBytes cropped_seg_of(const Scan& scan, const std::vector<int>& slices) {
   for (const int k : slices) {
     const int left = 5 + k / 2 + k % 3, top = 6 - k % 4;
     SegBytes::Frame frame{1, 0, {}, scan.world(left, top, k)};
-    for (int row = 0; row < seg.rows; ++row) {
+    for (int row = 0; row < seg.rows; ++row)
       for (int column = 0; column < seg.columns; ++column)
         frame.values.push_back(in_organ(left + column, top + row, k));
-    }
     seg.frames.push_back(frame);
   }
   return seg;
@@ -328,10 +326,9 @@ TEST_F(MaskPlanes, NiftiMasksOfSkewGridsKeepTheirPlanes) {
       stored.origin_mm = scan.corner(0);
       for (int k = 0; k < stored.size[2]; ++k) {
         const bool there = std::find(slices.begin(), slices.end(), k) != slices.end();
-        for (int row = 0; row < Scan::kRows; ++row) {
+        for (int row = 0; row < Scan::kRows; ++row)
           for (int column = 0; column < Scan::kColumns; ++column)
             stored.voxels.push_back(there && in_organ(column, row, k));
-        }
       }
       NiftiBytes nifti(stored);
       const Eigen::Vector3d step = scan.corner(1) - scan.corner(0);

@@ -107,9 +107,8 @@ TEST_F(NiftiReader, ReadsGzipBigEndianMetresAndScaledTypes) {
   NiftiBytes scaled(truth);
   scaled.slope = 2;
   scaled.intercept = -24;
-  for (std::size_t v = 0; v < truth.voxels.size(); ++v) {
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v)
     ASSERT_EQ(read(scaled).voxels[v], 2 * truth.voxels[v] - 24);
-  }
 }
 
 TEST_F(NiftiReader, SkipsExtensionsBeforeTheVoxels) {
@@ -183,9 +182,6 @@ TEST(NiftiRealData, AbdomenOpensInItsPlace) {
 }
 
 namespace fs = std::filesystem;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 // Half a unit of rounding, and float32 affines: 1e-5 mm at 110 mm, 12 HU per mm.
 constexpr double kNiftiRounding_hu = 0.5 + 1e-3;
@@ -289,11 +285,9 @@ NiftiBytes sheared_ramp(double degrees, Eigen::Matrix3d& axes) {
   }
   NiftiBytes nifti(truth);
   const Eigen::Matrix3d ras = Eigen::Vector3d(-1, -1, 1).asDiagonal() * axes;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
       nifti.sform[4 * row + column] = static_cast<float>(ras(row, column));
-    }
-  }
   return nifti;
 }
 
@@ -328,9 +322,7 @@ TEST_F(NiftiKinds, AStrongerShearIsResampled) {
         for (int i = 0; i < volume.size[0]; ++i) {
           const Eigen::Vector3d world = volume.world_from_index(Eigen::Vector3d(i, j, k));
           const Eigen::Vector3d index = back * (world - truth.origin_mm);
-          if (index.minCoeff() < 0 || (index - Eigen::Vector3d(11, 10, 9)).maxCoeff() > 0) {
-            continue;
-          }
+          if (index.minCoeff() < 0 || (index - Eigen::Vector3d(11, 10, 9)).maxCoeff() > 0) continue;
           ++inside;
           ASSERT_NEAR(volume.at(i, j, k), ramp_hu(world), kResampled_hu);
         }

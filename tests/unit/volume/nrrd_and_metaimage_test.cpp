@@ -27,9 +27,8 @@ std::string vector_text(const Eigen::Vector3d& v) {
 // The place of a volume as NRRD writes it in a space whose axes are `from_lps` times LPS.
 std::string place_in(const std::string& space, const Eigen::Vector3d& from_lps, const Volume& v) {
   std::string text = "space: " + space + "\nspace directions:";
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     text += " " + vector_text(from_lps.cwiseProduct(v.direction.col(axis) * v.spacing_mm[axis]));
-  }
   return text + "\nspace origin: " + vector_text(from_lps.cwiseProduct(v.origin_mm)) + "\n";
 }
 
@@ -136,10 +135,9 @@ TEST_F(Nrrd, OneOfSeveralVolumesIsChosenWhetherTheyStandSideBySideOrOneAfterTheO
 
 TEST_F(Nrrd, VoxelsMayBeSpreadOverFilesByListOrPattern) {
   const std::size_t slice = raw_.size() / 3;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 3; ++k)
     write_bytes(folder_.path() / ("s0" + std::to_string(k + 1) + ".raw"),
                 raw_.substr(k * slice, slice));
-  }
   const auto read_header = [&](const std::string& data_file) {
     write_bytes(folder_.path() / "scan.nhdr", nrrd_text(place_) + data_file);
     return read_volume(folder_.path() / "scan.nhdr").voxels;
@@ -206,9 +204,6 @@ INSTANTIATE_TEST_SUITE_P(
         RealFile{"BallBinary30x30x30_nifti.nhdr", false}, RealFile{"BallBinary30x30x30.raw", false},
         RealFile{"test1d_ascii.nrrd", false}, RealFile{"test2d_ascii.nrrd", false},
         RealFile{"test_customFields.nrrd", false}));
-
-using ::testing::Contains;
-using ::testing::HasSubstr;
 
 constexpr double kRounding_hu = 0.5 + 1e-9;
 
@@ -278,9 +273,8 @@ TEST_F(MetaImage, ReadsRawTextAndDetachedData) {
 
 TEST_F(MetaImage, VoxelsMayBeSpreadOverFilesByListOrPattern) {
   const std::size_t slice = raw_.size() / 3;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 3; ++k)
     write_bytes(folder_.path() / ("s" + std::to_string(k) + ".raw"), raw_.substr(k * slice, slice));
-  }
   const auto truth = ramp_volume().voxels;
   EXPECT_EQ(read(header("", "ElementDataFile = LIST\ns0.raw\ns1.raw\ns2.raw\n")).voxels, truth);
   EXPECT_EQ(read(header("", "ElementDataFile = s%d.raw 0 2 1\n")).voxels, truth);

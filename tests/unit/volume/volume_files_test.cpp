@@ -83,7 +83,6 @@ TEST_F(ReadVolume, CancelledBeforeItBegins) {
 }
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 void write_zip(const fs::path& path,
                const std::vector<std::pair<std::string, std::string>>& files) {
@@ -167,8 +166,6 @@ TEST_F(ZippedSeries, ADamagedZipIsRefused) {
   EXPECT_THAT(refusal(), HasSubstr("damaged zip"));
 }
 
-using ::testing::HasSubstr;
-
 class ByteStreams : public ::testing::Test {
  protected:
   std::string read(ByteStream& stream, std::size_t count) {
@@ -212,8 +209,6 @@ TEST_F(ByteStreams, OtherBytesAreNoCompressedData) {
     EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(stream, 1); }), HasSubstr("damaged"));
   }
 }
-
-using ::testing::HasSubstr;
 
 constexpr double kVtiRounding_hu = 0.5 + 1e-6;
 

@@ -113,8 +113,6 @@ TEST(Grid, SizesAreBoundedBeforeMemoryIsTaken) {
   }
 }
 
-using ::testing::HasSubstr;
-
 const Eigen::Matrix3d kUprightBox = Eigen::Matrix3d::Identity();
 
 TEST(Region, IsParsedFromTwoCorners) {
@@ -260,7 +258,6 @@ TEST(Describe, GivesTheFigures) {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::IsNan;
 

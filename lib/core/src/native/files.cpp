@@ -148,10 +148,9 @@ fs::path parent_of(const fs::path& target) {
 std::vector<std::byte> read_all_of(const Descriptor& file, const fs::path& path,
                                    std::uint64_t max_bytes) {
   const std::size_t size = openable_size(path, file.get());
-  if (size > max_bytes) {
+  if (size > max_bytes)
     throw BadDataError(path, "is " + std::to_string(size) + " bytes; at most " +
                                  std::to_string(max_bytes) + " are accepted here");
-  }
   std::vector<std::byte> bytes(size);
   if (read_some(file.get(), bytes, path) < size)
     throw IoError::reading(path, "became shorter while it was read");
@@ -190,9 +189,8 @@ template <class Iterator, class Take>
 std::vector<fs::path> entries_of(const fs::path& folder, const Take& take) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (Iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+  for (Iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (take(*it)) files.push_back(it->path().lexically_relative(folder));
-  }
   if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
   return files;
 }
@@ -273,9 +271,8 @@ void write_file_atomically(const fs::path& named, std::span<const std::byte> byt
     if (file.get() < 0) throw IoError::writing(path, "cannot be created: " + reason());
     write_all(file.get(), bytes, path);
     if (!file.close()) throw IoError::writing(path, "cannot be written: " + reason());
-    if (::rename(temporary.c_str(), path.c_str()) != 0) {
+    if (::rename(temporary.c_str(), path.c_str()) != 0)
       throw IoError::writing(path, "cannot be replaced: " + reason());
-    }
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;
@@ -321,9 +318,8 @@ std::optional<double> number_behind(const std::string& word, const std::filesyst
   std::ifstream text(file);
   std::string read;
   double number = 0;
-  while (text >> read) {
+  while (text >> read)
     if (read == word && text >> number) return number;
-  }
   return std::nullopt;
 }
 

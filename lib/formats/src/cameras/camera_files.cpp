@@ -245,9 +245,8 @@ CameraSet read_camera_file(const fs::path& path, const RunContext& context) {
 }
 
 std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image) {
-  for (std::size_t i = 0; i < set.images.size(); ++i) {
+  for (std::size_t i = 0; i < set.images.size(); ++i)
     if (fs::path(set.images[i]).filename() == fs::path(image).filename()) return i;
-  }
   return std::nullopt;
 }
 

@@ -129,10 +129,9 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
     std::string name;
     words >> id >> name >> width >> height;
     const ColmapModel* model = model_with(&ColmapModel::name, name);
-    if (!words || !model) {
+    if (!words || !model)
       throw BadDataError(
           path, "'" + line + "' is no camera of a model that is read: " + colmap_model_names());
-    }
     std::vector<double> values;
     for (const std::string& parameter : model->parameters) {
       double value = 0;
@@ -204,7 +203,6 @@ class TextNumbers {
       : line_(line), words_(line), path_(path) {}
 
   std::uint64_t number() { return next<std::uint64_t>(); }
-  std::uint64_t count() { return number(); }
   std::uint64_t image() { return number(); }
   double real() { return next<double>(); }
   bool flag() { return number() != 0; }
@@ -228,7 +226,6 @@ class BinaryNumbers {
   BinaryNumbers(PackedReader& reader, const fs::path& path) : reader_(reader), path_(path) {}
 
   std::uint64_t number() { return reader_.next<std::uint32_t>(); }
-  std::uint64_t count() { return number(); }
   std::uint64_t image() { return reader_.next<std::uint64_t>(); }
   double real() { return reader_.next<double>(); }
   bool flag() { return reader_.next<std::uint8_t>() != 0; }
@@ -252,7 +249,7 @@ RigidTransform next_pose(Numbers& from) {
 template <class Numbers>
 void add_rig(Numbers& from, ColmapFrames& frames) {
   CamerasOfRig& cameras = frames.rigs[from.number()];
-  const std::uint64_t sensors = from.count();
+  const std::uint64_t sensors = from.number();
   for (std::uint64_t s = 0; s < sensors; ++s) {
     const bool is_camera = from.is_camera();
     const std::uint64_t id = from.number();
@@ -268,7 +265,7 @@ void add_frame(Numbers& from, ColmapFrames& frames) {
   from.number();  // its own
   const std::uint64_t rig = from.number();
   const RigidTransform rig_from_world = next_pose(from);
-  const std::uint64_t images = from.count();
+  const std::uint64_t images = from.number();
   for (std::uint64_t i = 0; i < images; ++i) {
     const bool is_camera = from.is_camera();
     const std::uint64_t camera = from.number(), image = from.image();
@@ -365,9 +362,8 @@ CameraSet read_colmap_text(const fs::path& folder, const RunContext& context) {
     // The rest of the line, as COLMAP has it: a name may hold spaces.
     std::string name;
     std::getline(words >> std::ws, name);
-    if (!words || !lenses.contains(lens)) {
+    if (!words || !lenses.contains(lens))
       throw BadDataError(path, "'" + lines[i] + "' is no image with a pose and a known camera");
-    }
     add_colmap_image(pose, lenses.at(lens), name, id, path, set);
     ids.push_back(static_cast<std::uint64_t>(id));
   }

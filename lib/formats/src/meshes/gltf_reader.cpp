@@ -22,6 +22,12 @@ std::size_t index_from(const JsonField& field) {
   return static_cast<std::size_t>(field.integer(0, kMostEntries));
 }
 
+// Calls use(entry) for each entry of a list, if there is one.
+template <class Use>
+void for_each_of(const std::optional<JsonField>& list, const Use& use) {
+  for (std::size_t i = 0; list && i < list->size(); ++i) use(list->at(i));
+}
+
 std::vector<double> list_of(const JsonField& field, std::size_t count) {
   if (field.size() != count) field.fail("must hold " + std::to_string(count) + " numbers");
   std::vector<double> numbers;
@@ -99,13 +105,12 @@ class GltfReader {
  public:
   GltfReader(const std::filesystem::path& path, const RunContext& context)
       : document_(path), root_(document_.root()), name_(path.string()), context_(context) {
-    check_version();
-    check_extensions();
-    check_animations();
+    check_what_is_read();
   }
 
   TriangleMesh read() {
-    for (const auto& [node, parent] : first_nodes()) waiting_.push_back({node, parent, true});
+    for (const std::size_t node : first_nodes())
+      waiting_.push_back({node, Eigen::Affine3d::Identity(), true});
     while (!waiting_.empty()) {
       const Placed next = waiting_.back();
       waiting_.pop_back();
@@ -126,31 +131,23 @@ class GltfReader {
   // Where the vertices of a primitive go: all by one transform, or each by its own.
   using Transforms = std::vector<Eigen::Affine3d>;
 
-  void check_version() const {
+  // Another version is refused, as is what must be understood and is not; the rest is warned of.
+  void check_what_is_read() const {
     const auto asset = root_.find("asset");
     const auto version = asset ? asset->find("version") : std::nullopt;
     if (version && !version->text().starts_with("2."))
       version->fail("is not 2, the version of glTF that is read; save it as that");
-  }
-
-  void check_extensions() const {
-    const auto required = root_.find("extensionsRequired");
-    for (std::size_t i = 0; required && i < required->size(); ++i) {
-      const std::string name = required->at(i).text();
-      if (!is_known_extension(name))
-        required->at(i).fail("'" + name + "' is not read; save it without");
-    }
-    const auto used = root_.find("extensionsUsed");
-    for (std::size_t i = 0; used && i < used->size(); ++i) {
-      const std::string name = used->at(i).text();
+    for_each_of(root_.find("extensionsRequired"), [](const JsonField& required) {
+      const std::string name = required.text();
+      if (!is_known_extension(name)) required.fail("'" + name + "' is not read; save it without");
+    });
+    for_each_of(root_.find("extensionsUsed"), [&](const JsonField& used) {
+      const std::string name = used.text();
       if (!is_known_extension(name) && !packs_numbers(name))
         context_.warn(name_ + ": uses the extension '" + name +
                       "', which is not read: what it changes of the shape is missing; save it "
                       "without");
-    }
-  }
-
-  void check_animations() const {
+    });
     const auto animations = root_.find("animations");
     if (animations && animations->size() > 0)
       context_.warn(name_ +
@@ -159,26 +156,23 @@ class GltfReader {
   }
 
   // Those of the scene; without one, every node that is nobody's child.
-  std::vector<std::pair<std::size_t, Eigen::Affine3d>> first_nodes() const {
-    std::vector<std::pair<std::size_t, Eigen::Affine3d>> first;
-    const auto scenes = root_.find("scenes");
+  std::vector<std::size_t> first_nodes() const {
+    std::vector<std::size_t> first;
+    const auto scenes = root_.find("scenes"), nodes = root_.find("nodes");
     if (scenes && scenes->size() > 0) {
       const auto which = root_.find("scene");
       const JsonField scene = scenes->at(which ? index_from(*which) : 0);
-      const auto nodes = scene.find("nodes");
-      for (std::size_t i = 0; nodes && i < nodes->size(); ++i)
-        first.emplace_back(index_from(nodes->at(i)), Eigen::Affine3d::Identity());
+      for_each_of(scene.find("nodes"),
+                  [&](const JsonField& node) { first.push_back(index_from(node)); });
       return first;
     }
-    const auto nodes = root_.find("nodes");
     std::set<std::size_t> children;
-    for (std::size_t i = 0; nodes && i < nodes->size(); ++i) {
-      const auto below = nodes->at(i).find("children");
-      for (std::size_t c = 0; below && c < below->size(); ++c)
-        children.insert(index_from(below->at(c)));
-    }
+    for_each_of(nodes, [&](const JsonField& node) {
+      for_each_of(node.find("children"),
+                  [&](const JsonField& child) { children.insert(index_from(child)); });
+    });
     for (std::size_t i = 0; nodes && i < nodes->size(); ++i)
-      if (!children.contains(i)) first.emplace_back(i, Eigen::Affine3d::Identity());
+      if (!children.contains(i)) first.push_back(i);
     return first;
   }
 
@@ -191,9 +185,9 @@ class GltfReader {
       if (const auto flag = shown->find("visible"))
         visible &= !flag->json().is_boolean() || flag->json().get<bool>();
     if (visible && node.find("mesh")) with_mesh_.emplace_back(at.node, placed);
-    const auto children = node.find("children");
-    for (std::size_t i = 0; children && i < children->size(); ++i)
-      waiting_.push_back({index_from(children->at(i)), placed, visible});
+    for_each_of(node.find("children"), [&](const JsonField& child) {
+      waiting_.push_back({index_from(child), placed, visible});
+    });
   }
 
   void append_mesh(const JsonField& node, const Eigen::Affine3d& placed) {
@@ -222,13 +216,12 @@ class GltfReader {
 
   // From the places of a skin's mesh to the scene, for each joint.
   Transforms joints_of(const JsonField& skin) const {
-    const JsonField joints = skin["joints"];
     Transforms all;
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      const auto node = world_from_node_.find(index_from(joints.at(i)));
-      if (node == world_from_node_.end()) joints.at(i).fail("is no node of the scene");
+    for_each_of(skin["joints"], [&](const JsonField& joint) {
+      const auto node = world_from_node_.find(index_from(joint));
+      if (node == world_from_node_.end()) joint.fail("is no node of the scene");
       all.push_back(node->second);
-    }
+    });
     const auto inverse = skin.find("inverseBindMatrices");
     if (!inverse) return all;
     const GltfNumbers matrices = vectors(*inverse, 16);

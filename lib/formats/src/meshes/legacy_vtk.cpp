@@ -149,9 +149,8 @@ WrittenCells split_counted(LegacyVtkScanner& scanner, const std::vector<double>&
   std::size_t at = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const double corners = at < list.size() ? list[at] : -1;
-    if (!(corners >= 0 && corners <= static_cast<double>(list.size() - at - 1))) {
+    if (!(corners >= 0 && corners <= static_cast<double>(list.size() - at - 1)))
       scanner.fail("cell " + std::to_string(cell) + " is longer than the list of cells");
-    }
     const auto first = list.begin() + static_cast<std::ptrdiff_t>(at) + 1;
     at += 1 + static_cast<std::size_t>(corners);
     out.corners.insert(out.corners.end(), first, list.begin() + static_cast<std::ptrdiff_t>(at));
@@ -221,11 +220,10 @@ TriangleMesh read_legacy_vtk(const std::filesystem::path& path) {
   LegacyVtkScanner scanner(text, name);
   const std::string keyword = scanner.word(), kind = scanner.word();
   const bool grid = kind == "UNSTRUCTURED_GRID";
-  if (keyword != "DATASET" || !(kind == "POLYDATA" || grid)) {
+  if (keyword != "DATASET" || !(kind == "POLYDATA" || grid))
     scanner.fail("holds \"" + kind +
                  "\"; a surface (DATASET POLYDATA) or a grid of cells (DATASET "
                  "UNSTRUCTURED_GRID) is needed");
-  }
   VtkSurface surface;
   WrittenCells polygons, strips, cells;
   std::vector<double> kinds;

@@ -189,10 +189,9 @@ void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext&
   if (weld.exact + weld.near == 0) return;
   std::string text = path.string() + ": " + std::to_string(weld.exact) +
                      " vertices that coincide with others were welded";
-  if (weld.near > 0) {
+  if (weld.near > 0)
     text +=
         ", and " + std::to_string(weld.near) + " within " + to_text(weld.tolerance_mm, 3) + " mm";
-  }
   context.info(text);
 }
 

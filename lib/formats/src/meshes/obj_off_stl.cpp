@@ -150,10 +150,9 @@ TriangleMesh from_text(std::string_view bytes, const std::string& name) {
 
 TriangleMesh from_binary(std::string_view bytes, const std::string& name) {
   const std::uint64_t faces = claimed(bytes);
-  if (bytes.size() < kHeader + kTriangle * faces || faces == 0) {
+  if (bytes.size() < kHeader + kTriangle * faces || faces == 0)
     throw BadDataError(name + ": claims " + std::to_string(faces) + " triangles but holds " +
                        std::to_string(bytes.size()) + " bytes: truncated or not an STL");
-  }
   TriangleMesh mesh;
   for (std::uint64_t f = 0; f < faces; ++f) {
     float corners[9];

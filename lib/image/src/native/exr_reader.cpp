@@ -98,9 +98,8 @@ void join_words(const std::uint8_t* __restrict even, const std::uint8_t* __restr
 
 void join_halves(const std::uint8_t* __restrict even, const std::uint8_t* __restrict odd, int count,
                  float* __restrict out) {
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < count; ++k)
     out[k] = imath_half_to_float(static_cast<std::uint16_t>(even[k] | odd[k] << 8));
-  }
 }
 
 // Undoes EXR's ZIP and ZIPS compression of one block of lines, as OpenEXR does, in a quarter of the

@@ -17,6 +17,7 @@
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <deque>
@@ -148,28 +149,16 @@ class MemorySink : public Imf::OStream {
   std::size_t position_ = 0;
 };
 
-Imf::Compression imf_compression(ExrCompression compression) {
-  switch (compression) {
-    case ExrCompression::none:
-      return Imf::NO_COMPRESSION;
-    case ExrCompression::zip:
-      return Imf::ZIP_COMPRESSION;
-    case ExrCompression::piz:
-      return Imf::PIZ_COMPRESSION;
-    case ExrCompression::pxr24:
-      return Imf::PXR24_COMPRESSION;
-    case ExrCompression::dwaa:
-      return Imf::DWAA_COMPRESSION;
-  }
-  return Imf::ZIP_COMPRESSION;
-}
+// In the order of ExrCompression.
+constexpr std::array kImfCompressions = {Imf::NO_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                         Imf::PIZ_COMPRESSION, Imf::PXR24_COMPRESSION,
+                                         Imf::DWAA_COMPRESSION};
 
 // Imath multiplies row vectors from the left: rows here are the images of the world's axes.
 Imath::M44f row_vector_matrix(const Eigen::Matrix4d& column_vector_matrix) {
   Imath::M44f m;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j) m[i][j] = static_cast<float>(column_vector_matrix(j, i));
-  }
   return m;
 }
 
@@ -266,7 +255,7 @@ void write_packed(MemorySink& stream, const Imf::Header& header, const Imf::Fram
 void write_exr(const std::filesystem::path& path, const ChannelImage& image,
                const ExrWriteOptions& options) {
   Imf::Header header(image.width, image.height);
-  header.compression() = imf_compression(options.compression);
+  header.compression() = kImfCompressions.at(static_cast<std::size_t>(options.compression));
   if (options.camera) add_camera(header, *options.camera);
   for (const auto& [name, text] : options.notes) header.insert(name, Imf::StringAttribute(text));
   Imf::FrameBuffer frame;

@@ -194,15 +194,13 @@ Samples decoded(std::span<const std::byte> bytes, const std::string& name, std::
   if (!chunks_fit(bytes))
     throw BadDataError(name + ": is not a readable PNG: a part of it is cut off");
   if (!png_image_begin_read_from_memory(&state, bytes.data(), bytes.size())) fail();
-  if (state.height == 0 || state.width > max_pixels / state.height) {
+  if (state.height == 0 || state.width > max_pixels / state.height)
     throw BadDataError(name + ": claims " + std::to_string(state.width) + " × " +
                        std::to_string(state.height) + " pixels");
-  }
-  if (!can_hold(bytes, state.width, state.height)) {
+  if (!can_hold(bytes, state.width, state.height))
     throw BadDataError(name + ": is not a readable PNG: its " + std::to_string(bytes.size()) +
                        " bytes cannot hold " + std::to_string(state.width) + " × " +
                        std::to_string(state.height) + " pixels");
-  }
   Samples samples{static_cast<int>(state.width),
                   static_cast<int>(state.height),
                   (state.format & PNG_FORMAT_FLAG_LINEAR) != 0,

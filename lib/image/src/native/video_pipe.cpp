@@ -34,9 +34,8 @@ constexpr Container kContainers[] = {
 
 std::string container_of(const std::filesystem::path& file) {
   const std::string ending = lower_ending(file);
-  for (const Container& container : kContainers) {
+  for (const Container& container : kContainers)
     if (ending == container.ending) return container.name;
-  }
   throw UsageError(file.string() + ": is no video that can be written");
 }
 

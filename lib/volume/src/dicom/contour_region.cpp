@@ -71,9 +71,8 @@ double length(const Spans& spans) {
 
 Eigen::AlignedBox2d box_of(const Contour& contour) {
   Eigen::AlignedBox2d box;
-  for (const Polygon2& polygon : contour) {
+  for (const Polygon2& polygon : contour)
     for (const Eigen::Vector2d& p : polygon) box.extend(p);
-  }
   return box;
 }
 
@@ -103,18 +102,16 @@ bool lies_inside(const Contour& contour, const Contour& other) {
 ContourRegion::ContourRegion(std::vector<Contour> contours) {
   for (Contour& contour : contours) {
     bool again = false;
-    for (const Layered& known : contours_) {
+    for (const Layered& known : contours_)
       again |= lies_inside(contour, known.contour) && lies_inside(known.contour, contour);
-    }
     repeated_ += again;
     if (!again) contours_.push_back({std::move(contour)});
   }
   const std::size_t count = contours_.size();
   std::vector<std::vector<bool>> inside(count, std::vector<bool>(count));
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; j < count; ++j)
       inside[i][j] = i != j && lies_inside(contours_[i].contour, contours_[j].contour);
-  }
   // One deeper than the deepest that holds it: settled after as many rounds as there are levels.
   bool changed = count > 1;
   for (std::size_t round = 0; changed && round < count; ++round) {

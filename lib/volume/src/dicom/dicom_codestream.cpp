@@ -44,9 +44,8 @@ struct Frame {
 // SOC and SIZ, which stand first (ISO 15444-1, A.5.1).
 Frame jpeg_2000_frame(Bytes stream, const DicomSlice& slice) {
   constexpr std::size_t kSizeOfSiz = 43;
-  if (stream.size() < kSizeOfSiz || big_endian(stream, 0, 4) != 0xFF4FFF51) {
+  if (stream.size() < kSizeOfSiz || big_endian(stream, 0, 4) != 0xFF4FFF51)
     refuse(slice, "no JPEG 2000 begins there");
-  }
   const std::uint32_t left = big_endian(stream, 16, 4), top = big_endian(stream, 20, 4);
   return {big_endian(stream, 8, 4) - left, big_endian(stream, 12, 4) - top,
           big_endian(stream, 40, 2), (byte_at(stream, 42) & 0x7F) + 1};
@@ -146,9 +145,8 @@ class JpegMarkers {
 void check_rle(Bytes stream, const DicomSlice& slice) {
   constexpr std::size_t kTable = 64;
   const auto wanted = static_cast<std::uint32_t>(slice.pixels.bits_allocated / 8);
-  if (stream.size() < kTable || little_endian(stream, 0, 4) != wanted) {
+  if (stream.size() < kTable || little_endian(stream, 0, 4) != wanted)
     refuse(slice, "its RLE table does not fit the header");
-  }
   std::uint32_t last = kTable - 1;
   for (std::uint32_t i = 0; i < wanted; ++i) {
     const std::uint32_t offset = little_endian(stream, 4 + 4 * i, 4);
@@ -160,17 +158,15 @@ void check_rle(Bytes stream, const DicomSlice& slice) {
 void check_frame(const Frame& frame, const DicomSlice& slice) {
   const bool same_size = frame.columns == static_cast<std::uint32_t>(slice.columns) &&
                          frame.rows == static_cast<std::uint32_t>(slice.rows);
-  if (!same_size || frame.components != 1) {
+  if (!same_size || frame.components != 1)
     refuse(slice, "they are " + std::to_string(frame.columns) + "×" + std::to_string(frame.rows) +
                       " of " + std::to_string(frame.components) + " components, the header says " +
                       std::to_string(slice.columns) + "×" + std::to_string(slice.rows) + " of 1");
-  }
   const bool wide_container = slice.pixels.bits_allocated == 16;
   if (frame.bits < 2 || frame.bits > static_cast<unsigned>(slice.pixels.bits_allocated) ||
-      (wide_container && frame.bits <= 8 && slice.pixels.bits_stored > 8)) {
+      (wide_container && frame.bits <= 8 && slice.pixels.bits_stored > 8))
     refuse(slice, "they have " + std::to_string(frame.bits) + " bits, the header says " +
                       std::to_string(slice.pixels.bits_stored));
-  }
 }
 
 // Where the fragments of compressed pixels lie in the file, and the table of offsets before them.
@@ -197,9 +193,8 @@ Fragments find_fragments(const DicomSlice& slice) {
     if (offsets) {
       std::vector<std::byte> table(length);
       file.read_exactly(table);
-      for (std::size_t i = 0; i + 4 <= table.size(); i += 4) {
+      for (std::size_t i = 0; i + 4 <= table.size(); i += 4)
         found.frame_offsets.push_back(little_endian(table, i, 4));
-      }
       found.begin = slice.pixels.offset + head.size() + length;
       continue;
     }
@@ -220,9 +215,8 @@ std::vector<Fragments::Piece> pieces_of_frame(const Fragments& all, const DicomS
   const std::uint64_t from = all.frame_offsets[frame];
   const std::uint64_t to = frame + 1 < frames ? all.frame_offsets[frame + 1] : ~std::uint64_t{0};
   std::vector<Fragments::Piece> pieces;
-  for (const Fragments::Piece& piece : all.pieces) {
+  for (const Fragments::Piece& piece : all.pieces)
     if (piece.item >= from && piece.item < to) pieces.push_back(piece);
-  }
   return pieces;
 }
 
@@ -328,9 +322,8 @@ std::vector<std::byte> decompress(const DicomSlice& slice, DicomCoding coding) {
   const auto image = image_of(slice, stream);
   std::vector<std::byte> values(bytes);
   if (image->GetBufferLength() != bytes ||
-      !image->GetBuffer(reinterpret_cast<char*>(values.data()))) {
+      !image->GetBuffer(reinterpret_cast<char*>(values.data())))
     throw BadDataError(slice.file, "its compressed pixels are damaged");
-  }
   return values;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <ranges>
 
 #include "dicom/dicom.h"
 #include "dicom/dicom_document.h"
@@ -47,16 +48,14 @@ struct ContouredRegion {
 // Axes of the planes that the contours lie in: columns u, v, normal.
 Eigen::Matrix3d plane_axes(const std::vector<ContouredRegion>& regions) {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (const ContouredRegion& region : regions) {
+  for (const ContouredRegion& region : regions)
     for (const DrawnContour& contour : region.contours) {
       Eigen::Vector3d area = Eigen::Vector3d::Zero();
       const Eigen::Vector3d& origin = contour.points.front();
-      for (std::size_t i = 1; i + 1 < contour.points.size(); ++i) {
+      for (std::size_t i = 1; i + 1 < contour.points.size(); ++i)
         area += (contour.points[i] - origin).cross(contour.points[i + 1] - origin);
-      }
       normal += normal.dot(area) < 0 ? Eigen::Vector3d(-area) : area;
     }
-  }
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   if (normal.norm() == 0) return axes;
   normal.normalize();
@@ -105,9 +104,8 @@ std::vector<ContouredRegion> read_regions(const DicomDocument& document, const f
       for (std::size_t n = 0; n < count; n += 3) {
         contour.points.emplace_back(numbers.GetDouble(n), numbers.GetDouble(n + 1),
                                     numbers.GetDouble(n + 2));
-        if (!contour.points.back().allFinite()) {
+        if (!contour.points.back().allFinite())
           throw BadDataError(file, "a contour of " + region.name + " holds no number");
-        }
       }
       if (contour.points.size() > 2) region.contours.push_back(std::move(contour));
     }
@@ -116,6 +114,13 @@ std::vector<ContouredRegion> read_regions(const DicomDocument& document, const f
   }
   if (regions.empty()) throw BadDataError(file, "holds no closed contour");
   return regions;
+}
+
+// The plane that lies there already, or a new one.
+ContourPlanes::iterator plane_at(double along, ContourPlanes& planes) {
+  const auto plane = planes.lower_bound(along - kSamePlane_mm);
+  if (plane != planes.end() && plane->first <= along + kSamePlane_mm) return plane;
+  return planes.emplace(along, std::vector<ContourRegion::Contour>()).first;
 }
 
 // In coordinates of the axes.
@@ -131,10 +136,7 @@ ContourPlanes planes_of(const ContouredRegion& region, const Eigen::Matrix3d& ax
       along += local.z();
     }
     along /= static_cast<double>(contour.points.size());
-    auto plane = planes.lower_bound(along - kSamePlane_mm);
-    if (plane == planes.end() || plane->first > along + kSamePlane_mm) {
-      plane = planes.emplace(along, std::vector<ContourRegion::Contour>()).first;
-    }
+    const auto plane = plane_at(along, planes);
     std::size_t which = plane->second.size();
     if (contour.even_odd) which = even_odd.emplace(plane->first, which).first->second;
     if (which == plane->second.size()) plane->second.emplace_back();
@@ -153,13 +155,9 @@ bool has_own_slices(const Volume& scan) {
 
 // The corner of the slice, as it was taken, that lies nearest to a point.
 const Eigen::Vector3d& slice_at(const Volume& scan, const Eigen::Vector3d& point) {
-  const std::vector<Eigen::Vector3d>& corners = scan.slices.corners_mm;
-  const auto off = [&](const Eigen::Vector3d& corner) {
+  return *std::ranges::min_element(scan.slices.corners_mm, {}, [&](const Eigen::Vector3d& corner) {
     return std::abs((corner - point).dot(scan.direction.col(2)));
-  };
-  return *std::min_element(
-      corners.begin(), corners.end(),
-      [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return off(a) < off(b); });
+  });
 }
 
 // Whether every point lies in a slice of the scan, and in it at a corner of a voxel, in the middle
@@ -179,19 +177,19 @@ bool follow_voxels(const ContouredRegion& region, const Volume& scan, bool own_s
   return true;
 }
 
-Volume empty_grid_of(const Volume& scan) {
-  Volume grid;
-  grid.size = scan.size;
-  grid.spacing_mm = scan.spacing_mm;
-  grid.origin_mm = scan.origin_mm;
-  grid.direction = scan.direction;
-  return grid;
-}
-
-// Contours round the voxels of slices that the scan's reader resampled: the slices are placed as
-// frames of a segmentation are, and the contours move with them.
-Volume grid_of_slices(std::vector<ContouredRegion>& regions, const Volume& scan,
+// For contours round voxels: the scan's grid where that is of the slices as they were taken. Where
+// its reader resampled them, they are placed as frames of a segmentation are, and the contours move
+// with them.
+Volume grid_of_slices(std::vector<ContouredRegion>& regions, const Volume& scan, bool own_slices,
                       const std::string& name) {
+  if (own_slices) {
+    Volume grid;
+    grid.size = scan.size;
+    grid.spacing_mm = scan.spacing_mm;
+    grid.origin_mm = scan.origin_mm;
+    grid.direction = scan.direction;
+    return grid;
+  }
   std::vector<Eigen::Vector3d> corners;
   std::vector<Slab> slabs;
   std::vector<std::vector<ContourRegion::Contour>*> contours;
@@ -228,9 +226,9 @@ std::vector<ContourRegion> enclosed(const ContouredRegion& region, Volume& mask)
     repeated += planes.back().repeated();
   }
   const auto tell = [&](std::size_t count, const char* one, const char* several) {
-    if (count == 0) return;
-    mask.warnings.push_back(region.name + ": " + std::to_string(count) +
-                            (count == 1 ? one : several));
+    if (count > 0)
+      mask.warnings.push_back(region.name + ": " + std::to_string(count) +
+                              (count == 1 ? one : several));
   };
   tell(holes, " contour lies inside another and is taken as a hole",
        " contours lie inside others and are taken as holes");
@@ -243,8 +241,7 @@ std::vector<ContourRegion> enclosed(const ContouredRegion& region, Volume& mask)
 std::optional<std::size_t> plane_for(const std::vector<Slab>& slabs, double along) {
   constexpr double kBorder_mm = 1e-6;  // half-way between two the upper one counts
   along += kBorder_mm;
-  const auto above = std::upper_bound(slabs.begin(), slabs.end(), along,
-                                      [](double at, const Slab& slab) { return at < slab.low_mm; });
+  const auto above = std::ranges::upper_bound(slabs, along, {}, &Slab::low_mm);
   if (above == slabs.begin() || std::prev(above)->high_mm < along) return std::nullopt;
   return static_cast<std::size_t>(above - slabs.begin() - 1);
 }
@@ -255,17 +252,17 @@ void fill(const ContouredRegion& region, double reach, Volume& mask) {
   const Eigen::Vector3d first = mask.direction.transpose() * mask.origin_mm;
   const Eigen::Vector3d& step = mask.spacing_mm;
   const std::vector<ContourRegion> planes = enclosed(region, mask);
+  const auto column = [&](double x) {
+    return std::clamp(static_cast<int>(std::ceil((x - first.x()) / step.x())), 0, mask.size[0]);
+  };
   parallel_for(0, mask.size[2], [&](int k) {
     const auto plane = plane_for(region.slabs, first.z() + k * step.z());
     if (!plane) return;
     for (int j = 0; j < mask.size[1]; ++j) {
       const std::size_t row = (std::size_t(k) * mask.size[1] + j) * mask.size[0];
-      for (const auto& [from, to] : planes[*plane].row(first.y() + j * step.y(), reach)) {
-        const int begin = std::max(static_cast<int>(std::ceil((from - first.x()) / step.x())), 0);
-        const int end =
-            std::min(static_cast<int>(std::ceil((to - first.x()) / step.x())), mask.size[0]);
-        for (int i = begin; i < end; ++i) set_value(mask, row + std::size_t(i), region.number);
-      }
+      for (const auto& [from, to] : planes[*plane].row(first.y() + j * step.y(), reach))
+        for (int i = column(from); i < column(to); ++i)
+          set_value(mask, row + std::size_t(i), region.number);
     }
   });
 }
@@ -285,14 +282,12 @@ Volume grid_of_planes(const std::vector<ContouredRegion>& regions, const Eigen::
   for (const ContouredRegion& region : regions) {
     if (region.slabs.empty()) continue;
     slabs.insert(slabs.end(), region.slabs.begin(), region.slabs.end());
-    for (const auto& [along, contours] : region.planes) {
-      for (const ContourRegion::Contour& contour : contours) {
+    for (const auto& [along, contours] : region.planes)
+      for (const ContourRegion::Contour& contour : contours)
         for (const Polygon2& polygon : contour) {
           points += polygon.size();
           for (const Eigen::Vector2d& p : polygon) box.extend(p);
         }
-      }
-    }
   }
   const EvenSlices slices = slices_for(slabs, name);
   // A grid takes no more memory than its contours' points are a reason for: a few triangles over a
@@ -304,16 +299,15 @@ Volume grid_of_planes(const std::vector<ContouredRegion>& regions, const Eigen::
   if (!(across < kFarthest_mm)) throw BadDataError(name + ": its contours reach beyond any scan");
   Volume grid;
   grid.direction = axes;
-  double fine = std::clamp(across / kAcross,
-                           std::clamp(across / kLeastAcross, kFinest_mm, kFine_mm), kCoarsest_mm);
+  const double finest = std::clamp(across / kLeastAcross, kFinest_mm, kFine_mm);
+  double fine = std::clamp(across / kAcross, finest, kCoarsest_mm);
   Eigen::Vector3d count;
   while (true) {
     grid.spacing_mm = {fine, fine, slices.spacing_mm};
     const Eigen::Vector2d cells = ((box.sizes().array() + 4 * fine) / fine + 1.5).floor();
     count = {cells.x(), cells.y(), static_cast<double>(slices.count)};
     if (count.prod() <= most || fine > across) break;
-    constexpr double kCoarser = 1.2;
-    fine *= kCoarser;
+    fine *= 1.2;
   }
   set_calculated_size(grid, count, name);
   grid.origin_mm =
@@ -326,19 +320,17 @@ std::vector<bool> chosen_regions(const std::vector<LabelName>& names,
                                  const VolumeReadOptions& options, const fs::path& file) {
   std::vector<bool> chosen(names.size(), options.label.empty());
   if (options.label.empty()) return chosen;
-  for (const ChosenLabel& one : chosen_labels(options.label, names, file.string())) {
-    if (one.layer == 0 && one.label != names.front().label) {
+  for (const LabelName& one : chosen_labels(options.label, names, file.string())) {
+    if (one.layer == 0 && one.label != names.front().label)
       throw BadDataError(file, "the mask has no " + one.name + "; it holds " + label_list(names));
-    }
     chosen[static_cast<std::size_t>(one.layer)] = true;
   }
   return chosen;
 }
 
 std::vector<double> places_of(const ContourPlanes& planes) {
-  std::vector<double> places;
-  for (const auto& [along, contours] : planes) places.push_back(along);
-  return places;
+  const auto places = std::views::keys(planes);
+  return {places.begin(), places.end()};
 }
 
 // How thick the planes of the chosen regions are. A region of few planes lies as the others of its
@@ -349,10 +341,7 @@ void set_slabs(std::vector<ContouredRegion>& regions, const std::vector<bool>& c
   ContourPlanes all;
   for (ContouredRegion& region : regions) {
     region.planes = planes_of(region, axes);
-    for (const auto& [along, contours] : region.planes) {
-      const auto near = all.lower_bound(along - kSamePlane_mm);
-      if (near == all.end() || near->first > along + kSamePlane_mm) all[along];
-    }
+    for (const auto& [along, contours] : region.planes) plane_at(along, all);
   }
   const double gap_of_file = shown_gap(places_of(all));
   for (std::size_t i = 0; i < regions.size(); ++i) {
@@ -375,41 +364,37 @@ Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& option
   document.check();
   std::vector<ContouredRegion> regions = read_regions(document, file);
   std::vector<LabelName> names;
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    names.push_back({regions[i].number, regions[i].name, static_cast<int>(i)});
-  }
+  for (const ContouredRegion& region : regions)
+    names.push_back({region.number, region.name, static_cast<int>(names.size())});
   const std::vector<bool> chosen = chosen_regions(names, options, file);
   Eigen::Matrix3d axes = plane_axes(regions);
   constexpr double kParallel = 2e-3;
   bool by_voxels =
       options.scan && options.scan->direction.col(2).cross(axes.col(2)).norm() < kParallel;
   const bool own_slices = by_voxels && has_own_slices(*options.scan);
-  for (std::size_t i = 0; i < regions.size(); ++i) {
+  for (std::size_t i = 0; i < regions.size(); ++i)
     by_voxels = by_voxels && (!chosen[i] || follow_voxels(regions[i], *options.scan, own_slices));
-  }
   if (by_voxels) axes = options.scan->direction;
   std::vector<std::string> told;
   set_slabs(regions, chosen, axes, options, file.string(), told);
-  Volume grid = !by_voxels   ? grid_of_planes(regions, axes, file.string())
-                : own_slices ? empty_grid_of(*options.scan)
-                             : grid_of_slices(regions, *options.scan, file.string());
+  Volume grid = !by_voxels ? grid_of_planes(regions, axes, file.string())
+                           : grid_of_slices(regions, *options.scan, own_slices, file.string());
   const double reach = by_voxels ? kOnEdge_mm : 0;
   grid.label_names = names;
-  Volume mask = read_layers(
-      static_cast<std::int64_t>(names.size()), options, file.string(), names, [&](std::int64_t i) {
-        Volume one = grid;
-        one.voxels.assign(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2], 0);
-        const ContouredRegion& region = regions[static_cast<std::size_t>(i)];
-        if (region.number > std::numeric_limits<std::int16_t>::max()) make_real(one);
-        fill(region, reach, one);
-        told.insert(told.end(), one.warnings.begin(), one.warnings.end());
-        return one;
-      });
+  Volume mask = read_layers(static_cast<std::int64_t>(names.size()), options, file.string(), names,
+                            [&](std::int64_t i) {
+                              Volume one = grid;
+                              one.voxels.assign(IndexBox::whole(grid).voxels(), 0);
+                              const ContouredRegion& region = regions[static_cast<std::size_t>(i)];
+                              if (region.number > std::numeric_limits<std::int16_t>::max())
+                                make_real(one);
+                              fill(region, reach, one);
+                              told.insert(told.end(), one.warnings.begin(), one.warnings.end());
+                              return one;
+                            });
   mask.warnings = told;
   mask.ends_with_label = !options.region && !(by_voxels && own_slices);
-  if (!options.region) return mask;
-  const IndexBox box = voxels_of_region(mask, *options.region, file.string());
-  return cropped(std::move(mask), box);
+  return within_region(std::move(mask), options, file.string());
 }
 
 }  // namespace organbake

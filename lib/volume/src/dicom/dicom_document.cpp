@@ -35,9 +35,8 @@ std::string own_words(const char* text) {
   std::string words = text ? text : "";
   const std::size_t address = words.rfind("): ");
   if (address != std::string::npos && words.find("(0x") < address) words.erase(0, address + 3);
-  for (char& c : words) {
+  for (char& c : words)
     if (c == '\n' || c == '\r') c = ' ';
-  }
   words = trimmed(words, " ");
   return words.empty() ? "VTK could not read it" : words;
 }
@@ -190,9 +189,8 @@ void read_geometry(vtkDICOMMetaData& data, DicomSlice& slice) {
   double position[3], orientation[6], spacing[2];
   if (!finite_numbers(of_frame(data, slice, DC::ImagePositionPatient), 3, position) ||
       !finite_numbers(of_frame(data, slice, DC::ImageOrientationPatient), 6, orientation) ||
-      !finite_numbers(of_frame(data, slice, DC::PixelSpacing), 2, spacing)) {
+      !finite_numbers(of_frame(data, slice, DC::PixelSpacing), 2, spacing))
     return;
-  }
   slice.position_mm = Eigen::Map<const Eigen::Vector3d>(position);
   slice.row_axis = Eigen::Map<const Eigen::Vector3d>(orientation);
   slice.column_axis = Eigen::Map<const Eigen::Vector3d>(orientation + 3);

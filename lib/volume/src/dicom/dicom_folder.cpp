@@ -36,9 +36,8 @@ bool same_name(const std::string& listed, std::string found) {
 fs::path entry_of(const fs::path& folder, const std::string& name) {
   std::error_code error;
   if (fs::exists(folder / name, error)) return folder / name;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
     if (same_name(name, entry.path().filename().string())) return entry.path();
-  }
   return {};
 }
 
@@ -67,9 +66,8 @@ std::vector<fs::path> images_of_directory(const fs::path& file) {
     for (std::size_t part = 0; part < parts.GetNumberOfValues(); ++part) {
       const std::string name = trimmed(parts.GetString(part));
       // A directory lists what lies below it, and nothing else.
-      if (name == ".." || name.find('/') != std::string::npos) {
+      if (name == ".." || name.find('/') != std::string::npos)
         throw BadDataError(file, "lists \"" + name + "\", which is no name of a file");
-      }
       image /= name;
     }
     if (!image.empty()) images.push_back(image);
@@ -143,9 +141,8 @@ DicomFolder scan_dicom_folder(const fs::path& folder) {
     has_subfolders |= entry.is_directory();
   }
   // A disc keeps its images in subfolders, and a directory of them at its root.
-  for (const fs::path& file : files) {
+  for (const fs::path& file : files)
     if (is_dicom_directory(file)) return scan_dicom_file_or_directory(file);
-  }
   return scan_files(folder, std::move(files),
                     has_subfolders ? "; give the subfolder that holds the CT series" : "");
 }
@@ -158,10 +155,9 @@ DicomFolder scan_dicom_file_or_directory(const fs::path& file) {
       const fs::path found = as_on_disc(root, image);
       (found.empty() ? missing : files).push_back(found.empty() ? root / image : found);
     }
-    if (files.empty()) {
+    if (files.empty())
       throw NoInputError(file, "lists " + std::to_string(missing.size()) +
                                    " images, of which none is there; copy the whole disc");
-    }
     DicomFolder folder = scan_files(file, std::move(files), "");
     for (const fs::path& path : missing) {
       folder.others.push_back({path, {}, {}, true, true, "is missing"});
@@ -169,9 +165,8 @@ DicomFolder scan_dicom_file_or_directory(const fs::path& file) {
     return folder;
   }
   const ScannedFile scanned = scan_dicom_file(file);
-  if (scanned.damaged || !scanned.slice) {
+  if (scanned.damaged || !scanned.slice)
     throw BadDataError(file, scanned.damaged ? scanned.reason : "is a DICOM file without an image");
-  }
   if (!scanned.later_frames.empty()) return scan_files(file, {file}, "");
   // One slice stands for its series, which lies beside it.
   DicomFolder folder = scan_dicom_folder(file.parent_path().empty() ? "." : file.parent_path());
@@ -198,15 +193,13 @@ GridKey key_of(const DicomSlice& slice) {
 
 // Why an image cannot be a slice of a CT volume; empty when it can.
 std::string against(const DicomSlice& slice) {
-  if (slice.modality != "CT") {
+  if (slice.modality != "CT")
     return "of modality \"" + slice.modality + "\", whose values are not Hounsfield units";
-  }
   if (slice.is_localizer) return "a localizer";
   if (!slice.pixels.present) return "without pixel data";
-  if (!slice.has_geometry) {
+  if (!slice.has_geometry)
     return "without ImagePositionPatient, ImageOrientationPatient or PixelSpacing: the place in "
            "the patient is unknown";
-  }
   return {};
 }
 
@@ -244,10 +237,9 @@ void sort_out(std::vector<DicomSlice> images, DicomSeries& series) {
     }
   }
   series.slices = largest_group(std::move(usable), strays);
-  for (const auto& [reason, files] : strays) {
+  for (const auto& [reason, files] : strays)
     series.passed_over.push_back(images_text(files.size()) + " " + reason + " (" +
                                  named_files(files) + ")");
-  }
   if (series.slices.empty()) {
     series.unfit = series.passed_over.front();
   } else if (series.slices.size() == 1) {
@@ -273,15 +265,13 @@ const DicomSeries& wanted_series(const std::vector<DicomSeries>& all, const std:
   for (const DicomSeries& series : all) {
     if (series.uid == wanted) return series;
     if (series.number != wanted) continue;
-    if (found) {
+    if (found)
       throw BadDataError(
           folder, "several series have the number " + wanted + "; give the UID: " + all_lines(all));
-    }
     found = &series;
   }
-  if (!found) {
+  if (!found)
     throw BadDataError(folder, "holds no series \"" + wanted + "\" but " + all_lines(all));
-  }
   return *found;
 }
 
@@ -300,9 +290,8 @@ const DicomSeries& best_series(const std::vector<DicomSeries>& all, const fs::pa
   }
   if (all.size() == 1) return *best;
   std::string others;
-  for (const DicomSeries& series : all) {
+  for (const DicomSeries& series : all)
     if (&series != best) others += (others.empty() ? "" : "; ") + series.line();
-  }
   warnings.push_back("of " + std::to_string(all.size()) + " series, " + best->name() +
                      " was taken, " +
                      (fit == 1 ? "the only CT volume" : "the CT volume with most slices") + " (" +
@@ -318,14 +307,12 @@ void tell_of_others(const DicomFolder& folder, std::vector<std::string>& warning
     (other.damaged ? damaged : no_images).push_back(other.file);
     if (other.damaged && first_error.empty()) first_error = other.reason;
   }
-  if (!damaged.empty()) {
+  if (!damaged.empty())
     warnings.push_back(std::to_string(damaged.size()) + " DICOM files could not be read (" +
                        named_files(damaged) + "): " + first_error);
-  }
-  if (!no_images.empty()) {
+  if (!no_images.empty())
     warnings.push_back("passed over: " + std::to_string(no_images.size()) +
                        " DICOM files that hold no image (" + named_files(no_images) + ")");
-  }
 }
 
 }  // namespace
@@ -337,10 +324,9 @@ std::string DicomSeries::name() const {
 
 std::string DicomSeries::line() const {
   std::string text = name() + ", " + images_text(images) + " of modality " + modality;
-  if (!slices.empty()) {
+  if (!slices.empty())
     text += ", " + std::to_string(slices.front().columns) + "×" +
             std::to_string(slices.front().rows) + "×" + std::to_string(slices.size());
-  }
   text += ", UID " + uid;
   return fit() ? text : text + ", no CT volume: " + unfit;
 }
@@ -368,9 +354,8 @@ DicomSeries choose_series(const DicomFolder& folder, const std::string& wanted,
   const std::vector<DicomSeries> all = list_series(folder);
   const DicomSeries& chosen = wanted.empty() ? best_series(all, folder.path, warnings)
                                              : wanted_series(all, wanted, folder.path);
-  if (!chosen.fit()) {
+  if (!chosen.fit())
     throw BadDataError(folder.path, chosen.name() + " gives no CT volume: " + chosen.unfit);
-  }
   for (const std::string& stray : chosen.passed_over) warnings.push_back("passed over: " + stray);
   tell_of_others(folder, warnings);
   return chosen;

@@ -27,25 +27,21 @@ struct StoredPixels {
 DicomCoding checked_coding(const DicomSlice& slice) {
   const DicomPixels& pixels = slice.pixels;
   const DicomCoding coding = coding_of(pixels.transfer_syntax);
-  if (coding == DicomCoding::lossy_jpeg) {
+  if (coding == DicomCoding::lossy_jpeg)
     throw BadDataError(slice.file, "is stored as lossy JPEG (" + pixels.transfer_syntax +
                                        "), which cannot hold CT values; export it uncompressed or "
                                        "as JPEG 2000");
-  }
-  if (coding == DicomCoding::unknown) {
+  if (coding == DicomCoding::unknown)
     throw BadDataError(slice.file, "is stored in transfer syntax \"" + pixels.transfer_syntax +
                                        "\", which is not read; export it uncompressed");
-  }
-  if (pixels.photometric != "MONOCHROME2" || pixels.samples != 1) {
+  if (pixels.photometric != "MONOCHROME2" || pixels.samples != 1)
     throw BadDataError(slice.file, "has photometric interpretation \"" + pixels.photometric +
                                        "\"; a CT is MONOCHROME2");
-  }
   const bool whole_bytes = pixels.bits_allocated == 8 || pixels.bits_allocated == 16;
-  if (!whole_bytes || pixels.bits_stored < 2 || pixels.bits_stored > pixels.bits_allocated) {
+  if (!whole_bytes || pixels.bits_stored < 2 || pixels.bits_stored > pixels.bits_allocated)
     throw BadDataError(slice.file, "stores " + std::to_string(pixels.bits_stored) + " of " +
                                        std::to_string(pixels.bits_allocated) +
                                        " bits; 2…16 in 8 or 16 are needed");
-  }
   return coding;
 }
 
@@ -59,10 +55,9 @@ void check_room(const DicomSlice& slice) {
                            ? kStrongestCompression *
                                  static_cast<double>(std::filesystem::file_size(slice.file, error))
                            : slice.pixels.bytes;
-  if (slice.columns < 1 || slice.rows < 1 || needed > there) {
+  if (slice.columns < 1 || slice.rows < 1 || needed > there)
     throw BadDataError(slice.file, "truncated: it cannot hold " + std::to_string(slice.columns) +
                                        "×" + std::to_string(slice.rows) + " pixels");
-  }
 }
 
 // Bits above the stored ones are no part of the value: overlays once lived there.
@@ -88,10 +83,9 @@ StoredPixels read_native(const DicomSlice& slice) {
   std::vector<std::byte> bytes(slice.stored_bytes());
   ByteStream stream(readable.path(), ByteStream::Coding::raw,
                     slice.pixels.offset + bytes.size() * static_cast<std::uint64_t>(slice.frame));
-  if (stream.read(bytes) < bytes.size()) {
+  if (stream.read(bytes) < bytes.size())
     throw BadDataError(slice.file, "truncated: frame " + std::to_string(slice.frame + 1) + " of " +
                                        std::to_string(slice.pixels.frames) + " is missing");
-  }
   if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16)
     swap_bytes(bytes.data(), bytes.size() / 2, ScalarType::uint16);
   return with_stored_bits(std::move(bytes), slice.pixels);
@@ -212,10 +206,9 @@ void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, V
   }
   const DicomSlice& first = slices.front();
   settle_values(volume, first.file.parent_path().string());
-  if (first.pixels.padding && !is_padding_trusted(first)) {
+  if (first.pixels.padding && !is_padding_trusted(first))
     volume.warnings.push_back("the padding value would be " + to_text(padding_hu(first)) +
                               " HU, which tissue has too; it was left as it is");
-  }
 }
 
 }  // namespace organbake

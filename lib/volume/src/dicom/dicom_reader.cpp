@@ -146,9 +146,8 @@ void resample(const DicomStack& stack, const Volume& scanned, const IndexBox& bo
     // Pieces repeat each other's complaints.
     for (const std::string& warning : decoded.warnings) {
       const auto& told = volume.warnings;
-      if (std::find(told.begin(), told.end(), warning) == told.end()) {
+      if (std::find(told.begin(), told.end(), warning) == told.end())
         volume.warnings.push_back(warning);
-      }
     }
     context.progress(static_cast<double>(k + count) / box.size[2]);
   }

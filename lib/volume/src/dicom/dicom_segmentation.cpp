@@ -81,17 +81,15 @@ void read_frames(const DicomDocument& document, Segmentation& seg, const fs::pat
   for (int frame = 0; frame < count; ++frame) {
     SegmentFrame& read = seg.frames.emplace_back();
     read_frame(data, frame, read.slice);
-    if (!read.slice.has_geometry) {
+    if (!read.slice.has_geometry)
       throw BadDataError(file, "frame " + std::to_string(frame + 1) +
                                    " does not say its position, orientation or pixel spacing; "
                                    "save the segmentation as a volume (.nii.gz, .nrrd)");
-    }
     if (!(read.slice.pixel_mm.minCoeff() > 0))
       throw BadDataError(file, "its pixel spacing is not positive");
     check_alike(seg.frames.front().slice, read.slice, file);
-    if (seg.kind != "LABELMAP") {
+    if (seg.kind != "LABELMAP")
       read.segment = data.Get(0, frame, DC::ReferencedSegmentNumber).AsInt();
-    }
   }
 }
 
@@ -139,11 +137,10 @@ void choose_phase(Segmentation& seg, const VolumeReadOptions& options, const fs:
   const std::vector<SameValue> phases = phases_of(seg.frames, what);
   if (phases.empty()) return;
   std::string list;
-  for (std::size_t i = 0; i < phases.size(); ++i) {
+  for (std::size_t i = 0; i < phases.size(); ++i)
     list += (i ? "; " : "") + std::to_string(i + 1) + ": " + what + " " +
             (phases[i].value.empty() ? "not told" : phases[i].value) + ", " +
             std::to_string(phases[i].members.size()) + " frames";
-  }
   const auto count = static_cast<std::int64_t>(phases.size());
   const std::int64_t chosen = chosen_time({count, list}, options, file.string());
   std::vector<SegmentFrame> frames;
@@ -206,10 +203,9 @@ void place_frames(const DicomDocument& document, const VolumeReadOptions& option
 // Frames that were compressed one by one, without loss.
 void read_compressed(const DicomDocument& document, const std::string& syntax, DicomCoding coding,
                      Segmentation& seg, const fs::path& file) {
-  if (seg.bits == 1) {
+  if (seg.bits == 1)
     throw BadDataError(file, "is a segmentation of single bits in transfer syntax \"" + syntax +
                                  "\", which has none; save it uncompressed");
-  }
   DicomSlice slice;
   slice.file = document.readable();
   slice.columns = seg.columns;
@@ -229,19 +225,17 @@ void read_compressed(const DicomDocument& document, const std::string& syntax, D
 void read_pixels(const DicomDocument& document, Segmentation& seg, const fs::path& file) {
   const std::string syntax = document.text(DC::TransferSyntaxUID);
   const DicomCoding coding = syntax == kDeflated ? DicomCoding::native : coding_of(syntax);
-  if (coding == DicomCoding::unknown || coding == DicomCoding::lossy_jpeg || syntax == kBigEndian) {
+  if (coding == DicomCoding::unknown || coding == DicomCoding::lossy_jpeg || syntax == kBigEndian)
     throw BadDataError(file, "is a segmentation in transfer syntax \"" + syntax +
                                  "\", which is not read; save it uncompressed");
-  }
   if (coding != DicomCoding::native) return read_compressed(document, syntax, coding, seg, file);
   const std::uint64_t values = static_cast<std::uint64_t>(seg.columns) *
                                static_cast<std::uint64_t>(seg.rows) *
                                static_cast<std::uint64_t>(seg.stored_frames);
   const std::uint64_t bytes = (values * static_cast<std::uint64_t>(seg.bits) + 7) / 8;
-  if (bytes > document.pixel_bytes()) {
+  if (bytes > document.pixel_bytes())
     throw BadDataError(
         file, "truncated: it cannot hold " + std::to_string(seg.stored_frames) + " frames");
-  }
   seg.pixels.resize(static_cast<std::size_t>(bytes));
   ByteStream(document.readable(), ByteStream::Coding::raw, document.pixel_offset())
       .read_exactly(seg.pixels);
@@ -298,10 +292,9 @@ Segmentation read_segmentation(const fs::path& file, const VolumeReadOptions& op
   if (seg.kind.empty()) seg.kind = "BINARY";
   vtkDICOMMetaData& data = document.data();
   seg.bits = data.Get(DC::BitsAllocated).AsInt();
-  if (seg.bits != 1 && seg.bits != 8 && seg.bits != 16) {
+  if (seg.bits != 1 && seg.bits != 8 && seg.bits != 16)
     throw BadDataError(
         file, "is a segmentation of " + std::to_string(seg.bits) + " bits; 1, 8 or 16 are needed");
-  }
   if (seg.kind == "FRACTIONAL") seg.half = data.Get(DC::MaximumFractionalValue).AsInt() / 2.0;
   seg.columns = data.Get(DC::Columns).AsInt();
   seg.rows = data.Get(DC::Rows).AsInt();
@@ -337,9 +330,7 @@ Volume read_dicom_segmentation(const fs::path& file, const VolumeReadOptions& op
       static_cast<std::int64_t>(layers), options, file.string(), names,
       [&](std::int64_t i) { return one_layer(seg, names[static_cast<std::size_t>(i)].label); });
   mask.ends_with_label = !options.region;
-  if (!options.region) return mask;
-  const IndexBox box = voxels_of_region(mask, *options.region, file.string());
-  return cropped(std::move(mask), box);
+  return within_region(std::move(mask), options, file.string());
 }
 
 }  // namespace organbake

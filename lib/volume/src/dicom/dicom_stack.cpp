@@ -124,17 +124,15 @@ SeriesPart chosen_part(const SameVolumes& same, const fs::path& folder,
         " was taken, the one with most slices (" + listed(same) + "); --time chooses another");
     return part;
   }
-  if (options.time > part.time_points) {
+  if (options.time > part.time_points)
     throw UsageError(folder.string() + ": the series holds " + std::to_string(part.time_points) +
                      " volumes of the same places, no --time " + std::to_string(options.time) +
                      " (" + listed(same) + ")");
-  }
-  if (options.time == 0 && !options.any_time) {
+  if (options.time == 0 && !options.any_time)
     throw BadDataError(folder, "the series holds " + std::to_string(part.time_points) +
                                    " volumes of the same places (" + listed(same) +
                                    "); choose one with --time 1…" +
                                    std::to_string(part.time_points));
-  }
   const auto index = static_cast<std::size_t>(std::max(options.time, 1) - 1);
   part.slices = same.volumes[index].slices;
   part.warnings.push_back("the series holds " + std::to_string(part.time_points) +
@@ -161,16 +159,14 @@ std::vector<SameValue> parted_by(const std::vector<std::string>& values) {
 SeriesPart without_copies(std::vector<DicomSlice> sorted, const fs::path& folder,
                           const VolumeReadOptions& options) {
   if (!has_copies(sorted)) {
-    if (options.time > 1 && !options.lasting) {
+    if (options.time > 1 && !options.lasting)
       throw UsageError(folder.string() + ": the series holds one volume, no --time " +
                        std::to_string(options.time));
-    }
     return {std::move(sorted), 1, {}};
   }
-  if (same_place(sorted.front(), sorted.back())) {
+  if (same_place(sorted.front(), sorted.back()))
     throw BadDataError(folder, "all " + std::to_string(sorted.size()) +
                                    " slices lie in one place; they form no volume");
-  }
   SeriesPart part;
   std::vector<fs::path> copies;
   fs::path differs;
@@ -181,18 +177,15 @@ SeriesPart without_copies(std::vector<DicomSlice> sorted, const fs::path& folder
     return part;
   }
   const SameVolumes same = parted(sorted);
-  if (same.volumes.empty()) {
+  if (same.volumes.empty())
     throw BadDataError(differs,
                        "lies in the same place as another slice and differs from it: the "
                        "series holds more than one volume, and nothing in the headers "
                        "tells them apart; give a folder of one");
-  }
   return chosen_part(same, folder, options);
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // Scanners write positions with two to six decimals; repeated rounding stays below this.
 constexpr double kSlack_mm = 0.05;
@@ -207,14 +200,12 @@ constexpr double kUnitTolerance = 1e-3;
 void check_geometry(const DicomSlice& slice) {
   const double skew = std::abs(slice.row_axis.dot(slice.column_axis));
   if (std::abs(slice.row_axis.norm() - 1) > kUnitTolerance ||
-      std::abs(slice.column_axis.norm() - 1) > kUnitTolerance || skew > kUnitTolerance) {
+      std::abs(slice.column_axis.norm() - 1) > kUnitTolerance || skew > kUnitTolerance)
     throw BadDataError(slice.file, "ImageOrientationPatient is not a pair of perpendicular units");
-  }
   if (!(slice.pixel_mm.minCoeff() > 0))
     throw BadDataError(slice.file, "PixelSpacing is not positive");
-  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept) || slice.slope == 0) {
+  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept) || slice.slope == 0)
     throw BadDataError(slice.file, "RescaleSlope or RescaleIntercept is not a usable number");
-  }
 }
 
 void sort_along_normal(std::vector<DicomSlice>& slices) {
@@ -274,9 +265,8 @@ std::string gap_table(const std::vector<double>& sorted) {
 
 void measure_spacing(DicomStack& stack, const fs::path& folder) {
   std::vector<double> sorted;
-  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+  for (std::size_t k = 1; k < stack.slices.size(); ++k)
     sorted.push_back(stack.planes.along_mm[k] - stack.planes.along_mm[k - 1]);
-  }
   const double mean = stack.planes.along_mm.back() / static_cast<double>(sorted.size());
   const std::vector<double> gaps = sorted;
   std::sort(sorted.begin(), sorted.end());
@@ -339,9 +329,8 @@ DicomStack sorted_stack(std::vector<DicomSlice> slices, const fs::path& folder,
   measure_places(stack);
   check_course(stack);
   measure_spacing(stack, folder);
-  if (options.strict && !stack.warnings.empty()) {
+  if (options.strict && !stack.warnings.empty())
     throw BadDataError(folder, "--strict refuses to mend it: " + stack.warnings.front());
-  }
   measure_tilt(stack);
   return stack;
 }

@@ -31,9 +31,8 @@ class FileSource : public ByteSource {
   FileSource(const fs::path& file, std::uint64_t offset)
       : file_(file), bytes_(fs::file_size(file)), at_(offset) {
     descriptor_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor_ < 0) {
+    if (descriptor_ < 0)
       throw NoInputError(file, std::string("cannot be opened: ") + std::strerror(errno));
-    }
   }
   ~FileSource() override { ::close(descriptor_); }
   FileSource(const FileSource&) = delete;
@@ -77,17 +76,35 @@ class Decompressor : public ByteSource {
   Decompressor(const fs::path& file, std::uint64_t offset)
       : file_(file), input_(file, offset), chunk_(kChunk) {}
 
+  std::size_t read(std::span<std::byte> out) final {
+    std::size_t done = 0;
+    while (done < out.size() && !ended_) {
+      if (packed_.empty() && !refill()) damaged();
+      constexpr std::size_t kMostAtOnce = std::size_t{1} << 30;  // the libraries count in 32 bits
+      done += unpack(packed_, out.subspan(done, std::min(out.size() - done, kMostAtOnce)));
+    }
+    return done;
+  }
+
  protected:
+  // Takes bytes off the front of `packed`, and returns how many it made of them; end() at the end.
+  virtual std::size_t unpack(std::span<std::byte>& packed, std::span<std::byte> out) = 0;
+
   [[noreturn]] void damaged() const {
     throw BadDataError(file_, "its compressed data is damaged or truncated");
   }
-  std::size_t refill() { return input_.read(chunk_); }
-  char* chunk() { return reinterpret_cast<char*>(chunk_.data()); }
+  bool refill() {
+    packed_ = std::span(chunk_).first(input_.read(chunk_));
+    return !packed_.empty();
+  }
+  void end() { ended_ = true; }
 
  private:
   fs::path file_;
   FileSource input_;
   std::vector<std::byte> chunk_;
+  std::span<std::byte> packed_;
+  bool ended_ = false;
 };
 
 class InflateSource : public Decompressor {
@@ -98,43 +115,27 @@ class InflateSource : public Decompressor {
   }
   ~InflateSource() override { inflateEnd(&z_); }
 
-  std::size_t read(std::span<std::byte> out) override {
-    std::size_t done = 0;
-    while (done < out.size() && !ended_) {
-      if (z_.avail_in == 0 && !feed()) damaged();
-      const std::size_t room = std::min(out.size() - done, std::size_t{1} << 30);
-      z_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
-      z_.avail_out = static_cast<uInt>(room);
-      const int result = inflate(&z_, Z_NO_FLUSH);
-      done += room - z_.avail_out;
-      if (result == Z_STREAM_END) {
-        next_member();
-      } else if (result != Z_OK) {
-        damaged();
-      }
-    }
-    return done;
-  }
-
  private:
-  bool feed() {
-    z_.next_in = reinterpret_cast<Bytef*>(chunk());
-    z_.avail_in = static_cast<uInt>(refill());
-    return z_.avail_in > 0;
-  }
-  // gzip files may be several members one after the other (pigz, bgzip). What follows the last
-  // member and is not another one is padding.
-  void next_member() {
-    constexpr Bytef kGzipMagic = 0x1f;
-    if ((z_.avail_in == 0 && !feed()) || *z_.next_in != kGzipMagic) {
-      ended_ = true;
-    } else {
-      inflateReset(&z_);
+  std::size_t unpack(std::span<std::byte>& packed, std::span<std::byte> out) override {
+    z_.next_in = reinterpret_cast<Bytef*>(packed.data());
+    z_.avail_in = static_cast<uInt>(packed.size());
+    z_.next_out = reinterpret_cast<Bytef*>(out.data());
+    z_.avail_out = static_cast<uInt>(out.size());
+    const int result = inflate(&z_, Z_NO_FLUSH);
+    packed = packed.last(z_.avail_in);
+    if (result == Z_STREAM_END) {
+      // gzip files may be several members one after the other (pigz, bgzip). What follows the last
+      // member and is not another one is padding.
+      constexpr std::byte kGzipMagic{0x1f};
+      const bool more = (!packed.empty() || refill()) && packed.front() == kGzipMagic;
+      more ? static_cast<void>(inflateReset(&z_)) : end();
+    } else if (result != Z_OK) {
+      damaged();
     }
+    return out.size() - z_.avail_out;
   }
 
   z_stream z_{};
-  bool ended_ = false;
 };
 
 class Bunzip2Source : public Decompressor {
@@ -144,28 +145,23 @@ class Bunzip2Source : public Decompressor {
   }
   ~Bunzip2Source() override { BZ2_bzDecompressEnd(&bz_); }
 
-  std::size_t read(std::span<std::byte> out) override {
-    std::size_t done = 0;
-    while (done < out.size() && !ended_) {
-      if (bz_.avail_in == 0) {
-        bz_.next_in = chunk();
-        bz_.avail_in = static_cast<unsigned>(refill());
-        if (bz_.avail_in == 0) damaged();
-      }
-      const std::size_t room = std::min(out.size() - done, std::size_t{1} << 30);
-      bz_.next_out = reinterpret_cast<char*>(out.data() + done);
-      bz_.avail_out = static_cast<unsigned>(room);
-      const int result = BZ2_bzDecompress(&bz_);
-      done += room - bz_.avail_out;
-      ended_ = result == BZ_STREAM_END;
-      if (!ended_ && result != BZ_OK) damaged();
+ private:
+  std::size_t unpack(std::span<std::byte>& packed, std::span<std::byte> out) override {
+    bz_.next_in = reinterpret_cast<char*>(packed.data());
+    bz_.avail_in = static_cast<unsigned>(packed.size());
+    bz_.next_out = reinterpret_cast<char*>(out.data());
+    bz_.avail_out = static_cast<unsigned>(out.size());
+    const int result = BZ2_bzDecompress(&bz_);
+    packed = packed.last(bz_.avail_in);
+    if (result == BZ_STREAM_END) {
+      end();
+    } else if (result != BZ_OK) {
+      damaged();
     }
-    return done;
+    return out.size() - bz_.avail_out;
   }
 
- private:
   bz_stream bz_{};
-  bool ended_ = false;
 };
 
 }  // namespace
@@ -317,11 +313,10 @@ std::vector<fs::path> files_of_pattern(const std::string& pattern, const fs::pat
   const auto range = integers(rest, header.string() + ": " + pattern);
   const bool counts = range.size() == 3 && range[2] > 0 && range[0] >= 0 && range[1] >= range[0] &&
                       (range[1] - range[0]) / range[2] < kMostParts;
-  if (!is_plain_pattern(name) || !counts) {
+  if (!is_plain_pattern(name) || !counts)
     throw BadDataError(header, "\"" + pattern.substr(0, 80) +
                                    "\" is no pattern of files; a name with %d, the first and the "
                                    "last number and the step are needed");
-  }
   std::vector<fs::path> files;
   for (std::int64_t number = range[0]; number <= range[1]; number += range[2]) {
     std::string file(name.size() + 128, '\0');
@@ -351,9 +346,8 @@ ByteStream joined_parts(std::vector<VoxelPart> parts, ByteStream::Coding coding,
                         std::uint64_t bytes_each) {
   const fs::path first = parts.front().file;
   std::uint64_t most = 0;
-  for (const VoxelPart& part : parts) {
+  for (const VoxelPart& part : parts)
     most += std::min(bytes_each, ByteStream(part.file, coding, part.offset).most_possible_bytes());
-  }
   return ByteStream(first, std::make_unique<PartsSource>(std::move(parts), coding, bytes_each),
                     most);
 }

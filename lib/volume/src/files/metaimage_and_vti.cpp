@@ -81,20 +81,18 @@ struct MetaGrid {
 MetaGrid place(const MetaHeader& header, Volume& volume) {
   const auto size = integers(header.get("dimsize"), header.place("DimSize"));
   const std::size_t dims = size.size();
-  if (header.get("ndims", "3") != std::to_string(dims) || (dims != 3 && dims != 4)) {
+  if (header.get("ndims", "3") != std::to_string(dims) || (dims != 3 && dims != 4))
     header.fail("has " + header.get("ndims", std::to_string(dims)) +
                 " dimensions; a 3-D volume is needed");
-  }
   MetaGrid grid;
   grid.voxels = set_size(volume, {size[0], size[1], size[2]}, header.path().string());
   grid.times = dims == 4 ? size[3] : 1;
 
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   const auto matrix = header.vector({"transformmatrix", "rotation", "orientation"}, dims * dims);
-  for (std::size_t axis = 0; !matrix.empty() && axis < 3; ++axis) {
+  for (std::size_t axis = 0; !matrix.empty() && axis < 3; ++axis)
     axes.col(static_cast<Eigen::Index>(axis)) =
         Eigen::Map<const Eigen::Vector3d>(&matrix[axis * dims]);
-  }
   const auto spacing = header.vector({"elementspacing", "elementsize"}, dims);
   if (spacing.empty()) {
     volume.warnings.push_back("the MetaImage header has no ElementSpacing; 1 mm was assumed");
@@ -124,10 +122,9 @@ ByteStream open_parts(const MetaHeader& header, const std::string& name, ByteStr
                       std::uint64_t voxel_bytes) {
   std::vector<VoxelPart> parts;
   const std::vector<fs::path> files = listed_files(name, header.path(), '=', {"elementdatafile"});
-  if (files.empty() || voxel_bytes % files.size() != 0) {
+  if (files.empty() || voxel_bytes % files.size() != 0)
     header.fail("names " + std::to_string(files.size()) +
                 " files, over which its voxels cannot be spread evenly");
-  }
   const std::uint64_t each = voxel_bytes / files.size();
   for (const fs::path& file : files) {
     parts.push_back({file, after_own_header(header, file, each)});
@@ -140,9 +137,8 @@ ByteStream open_data(const MetaHeader& header, std::uint64_t voxel_bytes) {
   if (name.empty()) header.fail("ElementDataFile is empty");
   const auto coding =
       header.flag("compresseddata") ? ByteStream::Coding::deflate : ByteStream::Coding::raw;
-  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
+  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos)
     return open_parts(header, name, coding, voxel_bytes);
-  }
   if (lower_case(name) == "local") return ByteStream(header.path(), coding, header.data_offset());
   const fs::path file = header.path().parent_path() / name;
   return ByteStream(file, coding, after_own_header(header, file, voxel_bytes));
@@ -248,10 +244,8 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   volume.voxels.resize(count);
   convert_voxels(values.bytes.data(), count, encoding, volume, 0);
   settle_values(volume, path.string());
-  if (shear) return straightened(std::move(volume), shear, options, path.string());
-  if (!options.region) return volume;
-  const IndexBox box = voxels_of_region(volume, *options.region, path.string());
-  return cropped(std::move(volume), box);
+  return shear ? straightened(std::move(volume), shear, options, path.string())
+               : within_region(std::move(volume), options, path.string());
 }
 
 namespace {
@@ -284,9 +278,8 @@ void write_metaimage(const std::filesystem::path& path, const Volume& volume) {
   std::string packed(compressBound(bytes), '\0');
   uLongf packed_bytes = packed.size();
   if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_bytes,
-                reinterpret_cast<const Bytef*>(voxels.data()), bytes, kZlibLevel) != Z_OK) {
+                reinterpret_cast<const Bytef*>(voxels.data()), bytes, kZlibLevel) != Z_OK)
     throw std::bad_alloc();
-  }
   packed.resize(packed_bytes);
   write_file_atomically(path, std::string_view(packed.insert(0, header_of(volume, packed_bytes))));
 }

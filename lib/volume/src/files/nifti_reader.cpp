@@ -65,9 +65,8 @@ class HeaderBytes {
   void extend(std::size_t size) {
     const std::size_t before = bytes_.size();
     bytes_.resize(size);
-    if (stream_.read(std::span(bytes_).subspan(before)) < size - before) {
+    if (stream_.read(std::span(bytes_).subspan(before)) < size - before)
       throw BadDataError(stream_.file(), "too short for a NIfTI header");
-    }
   }
   template <typename T>
   T get(std::size_t offset) const {
@@ -76,9 +75,8 @@ class HeaderBytes {
   // Consecutive numbers of type T as the target's elements.
   template <typename T, typename Target, std::size_t N>
   void get_all(std::size_t offset, std::array<Target, N>& out) const {
-    for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t i = 0; i < N; ++i)
       out[i] = static_cast<Target>(get<T>(offset + i * sizeof(T)));
-    }
   }
   std::string_view text(std::size_t offset, std::size_t count) const {
     return {reinterpret_cast<const char*>(&bytes_[offset]), count};
@@ -164,10 +162,9 @@ VoxelEncoding NiftiHeader::encoding() const {
       {512, ScalarType::uint16}, {768, ScalarType::uint32}, {1024, ScalarType::int64},
       {1280, ScalarType::uint64}};
   const auto type = kTypes.find(datatype);
-  if (type == kTypes.end()) {
+  if (type == kTypes.end())
     throw BadDataError(name + ": holds NIfTI data type " + std::to_string(datatype) +
                        "; integers or real numbers are needed");
-  }
   VoxelEncoding encoding{type->second, big_endian, 1, 0};
   // Slope 0 means "no scaling" by the standard.
   if (std::isfinite(slope) && std::isfinite(intercept) && slope != 0) {
@@ -251,14 +248,12 @@ fs::path header_file(const fs::path& path) {
 
 fs::path voxel_file(const fs::path& header) {
   const fs::path image = partner(header, ".hdr", ".img");
-  if (image.empty()) {
+  if (image.empty())
     throw BadDataError(header, "is the header of a pair: name it .hdr, and its voxels .img");
-  }
-  if (!fs::exists(image)) {
+  if (!fs::exists(image))
     throw NoInputError(header,
                        "keeps its voxels in an .img file of the same name, which is not "
                        "beside it; copy both");
-  }
   return image;
 }
 
@@ -270,13 +265,11 @@ ByteStream opened(const fs::path& path) {
 void set_dimensions(const NiftiHeader& header, Volume& volume) {
   const std::int64_t dimensions = header.dim[0];
   bool fit = dimensions >= 3 && dimensions <= 7;
-  for (std::size_t i = 5; fit && i <= static_cast<std::size_t>(dimensions); ++i) {
+  for (std::size_t i = 5; fit && i <= static_cast<std::size_t>(dimensions); ++i)
     fit = header.dim[i] == 1;
-  }
-  if (!fit) {
+  if (!fit)
     throw BadDataError(header.name + ": has " + std::to_string(dimensions) +
                        " dimensions; a 3-D volume is needed, or several over time");
-  }
   set_size(volume, {header.dim[1], header.dim[2], header.dim[3]}, header.name);
 }
 
@@ -303,18 +296,16 @@ void compare_steps(const NiftiHeader& header, UnitAffine unit_affine, NiftiAffin
   if (!(most > kAlike)) return;
   const std::string both = "the NIfTI sform has voxels of " + sizes_text(steps) +
                            " where the header's voxel sizes (pixdim) are " + sizes_text(told);
-  if (lost && unit_affine == UnitAffine::refuse) {
+  if (lost && unit_affine == UnitAffine::refuse)
     throw BadDataError(header.name + ": " + both +
                        ": it seems to have lost them. Write the file again with both alike, or "
                        "say which to take: --unit-affine scale takes pixdim's, --unit-affine keep "
                        "the sform's");
-  }
   const bool scales = lost && unit_affine == UnitAffine::scale;
-  if (scales) {
+  if (scales)
     for (int axis = 0; axis < 3; ++axis)
       if (told[axis] > 0 && std::isfinite(told[axis]))
         sform.axes.col(axis) *= told[axis] / steps[axis];
-  }
   warnings.push_back(both + ", which differ by up to " + percent(most) +
                      (scales ? "; pixdim's were taken, as asked for"
                              : "; the sform was taken, as the standard says"));
@@ -341,10 +332,9 @@ void place(const NiftiHeader& header, const VolumeReadOptions& options, Volume& 
         std::max((ras.origin - other.origin).norm(),
                  (ras.axes * far + ras.origin - other.axes * far - other.origin).norm());
     constexpr double kWorthTelling_mm = 0.5;
-    if (apart > kWorthTelling_mm) {
+    if (apart > kWorthTelling_mm)
       volume.warnings.push_back("the NIfTI header's sform and qform differ by up to " +
                                 to_text(apart, 1) + " mm; the sform was used");
-    }
   }
   const double unit = header.millimetres_per_unit();
   shear = set_grid_or_shear(volume, unit * lps_from_ras(ras.axes), unit * lps_from_ras(ras.origin),
@@ -358,9 +348,8 @@ Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
   ByteStream stream = opened(header_path);
   const NiftiHeader header(stream);
   const double least_offset = header.voxels_apart ? 0 : static_cast<double>(header.header_bytes);
-  if (!(header.data_offset >= least_offset && header.data_offset < 1e9)) {
+  if (!(header.data_offset >= least_offset && header.data_offset < 1e9))
     throw BadDataError(path, "its voxels are said to start at byte " + to_text(header.data_offset));
-  }
   Volume volume;
   set_dimensions(header, volume);
   Shear shear;

@@ -108,9 +108,8 @@ int NrrdHeader::note_number(const std::string& key, int otherwise) const {
 VoxelEncoding NrrdHeader::encoding() const {
   const ScalarType type = type_of(*this);
   const std::string endian = lower_case(get("endian"));
-  if (bytes_of(type) > 1 && !is_text() && endian != "little" && endian != "big") {
+  if (bytes_of(type) > 1 && !is_text() && endian != "little" && endian != "big")
     fail("endian is \"" + endian + "\"; it must be little or big");
-  }
   return {type, endian == "big", 1, 0};
 }
 
@@ -133,10 +132,9 @@ ByteStream NrrdHeader::open_data(std::uint64_t bytes) const {
   if (name.starts_with("LIST") || name.find('%') != name.npos)
     files = listed_files(name, path_, ':', {"data file", "datafile"});
   if (!files.empty()) {
-    if (bytes % files.size() != 0 || has("line skip") || has("lineskip") || is_text()) {
+    if (bytes % files.size() != 0 || has("line skip") || has("lineskip") || is_text())
       fail("spreads its voxels unevenly over " + std::to_string(files.size()) +
            " files; save it as one .nrrd");
-    }
     const std::int64_t before = integer("byte skip", integer("byteskip", 0));
     if (before < 0) fail("a byte skip of " + std::to_string(before) + " over several files");
     std::vector<VoxelPart> parts;
@@ -201,10 +199,9 @@ struct NrrdAxes {
 NrrdAxes axes_of(const NrrdHeader& header, const std::vector<std::int64_t>& sizes,
                  const std::vector<AxisVector>& directions) {
   const std::string dimensions = "has " + std::to_string(sizes.size()) + " dimensions; ";
-  if (!directions.empty() && directions.size() != sizes.size()) {
+  if (!directions.empty() && directions.size() != sizes.size())
     header.fail("has " + std::to_string(sizes.size()) + " sizes but " +
                 std::to_string(directions.size()) + " space directions");
-  }
   NrrdAxes axes;
   std::size_t extra = sizes.size();
   for (std::size_t i = 0, dropped = 0; i < sizes.size(); ++i) {
@@ -227,13 +224,11 @@ NrrdAxes axes_of(const NrrdHeader& header, const std::vector<std::int64_t>& size
   }
   std::size_t with_direction = 0;
   for (const AxisVector& direction : directions) with_direction += direction.has_value();
-  if (axes.in_space.size() != 3 || (!directions.empty() && with_direction != 3)) {
+  if (axes.in_space.size() != 3 || (!directions.empty() && with_direction != 3))
     header.fail(dimensions + "a 3-D volume is needed");
-  }
-  if (axes.volumes != 1 && extra != 0 && extra + 1 != sizes.size()) {
+  if (axes.volumes != 1 && extra != 0 && extra + 1 != sizes.size())
     header.fail("has its volumes along axis " + std::to_string(extra) +
                 "; the first or the last is needed");
-  }
   axes.interleaved = axes.volumes != 1 && extra == 0;
   return axes;
 }
@@ -269,10 +264,9 @@ Eigen::Matrix3d axes_without_directions(const NrrdHeader& header,
 NrrdAxes place(const NrrdHeader& header, Volume& volume, Shear& shear) {
   const std::string name = header.path().string();
   const auto sizes = integers(header.get("sizes"), header.place("sizes"));
-  if (static_cast<std::int64_t>(sizes.size()) != header.integer("dimension", -1)) {
+  if (static_cast<std::int64_t>(sizes.size()) != header.integer("dimension", -1))
     header.fail("has " + std::to_string(sizes.size()) + " sizes for dimension " +
                 header.get("dimension"));
-  }
   const std::vector<AxisVector> directions = space_directions(header);
   const NrrdAxes all = axes_of(header, sizes, directions);
   const std::vector<std::size_t>& axes = all.in_space;
@@ -321,9 +315,8 @@ Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& opt
                          options, shear, path.string(), volume);
   };
   // Layers of one segmentation are not times: they lie over one another, and labels choose.
-  if (!volume.label_names.empty() && axes.volumes > 1) {
+  if (!volume.label_names.empty() && axes.volumes > 1)
     return read_layers(axes.volumes, options, path.string(), volume.label_names, read_one);
-  }
   volume.time_points = axes.volumes;
   return read_one_of({axes.volumes, {}}, options, path.string(), read_one);
 }

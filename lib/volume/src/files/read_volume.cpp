@@ -56,15 +56,13 @@ std::string channel_advice(std::int64_t count, const std::vector<LabelName>& nam
 
 std::int64_t chosen_time(const TimePoints& times, const VolumeReadOptions& options,
                          const std::string& name) {
-  if (times.count < 1) {
+  if (times.count < 1)
     throw BadDataError(name + ": holds " + std::to_string(times.count) + " time points");
-  }
   if (times.count == 1 && (options.is_mask || options.lasting)) return 0;
-  if (options.time > times.count) {
+  if (options.time > times.count)
     throw UsageError(name + ": holds " + std::to_string(times.count) +
                      (times.count == 1 ? " time point" : " time points") + ", no --time " +
                      std::to_string(options.time));
-  }
   if (options.time > 0) return options.time - 1;
   if (times.count == 1 || options.any_time) return 0;
   throw BadDataError(name + ": holds " + std::to_string(times.count) + " time points" +
@@ -157,11 +155,10 @@ UnzippedFolder::UnzippedFolder(const fs::path& zip) : zip_(zip) {
     if (!entry.wanted()) continue;
     if (entry.encrypted) throw BadDataError(zip, "is encrypted; unpack it first");
     total += entry.bytes;
-    if (++files > kMostFiles || total > kMostUnpackedBytes) {
+    if (++files > kMostFiles || total > kMostUnpackedBytes)
       throw BadDataError(zip, "holds more than a scan would (" + std::to_string(total >> 20) +
                                   " MB in " + std::to_string(files) +
                                   " files so far); unpack it and give the folder of one series");
-    }
     // Numbers keep apart what has the same name in two folders, and keep the zip's order.
     path_ = folder_.path() / (padded(files, kNumberDigits) + "_" + entry.base());
     const std::vector<std::byte> content = content_of(open.get(), entry, zip);
@@ -188,9 +185,8 @@ bool starts_nifti(std::string_view first) {
   // The header's own size, 348 (or 540 in NIfTI-2), in either byte order.
   for (const std::string_view size :
        {std::string_view("\x5c\x01\0\0", 4), std::string_view("\0\0\x01\x5c", 4),
-        std::string_view("\x1c\x02\0\0", 4), std::string_view("\0\0\x02\x1c", 4)}) {
+        std::string_view("\x1c\x02\0\0", 4), std::string_view("\0\0\x02\x1c", 4)})
     if (first.substr(0, 4) == size) return true;
-  }
   return false;
 }
 
@@ -215,16 +211,14 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   const std::string ending = lower_ending(path);
   if (starts_zip(first)) return read_zip(path, options, context);
   const bool is_dicom = starts_dicom(first);
-  if (!is_dicom && !options.series.empty()) {
+  if (!is_dicom && !options.series.empty())
     throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
                      " is a file; only a DICOM folder has series");
-  }
   if (first.rfind("NRRD000", 0) == 0) return read_nrrd(path, options);
   // Both files of a pair may be named; the .img has no header of its own.
   const bool pair = ending == ".img" && fs::exists(fs::path(path).replace_extension(".hdr"));
-  if (first.rfind("\x1f\x8b", 0) == 0 || starts_nifti(first) || pair) {
+  if (first.rfind("\x1f\x8b", 0) == 0 || starts_nifti(first) || pair)
     return read_nifti(path, options);
-  }
   if (is_dicom) {
     switch (dicom_mask_kind(path)) {
       case DicomMaskKind::segmentation:
@@ -237,12 +231,11 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   }
   if (ending == ".vti" || first.find("<VTKFile") != first.npos) return read_vti(path, options);
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
-  if (first.starts_with("# vtk DataFile")) {
+  if (first.starts_with("# vtk DataFile"))
     throw BadDataError(path,
                        "is a file of VTK's old format (.vtk), which tells no directions; save it "
                        "as .vti (in ParaView: File, Save Data) or .nii.gz. A surface in it is read "
                        "with --mesh");
-  }
   throw BadDataError(path,
                      "is not a volume: NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd), NRRD "
                      "(.nrrd, .nhdr), VTI, or a folder or zip of DICOM files is needed");
@@ -279,10 +272,9 @@ constexpr std::string_view kVolumeEndings[] = {".nii.gz", ".nii", ".nrrd", ".mha
 // "liver" of "liver.nii.gz"; empty when the file is no volume.
 std::string mask_name(const fs::path& file) {
   const std::string name = file.filename().string();
-  for (const std::string_view ending : kVolumeEndings) {
+  for (const std::string_view ending : kVolumeEndings)
     if (name.size() > ending.size() && lower_case(name).ends_with(ending))
       return name.substr(0, name.size() - ending.size());
-  }
   return {};
 }
 
@@ -340,9 +332,8 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   if (!fs::exists(status)) throw NoInputError(path, "does not exist");
   const bool folder = fs::is_directory(status);
   if (folder && options.is_mask) {
-    if (const fs::path mask = mask_file_in(path); !mask.empty()) {
+    if (const fs::path mask = mask_file_in(path); !mask.empty())
       return read_volume(mask, options, context);
-    }
   }
   const bool masks = folder && options.is_mask && is_folder_of_masks(path);
   Volume volume = masks    ? read_folder_of_masks(path, options, context)
@@ -351,9 +342,8 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   if (!options.grid_only) check_volume(volume, path.string());
   if (options.is_mask && !options.grid_only) take_as_labels(volume, path);
   if (!options.label_names.empty() && !is_layered(volume)) volume.label_names = options.label_names;
-  if (!options.label.empty() && volume.chosen_label == 0) {
+  if (!options.label.empty() && volume.chosen_label == 0)
     choose_label(volume, options, path.string());
-  }
   return volume;
 }
 

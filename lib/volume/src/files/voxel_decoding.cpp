@@ -54,9 +54,8 @@ bool HeaderText::next_line(std::string& line) {
     looked = text_.size();
   }
   if (offset_ >= text_.size()) return false;
-  if (end == std::string::npos && text_.size() == kLongestHeader) {
+  if (end == std::string::npos && text_.size() == kLongestHeader)
     throw BadDataError(file_, "has no end of its header in the first megabyte");
-  }
   line = text_.substr(offset_, end == std::string::npos ? end : end - offset_);
   if (!line.empty() && line.back() == '\r') line.pop_back();
   offset_ = end == std::string::npos ? text_.size() : end + 1;
@@ -289,10 +288,9 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
     skip_space();
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
-    if (error != std::errc() || next == at) {
+    if (error != std::errc() || next == at)
       throw BadDataError(stream.file(), "value " + std::to_string(i + 1) + " of " +
                                             std::to_string(count) + " is missing or no number");
-    }
     at = next;
     convert_voxels(reinterpret_cast<const std::byte*>(&value), 1, as_double, volume, i);
   }
@@ -307,9 +305,8 @@ void expect_end(ByteStream& stream) {
   const bool line_ends = std::all_of(beyond.begin(), beyond.begin() + left, [](std::byte b) {
     return b == std::byte{'\n'} || b == std::byte{'\r'};
   });
-  if (left == beyond.size() || !line_ends) {
+  if (left == beyond.size() || !line_ends)
     throw BadDataError(stream.file(), "holds more data than its header asks for");
-  }
 }
 
 Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeReadOptions& options,

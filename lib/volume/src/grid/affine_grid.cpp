@@ -33,26 +33,23 @@ double shear_sine(const Eigen::Matrix3d& axes_mm) {
 
 void set_grid(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vector3d& origin_mm,
               const std::string& name) {
-  if (!axes_mm.allFinite() || !origin_mm.allFinite()) {
+  if (!axes_mm.allFinite() || !origin_mm.allFinite())
     throw BadDataError(name + ": the affine holds a value that is not finite");
-  }
   Eigen::Matrix3d direction;
   for (int axis = 0; axis < 3; ++axis) {
     const double spacing = axes_mm.col(axis).norm();
-    if (spacing < kSmallestSpacing_mm || spacing > kLargestSpacing_mm) {
+    if (spacing < kSmallestSpacing_mm || spacing > kLargestSpacing_mm)
       throw BadDataError(name + ": the voxel spacing along axis " + std::to_string(axis) + " is " +
                          to_text(spacing) + " mm");
-    }
     volume.spacing_mm[axis] = spacing;
     direction.col(axis) = axes_mm.col(axis) / spacing;
   }
   const Eigen::Matrix3d error = direction.transpose() * direction - Eigen::Matrix3d::Identity();
   const double shear = error.cwiseAbs().maxCoeff();
-  if (shear > kLargestShear) {
+  if (shear > kLargestShear)
     throw BadDataError(name + ": the volume's axes are sheared by " +
                        to_text(std::asin(std::min(shear, 1.0)) * 180 / M_PI, 2) +
                        "°; resample it to a rectangular grid first");
-  }
   if (shear > kExact) {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(direction,
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -65,16 +62,14 @@ void set_grid(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vecto
 std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const std::string& name) {
   std::int64_t count = 1;
   for (const std::int64_t n : size) {
-    if (n < 1 || n > kLargestSide) {
+    if (n < 1 || n > kLargestSide)
       throw BadDataError(name + ": a side of " + std::to_string(n) + " voxels; it must be 1…" +
                          std::to_string(kLargestSide));
-    }
     count *= n;
   }
-  if (count > kMostVoxels) {
+  if (count > kMostVoxels)
     throw BadDataError(name + ": " + std::to_string(count) + " voxels are more than the limit of " +
                        std::to_string(kMostVoxels) + "; crop or resample the volume");
-  }
   return static_cast<std::size_t>(count);
 }
 
@@ -118,9 +113,8 @@ void set_nearest(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Ve
   set_grid(volume, straight, origin_mm + (axes_mm - straight) * half, name);
   double moved_mm = 0;
   for (const Eigen::Vector3d& side : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(-1, 1, 1),
-                                      Eigen::Vector3d(1, -1, 1), Eigen::Vector3d(1, 1, -1)}) {
+                                      Eigen::Vector3d(1, -1, 1), Eigen::Vector3d(1, 1, -1)})
     moved_mm = std::max(moved_mm, ((axes_mm - straight) * half.cwiseProduct(side)).norm());
-  }
   volume.warnings.push_back("the volume's axes are sheared by " + to_text(degrees, 2) +
                             "°; the nearest rectangular grid was taken, which moves a voxel by " +
                             to_text(moved_mm, 2) + " mm at most");
@@ -131,9 +125,8 @@ Volume upright_grid(const Volume& stored, const ShearedAffine& affine, const std
   Volume grid;
   for (int axis = 0; axis < 3; ++axis) {
     Eigen::Vector3d along = affine.axes_mm.col(axis);
-    for (int before = 0; before < axis; ++before) {
+    for (int before = 0; before < axis; ++before)
       along -= grid.direction.col(before).dot(along) * grid.direction.col(before);
-    }
     grid.spacing_mm[axis] = along.norm();
     grid.direction.col(axis) = along.normalized();
   }
@@ -235,9 +228,13 @@ Volume straightened(Volume stored, const Shear& shear, const VolumeReadOptions& 
   grid.time_points = stored.time_points;
   grid.warnings.push_back("the volume's axes are sheared by " + to_text(shear->degrees, 1) +
                           "°; it was resampled to a rectangular grid");
-  if (!options.region) return grid;
-  const IndexBox box = voxels_of_region(grid, *options.region, name);
-  return cropped(std::move(grid), box);
+  return within_region(std::move(grid), options, name);
+}
+
+Volume within_region(Volume volume, const VolumeReadOptions& options, const std::string& name) {
+  if (!options.region) return volume;
+  const IndexBox box = voxels_of_region(volume, *options.region, name);
+  return cropped(std::move(volume), box);
 }
 
 }  // namespace organbake

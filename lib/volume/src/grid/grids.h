@@ -80,6 +80,9 @@ inline std::array<Eigen::Vector3d, 8> corners_of(const Eigen::Vector3d& low,
   return all;
 }
 
+// The part of a whole volume that options.region asks for, or all of it.
+Volume within_region(Volume volume, const VolumeReadOptions& options, const std::string& name);
+
 // Continuous index in one grid → continuous index in another, by way of the world.
 class IndexMap {
  public:

@@ -47,20 +47,17 @@ void make_labels(Volume& volume) {
     not_whole += std::abs(value - whole) > 0;
     value = whole;
   }
-  if (not_whole > 0) {
+  if (not_whole > 0)
     volume.warnings.push_back(std::to_string(not_whole) + " of " +
                               std::to_string(volume.voxel_count()) +
                               " voxels are no whole numbers; each was taken as the nearest label");
-  }
   const ValueRange range = value_range(volume);
-  if (range.max > kMostLabel) {
+  if (range.max > kMostLabel)
     volume.warnings.push_back("labels beyond " + std::to_string(kMostLabel) +
                               " cannot be told apart");
-  }
   if (range.min < std::numeric_limits<std::int16_t>::min() ||
-      range.max > std::numeric_limits<std::int16_t>::max()) {
+      range.max > std::numeric_limits<std::int16_t>::max())
     return;
-  }
   volume.voxels.resize(volume.reals.size());
   std::transform(volume.reals.begin(), volume.reals.end(), volume.voxels.begin(),
                  [](float label) { return static_cast<std::int16_t>(label); });
@@ -121,27 +118,23 @@ void check_volume(const Volume& volume, const std::string& name) {
     if (n < 1) throw BadDataError(name + ": a volume of " + in_voxels(volume.size) + " voxels");
     expected *= static_cast<std::size_t>(n);
   }
-  if (volume.voxel_count() != expected) {
+  if (volume.voxel_count() != expected)
     throw BadDataError(name + ": " + std::to_string(volume.voxel_count()) + " values for " +
                        in_voxels(volume.size) + " voxels");
-  }
   for (int axis = 0; axis < 3; ++axis) {
     const double spacing = volume.spacing_mm[axis];
-    if (!(spacing >= kLeastSpacing_mm && spacing <= kMostSpacing_mm)) {
+    if (!(spacing >= kLeastSpacing_mm && spacing <= kMostSpacing_mm))
       throw BadDataError(name + ": the voxel spacing along axis " + std::to_string(axis) + " is " +
                          to_text(spacing) + " mm; it must be in 1e-6…1e6");
-    }
   }
   const Eigen::Matrix3d& d = volume.direction;
-  if (!d.allFinite() || !within_reach(volume.origin_mm)) {
+  if (!d.allFinite() || !within_reach(volume.origin_mm))
     throw BadDataError(name +
                        ": the volume's direction is not finite, or its origin is not within "
                        "1e9 mm");
-  }
   if ((d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
-      kOrthonormalTolerance) {
+      kOrthonormalTolerance)
     throw BadDataError(name + ": the volume's axes are not perpendicular unit vectors");
-  }
 }
 
 std::vector<double> slice_gaps_mm(const Volume& volume) {

@@ -80,9 +80,8 @@ std::vector<LabelFigures> label_figures(const Volume& mask) {
   for (const auto& [label, bounds] : bounds_by_label(mask)) {
     LabelFigures figures;
     figures.label = label;
-    for (const LabelName& known : mask.label_names) {
+    for (const LabelName& known : mask.label_names)
       if (known.label == label) figures.name = known.name;
-    }
     figures.voxels = bounds.voxels;
     figures.volume_ml = static_cast<double>(bounds.voxels) * voxel_ml;
     const Region box = world_box(mask, bounds.low.cast<double>(), bounds.high.cast<double>());

@@ -132,10 +132,9 @@ LabelName label_of_entry(const std::string& key, const Json& json,
   std::vector<int> labels = numbers_of(json);
   const auto number = number_in<int>(key);
   if (json.is_string() && number) return {*number, json.get<std::string>()};
-  if (labels.empty()) {
+  if (labels.empty())
     throw BadDataError(file, "its label \"" + key + "\" is " + json.dump().substr(0, 80) +
                                  "; a number, or a list of them, is needed");
-  }
   label.label = labels.front();
   label.with.assign(labels.begin() + 1, labels.end());
   return label;
@@ -145,9 +144,8 @@ std::vector<LabelName> names_of_dataset(const std::filesystem::path& file) {
   constexpr std::uintmax_t kMostBytes = 1 << 24;
   const Json json = Json::parse(read_text_file(file, kMostBytes), nullptr, false);
   if (json.is_discarded()) throw BadDataError(file, "is no sound JSON");
-  if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
+  if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object())
     throw BadDataError(file, "has no \"labels\", as nnU-Net's dataset.json has them");
-  }
   std::vector<LabelName> names;
   for (const auto& [key, value] : json["labels"].items()) {
     LabelName label = label_of_entry(key, value, file);
@@ -161,9 +159,8 @@ std::vector<LabelName> names_of_dataset(const std::filesystem::path& file) {
 constexpr std::size_t kShown = 40;
 
 std::string with_name(int label, const std::vector<LabelName>& names) {
-  for (const LabelName& known : names) {
+  for (const LabelName& known : names)
     if (known.label == label) return std::to_string(label) + " " + known.name;
-  }
   return std::to_string(label);
 }
 
@@ -189,11 +186,10 @@ std::vector<LabelName> read_label_names(const std::filesystem::path& file) {
       continue;
     }
     const auto label = label_of(line, columns);
-    if (!label) {
+    if (!label)
       throw BadDataError(file, "line " + std::to_string(number) + " \"" + line.substr(0, 80) +
                                    "\" is no label; a number and a name are needed, as ITK-SNAP "
                                    "and 3D Slicer write them");
-    }
     if (label->label > 0) names.push_back(*label);
   }
   if (names.empty()) throw BadDataError(file, "names no label");
@@ -219,10 +215,9 @@ void throw_label_absent(const Volume& mask, int label) {
   message += "; it holds " +
              joined(std::span(labels).first(std::min(labels.size(), kShown)), ", ",
                     [&](const LabelCount& one) { return with_name(one.label, mask.label_names); });
-  if (labels.size() > kShown) {
+  if (labels.size() > kShown)
     message += " … " + std::to_string(labels.back().label) + " (" + std::to_string(labels.size()) +
                " labels; is this a CT?)";
-  }
   throw BadDataError(message);
 }
 

@@ -20,9 +20,8 @@ namespace {
 
 std::string plain(const std::string& name) {
   std::string text;
-  for (const char c : lower_case(name)) {
+  for (const char c : lower_case(name))
     if (c != '_' && c != '-' && c != ' ') text += c;
-  }
   return text;
 }
 
@@ -38,51 +37,49 @@ std::optional<int> as_number(const std::string& text) {
 }
 
 // A file may give its labels any numbers; voxels have but these.
-ChosenLabel chosen_of(const LabelName& known, const std::string& file) {
-  if (known.label < 1 || known.label > kMostLabel)
-    throw BadDataError(file + ": its label \"" + known.name + "\" has the number " +
-                       std::to_string(known.label) + "; 1…" + std::to_string(kMostLabel) +
-                       " are labels");
-  return {known.label, known.layer, known.name, known.with};
+const LabelName& checked(const LabelName& known, const std::string& file) {
+  if (known.label >= 1 && known.label <= kMostLabel) return known;
+  throw BadDataError(file + ": its label \"" + known.name + "\" has the number " +
+                     std::to_string(known.label) + "; 1…" + std::to_string(kMostLabel) +
+                     " are labels");
 }
 
 // Two of one name are a question, not the first of them.
-std::optional<ChosenLabel> only_one(const std::vector<LabelName>& names, const std::string& file,
-                                    const std::function<bool(const LabelName&)>& is_it) {
+std::optional<LabelName> only_one(const std::vector<LabelName>& names, const std::string& file,
+                                  const std::function<bool(const LabelName&)>& is_it) {
   const auto first = std::find_if(names.begin(), names.end(), is_it);
   if (first == names.end()) return std::nullopt;
   const auto second = std::find_if(std::next(first), names.end(), [&](const LabelName& other) {
     return is_it(other) && (other.label != first->label || other.layer != first->layer);
   });
-  if (second == names.end()) return chosen_of(*first, file);
+  if (second == names.end()) return checked(*first, file);
   throw BadDataError(file + ": the labels " + std::to_string(first->label) + " and " +
                      std::to_string(second->label) + " are both called \"" + second->name +
                      "\"; choose one by its number");
 }
 
-std::optional<ChosenLabel> by_name(const std::string& text, const std::vector<LabelName>& names,
-                                   const std::string& file) {
+std::optional<LabelName> by_name(const std::string& text, const std::vector<LabelName>& names,
+                                 const std::string& file) {
   const auto exactly = [&](const LabelName& known) { return known.name == text; };
   if (auto found = only_one(names, file, exactly)) return found;
   return only_one(names, file,
                   [&](const LabelName& known) { return plain(known.name) == plain(text); });
 }
 
-ChosenLabel by_number(int label, const std::vector<LabelName>& names, const std::string& file) {
+LabelName by_number(int label, const std::vector<LabelName>& names, const std::string& file) {
   const LabelName* found = nullptr;
   for (const LabelName& known : names) {
     if (known.label != label) continue;
-    if (found && found->layer != known.layer) {
+    if (found && found->layer != known.layer)
       throw BadDataError(file + ": label " + std::to_string(label) +
                          " is in several layers of the mask; choose by name: " + label_list(names));
-    }
     found = &known;
   }
-  return {label, found ? found->layer : 0, "label " + std::to_string(label)};
+  return {label, "label " + std::to_string(label), found ? found->layer : 0};
 }
 
-std::optional<ChosenLabel> one_label(const std::string& text, const std::vector<LabelName>& names,
-                                     const std::string& file) {
+std::optional<LabelName> one_label(const std::string& text, const std::vector<LabelName>& names,
+                                   const std::string& file) {
   if (auto named = by_name(text, names, file)) return named;
   if (const auto number = as_number(text)) return by_number(*number, names, file);
   return std::nullopt;
@@ -101,9 +98,9 @@ std::vector<std::string> parts_of(const std::string& text) {
 
 // The label that the first of the parts names, or, as a name may hold commas, the first few of
 // them; and how many that took.
-std::pair<std::optional<ChosenLabel>, std::size_t> first_label(std::span<const std::string> parts,
-                                                               const std::vector<LabelName>& names,
-                                                               const std::string& file) {
+std::pair<std::optional<LabelName>, std::size_t> first_label(std::span<const std::string> parts,
+                                                             const std::vector<LabelName>& names,
+                                                             const std::string& file) {
   constexpr std::size_t kMostCommas = 7;
   for (std::size_t count = std::min(parts.size(), kMostCommas + 1); count > 1; --count) {
     const std::string name = joined(parts.first(count), ",");
@@ -118,14 +115,14 @@ std::vector<std::string> texts_of(const std::vector<LabelName>& names) {
   return texts;
 }
 
-void add(const ChosenLabel& one, std::vector<ChosenLabel>& chosen) {
+void add(const LabelName& one, std::vector<LabelName>& chosen) {
   chosen.push_back(one);
-  for (const int label : one.with) chosen.push_back({label, one.layer, {}});
+  for (const int label : one.with) chosen.push_back({label, {}, one.layer});
 }
 
-std::string together(const std::vector<ChosenLabel>& chosen) {
+std::string together(const std::vector<LabelName>& chosen) {
   std::vector<std::string> names;
-  for (const ChosenLabel& one : chosen)
+  for (const LabelName& one : chosen)
     if (!one.name.empty()) names.push_back(one.name);
   return joined(names, " and ");
 }
@@ -135,7 +132,7 @@ bool holds_numbers_only(const std::string& label) {
 }
 
 // The voxels of a layer that are `wanted`, or all of them, in their place in the mask.
-void paint(const Volume& layer, const std::set<int>& wanted, const std::vector<ChosenLabel>& chosen,
+void paint(const Volume& layer, const std::set<int>& wanted, const std::vector<LabelName>& chosen,
            Volume& mask) {
   const int becomes = chosen.empty() ? 0 : chosen.front().label;
   if (layer.is_real() || becomes > std::numeric_limits<std::int16_t>::max()) make_real(mask);
@@ -157,10 +154,10 @@ Volume empty_like(const Volume& layer) {
 
 }  // namespace
 
-std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
-                                       const std::string& file) {
+std::vector<LabelName> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
+                                     const std::string& file) {
   // A name may hold a comma.
-  std::vector<ChosenLabel> chosen;
+  std::vector<LabelName> chosen;
   if (const auto whole = one_label(trimmed(text), names, file)) {
     add(*whole, chosen);
     return chosen;
@@ -168,7 +165,7 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
   const std::vector<std::string> parts = parts_of(text);
   for (std::size_t at = 0; at < parts.size();) {
     const auto first = first_label(std::span(parts).subspan(at), names, file);
-    const std::optional<ChosenLabel>& one = first.first;
+    const std::optional<LabelName>& one = first.first;
     if (!one) {
       const std::string meant = suggestion(parts[at], texts_of(names));
       throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"" +
@@ -176,7 +173,7 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
                           : meant.empty() ? "; it holds " + label_list(names)
                                           : meant + " It holds " + label_list(names)));
     }
-    const auto same = [&](const ChosenLabel& c) {
+    const auto same = [&](const LabelName& c) {
       return c.label == one->label && c.layer == one->layer;
     };
     if (std::none_of(chosen.begin(), chosen.end(), same)) add(*one, chosen);
@@ -187,13 +184,13 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
 }
 
 void choose_label(Volume& mask, const VolumeReadOptions& options, const std::string& file) {
-  const std::vector<ChosenLabel> chosen = chosen_labels(options.label, mask.label_names, file);
+  const std::vector<LabelName> chosen = chosen_labels(options.label, mask.label_names, file);
   mask.chosen_label = chosen.front().label;
   mask.chosen_name = together(chosen);
   if (chosen.size() == 1) return;
   std::set<int> there;
   for (const LabelCount& count : count_labels(mask)) there.insert(count.label);
-  for (const ChosenLabel& one : chosen) {
+  for (const LabelName& one : chosen) {
     // Of a region's labels not every case has each.
     if (!there.contains(one.label) && !one.name.empty()) throw_label_absent(mask, one.label);
     with_values(mask, [&](auto values) {
@@ -207,35 +204,31 @@ void choose_label(Volume& mask, const VolumeReadOptions& options, const std::str
 Volume read_layers(std::int64_t layers, const VolumeReadOptions& options, const std::string& file,
                    const std::vector<LabelName>& names,
                    const std::function<Volume(std::int64_t)>& read_one) {
-  std::vector<ChosenLabel> chosen;
+  std::vector<LabelName> chosen;
   if (!options.label.empty()) chosen = chosen_labels(options.label, names, file);
-  for (const ChosenLabel& one : chosen) {
+  for (const LabelName& one : chosen) {
     if (std::any_of(names.begin(), names.end(),
-                    [&](const LabelName& known) { return known.label == one.label; })) {
+                    [&](const LabelName& known) { return known.label == one.label; }))
       continue;
-    }
     throw BadDataError(file + ": the mask has no " + one.name + "; it holds " + label_list(names));
   }
   std::optional<Volume> mask;
   for (std::int64_t layer = 0; layer < layers; ++layer) {
     std::set<int> wanted;
-    for (const ChosenLabel& one : chosen) {
+    for (const LabelName& one : chosen)
       if (one.layer == layer) wanted.insert(one.label);
-    }
     if (wanted.empty() && !chosen.empty()) continue;
     Volume read = read_one(layer);
     make_labels(read);
     if (!mask) mask = empty_like(read);
-    if (!same_grid(*mask, read)) {
+    if (!same_grid(*mask, read))
       throw BadDataError(file + ": its masks lie on different grids; choose one of them");
-    }
     paint(read, wanted, chosen, *mask);
   }
-  if (!mask) {
+  if (!mask)
     throw BadDataError(file +
                        ": the segment lies in a layer that the file doesn't have; save it "
                        "again");
-  }
   if (!chosen.empty()) {
     mask->chosen_label = chosen.front().label;
     mask->chosen_name = together(chosen);

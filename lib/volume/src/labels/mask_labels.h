@@ -11,19 +11,13 @@
 
 namespace organbake {
 
-struct ChosenLabel {
-  int label = 0, layer = 0;
-  std::string name;            // "liver", or "label 5"
-  std::vector<int> with = {};  // further labels of that name, in the same layer
-};
-
-// What a text such as "5", "liver" or "5,7" or "spleen, liver" asks for: numbers, or names without
-// regard to case and to '_', '-' and spaces. Throws BadDataError naming the labels that there are
-// for a name that isn't there, for one that several have, and for a number that several layers
-// have; UsageError for a number beyond 1…16777216. That voxels have the label is not looked at
-// here.
-std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
-                                       const std::string& file);
+// What a text such as "5", "liver" or "5,7" or "spleen, liver" asks for, called "liver" or "label
+// 5"; what else has one name in `with`, without a name: numbers, or names without regard to case
+// and to '_', '-' and spaces. Throws BadDataError naming the labels that there are for a name that
+// isn't there, for one that several have, and for a number that several layers have; UsageError for
+// a number beyond 1…16777216. That voxels have the label is not looked at here.
+std::vector<LabelName> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
+                                     const std::string& file);
 
 // Makes options.label one label of the mask: volume.chosen_label. Of several labels the voxels all
 // get the first one's number. Throws BadDataError when one of several is absent.

@@ -52,8 +52,7 @@ std::vector<LabelFigures> label_figures(const Volume& mask);
 std::string label_line(const LabelFigures& figures);
 
 // The smallest box of voxels that holds a label.
-struct LabelBox {
-  std::array<int, 3> first{}, size{};
+struct LabelBox : IndexBox {
   std::size_t label_voxels = 0;  // 0 when the label is absent
 };
 LabelBox bounding_box(const Volume& mask, int label);
@@ -61,17 +60,6 @@ LabelBox bounding_box(const Volume& mask, int label);
 // The box of the world that holds a label's voxels with those around them, and what lies one voxel
 // beyond: all of a scan that is asked about the label.
 Region region_around(const Volume& mask, const LabelBox& box);
-
-struct MaskCheckOptions {
-  int label = 1;
-  // A solid organ's tissue, with and without contrast agent, and the fat in it.
-  double soft_tissue_min_hu = -150;
-  double soft_tissue_max_hu = 300;
-  double min_soft_tissue_share = 0.95;  // of the label's voxels inside the CT
-  double max_deviation_hu = 120;        // standard deviation over the label
-
-  void check() const;
-};
 
 // How well a label sits on the tissue that it claims to mark.
 struct MaskFit {
@@ -102,6 +90,6 @@ struct MaskCheck {
 // a better place slides the label along the slices and takes the smallest standard deviation, which
 // a homogeneous organ shows only in its true place, and which must suit most of the mask's
 // other labels, if any fit where they are. Throws BadDataError when the label is absent.
-MaskCheck check_mask(const Volume& ct, const Volume& mask, const MaskCheckOptions& options);
+MaskCheck check_mask(const Volume& ct, const Volume& mask, int label);
 
 }  // namespace organbake

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the name that was probably meant by a mistyped one: the candidate of the least Levenshtein
-// distance, or one that differs by a unit at its end.
+// Writes and reads base64 (RFC 4648), and finds the name that was probably meant by a mistyped one:
+// the candidate of the least Levenshtein distance, or one that differs by a unit at its end.
 #include "organbake/core/text.h"
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <numeric>
 
 namespace organbake {
 namespace {
+
+constexpr std::string_view kDigits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 // Names are told apart neither by case nor by what joins their words.
 char plain(char c) {
@@ -39,6 +43,38 @@ bool lacks_unit(std::string_view name, std::string_view candidate) {
 }
 
 }  // namespace
+
+std::string to_base64(std::span<const std::byte> bytes) {
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= count ? kDigits[three >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+bool take_base64_group(std::string_view& text, std::string& bytes) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  std::uint32_t bits = 0;
+  int letters = 0, fill = 0;
+  for (; letters < 4 && !text.empty(); text.remove_prefix(1)) {
+    const char c = text.front();
+    if (kSpace.find(c) != kSpace.npos) continue;
+    const std::size_t digit = c == '=' ? 0 : kDigits.find(c);
+    if (digit == kDigits.npos) return false;
+    fill += c == '=';
+    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    ++letters;
+  }
+  if (letters < 4 || fill > 2) return false;
+  for (int i = 0; i < 3 - fill; ++i) bytes += static_cast<char>(bits >> (16 - 8 * i) & 0xFF);
+  return true;
+}
 
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string* nearest = nullptr;
