@@ -254,13 +254,9 @@ void add_truth(OptionList& list, Command& c, Texts& texts) {
             .value = "FILE"});
 }
 
-std::vector<std::string> light_choices() {
-  std::vector<std::string> names;
-  for (const LightNames& light : kLightNames) names.emplace_back(light.name);
-  return names;
-}
-
 void add_looks(OptionList& list, Texts& texts) {
+  std::vector<std::string> lights;
+  for (const LightNames& light : kLightNames) lights.emplace_back(light.name);
   list.begin_group("Tissue and light")
       .add("solver", &texts.solver,
            {.help =
@@ -272,7 +268,7 @@ void add_looks(OptionList& list, Texts& texts) {
            {.help = "scope: one light that travels with the view; world: the baked one, on the "
                     "skin as it lies now; baked: as baked, wherever skin is pushed; else what the "
                     "bundle is made for, or what the script names",
-            .choices = light_choices()})
+            .choices = lights})
       .add("background", &texts.background,
            {.help = "behind the organ in the light at the scope, with --scope and on the --sheet: "
                     "a cavity's dim wall, or plain, which leaves to --scope's preset what there is",
