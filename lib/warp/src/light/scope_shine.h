@@ -60,9 +60,8 @@ class SkinGrain {
 // larger the less its middle lacks of the mirror direction: round drops of all sizes, that touch
 // where the skin faces the lamp. Small drops are steeper, and show it farther from there: few
 // satellites. The disc stays in the drop's middle, where a true one would slide by less than its
-// width. Hills tell where drops lie at all. All of it is bound to the skin at rest and turned with
-// it by the least rotation that takes its normal there; so a poke carries it, and it does not
-// crawl.
+// width. Hills tell where drops lie. All of it is bound to the skin at rest and turned with it by
+// the least rotation that takes its normal there; so a poke carries it, and it does not crawl.
 //
 // Which drops there are, where and how large, the skin alone tells, never the pixel: what would be
 // there at one size of pixels and not at another would flicker while the scope comes near. A pixel
