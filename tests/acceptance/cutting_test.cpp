@@ -2,7 +2,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <span>
@@ -15,7 +14,6 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/mesh_edges.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "promises.h"
@@ -72,17 +70,6 @@ TriangleMesh relief_of(const Rgb8Image& frame) {
     }
   }
   return sheet;
-}
-
-// Every edge is used as often one way as the other.
-bool is_closed(const TriangleMesh& mesh) {
-  bool closed = true;
-  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
-    const auto up =
-        std::count_if(uses.begin(), uses.end(), [](const EdgeUse& u) { return u.up(); });
-    closed = closed && 2 * up == std::ssize(uses);
-  });
-  return closed;
 }
 
 // Blades on their way through a body that lies bent: along its edges, through its nodes, grazing,

@@ -46,8 +46,7 @@ double probe_shade(RandomStream& random) {
                                  .masks = chance(random, 0.7),
                                  .piecewise_albedo = chance(random, 0.5)};
   ShadingOptions options;
-  options.model = ShadingModel(random.below(3));
-  options.iterations = 1 + int(random.below(50));
+  options.model = ShadingModel(random.below(2));
   options.laparoscope.texture = any_size(random, -4, 0);
   options.range_mm = chance(random, 0.5) ? 0 : any_size(random, -1, 4);
   if (chance(random, 0.2)) options.laparoscope.light_offset_x_mm = random.uniform(-20, 20);
