@@ -83,7 +83,7 @@ for program in organbake organplay organbench; do
   expect_err "--threads: 'many' is not possible; it takes a whole number, 0…4096"
 done
 expect 2 organplay b --light scop -o x.png
-expect_err "--light: 'scop' is not possible; did you mean 'scope'? It takes one word, one of scope, world, baked"
+expect_err "--light: 'scop' is not possible; did you mean 'scope'? It takes one word, one of baked, world, scope"
 expect 2 organplay b --script s.json --reference frames --threshold 30
 expect_err "unknown flag --threshold; did you mean '--threshold-db'?"
 # A setting that there was once is passed over with its value, and said.
