@@ -31,27 +31,19 @@ Volume ramp_volume(const Eigen::Matrix3d& direction, const Eigen::Vector3d& orig
   volume.spacing_mm = {0.8, 1.25, 3};
   volume.direction = direction;
   volume.origin_mm = origin_mm;
-  for (int k = 0; k < 3; ++k) {
-    for (int j = 0; j < 4; ++j) {
-      for (int i = 0; i < 5; ++i) {
-        const double hu = ramp_hu(volume.world_from_index(Eigen::Vector3d(i, j, k)));
-        volume.voxels.push_back(static_cast<std::int16_t>(std::lround(hu)));
-      }
-    }
-  }
+  for_each_voxel(volume.size, [&](int i, int j, int k) {
+    const double hu = ramp_hu(volume.world_from_index(Eigen::Vector3d(i, j, k)));
+    volume.voxels.push_back(static_cast<std::int16_t>(std::lround(hu)));
+  });
   return volume;
 }
 
 double largest_ramp_error(const Volume& volume) {
   double largest = 0;
-  for (int k = 0; k < volume.size[2]; ++k) {
-    for (int j = 0; j < volume.size[1]; ++j) {
-      for (int i = 0; i < volume.size[0]; ++i) {
-        const double hu = ramp_hu(volume.world_from_index(Eigen::Vector3d(i, j, k)));
-        largest = std::max(largest, std::abs(hu - volume.at(i, j, k)));
-      }
-    }
-  }
+  for_each_voxel(volume.size, [&](int i, int j, int k) {
+    const double hu = ramp_hu(volume.world_from_index(Eigen::Vector3d(i, j, k)));
+    largest = std::max(largest, std::abs(hu - volume.at(i, j, k)));
+  });
   return largest;
 }
 

@@ -31,6 +31,14 @@ Volume ramp_volume(const Eigen::Matrix3d& direction = Eigen::Matrix3d::Identity(
 // How far the voxels of a volume are from the ramp at their own places, in HU.
 double largest_ramp_error(const Volume& volume);
 
+// Calls take(i, j, k) for every voxel of a grid, in the order in which they are stored.
+template <typename Take>
+void for_each_voxel(const std::array<int, 3>& size, const Take& take) {
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) take(i, j, k);
+}
+
 void write_bytes(const std::filesystem::path& path, const std::string& bytes);
 std::string read_bytes(const std::filesystem::path& path);
 std::string gzipped(const std::string& bytes);

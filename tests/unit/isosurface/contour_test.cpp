@@ -12,6 +12,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
+#include "support/ramp_volume.h"
 #include "surface_steps.h"
 
 namespace organbake {
@@ -125,14 +126,10 @@ double radius_at(double level) { return 15 + 2 * std::log(1 / level - 1); }
 Volume volume_of(const Shape& f, double scale, double offset, double step = 0) {
   Volume volume = grid_around_origin({1, 1, 1}, 50);
   std::vector<double> values;
-  for (int k = 0; k < volume.size[2]; ++k) {
-    for (int j = 0; j < volume.size[1]; ++j) {
-      for (int i = 0; i < volume.size[0]; ++i) {
-        const double value = scale * f(volume.world_from_index(Eigen::Vector3d(i, j, k))) + offset;
-        values.push_back(step > 0 ? step * std::round(value / step) : value);
-      }
-    }
-  }
+  for_each_voxel(volume.size, [&](int i, int j, int k) {
+    const double value = scale * f(volume.world_from_index(Eigen::Vector3d(i, j, k))) + offset;
+    values.push_back(step > 0 ? step * std::round(value / step) : value);
+  });
   set_values(volume, values);
   return volume;
 }

@@ -16,6 +16,7 @@
 #include "shape_volumes.h"
 #include "support/meshes.h"
 #include "support/places.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
@@ -161,22 +162,20 @@ TEST(CutSides, AreNoneWhereOrgansTaper) {
     cropped.origin_mm =
         whole.world_from_index(Eigen::Map<const Eigen::Vector3i>(box.first.data()).cast<double>());
     cropped.voxels.clear();
-    for (int k = 0; k < box.size[2]; ++k)
-      for (int j = 0; j < box.size[1]; ++j)
-        for (int i = 0; i < box.size[0]; ++i)
-          cropped.voxels.push_back(static_cast<std::int16_t>(
-              whole.at(i + box.first[0], j + box.first[1], k + box.first[2])));
+    for_each_voxel(box.size, [&](int i, int j, int k) {
+      cropped.voxels.push_back(static_cast<std::int16_t>(
+          whole.at(i + box.first[0], j + box.first[1], k + box.first[2])));
+    });
     EXPECT_EQ(extract_label_surface(cropped, {}, {}, &scan).cut_area_mm2, 0);
     if (seed > 1) continue;
     // Each voxel thrice along each axis, as nearest neighbours bring 3 mm onto a grid of 1 mm.
     Volume finer = grid_around_origin({0.5, 0.5, 1}, 110);
     finer.voxels.clear();
-    for (int k = 0; k < finer.size[2]; ++k)
-      for (int j = 0; j < finer.size[1]; ++j)
-        for (int i = 0; i < finer.size[0]; ++i)
-          finer.voxels.push_back(static_cast<std::int16_t>(
-              whole.at(std::min(i / 3, whole.size[0] - 1), std::min(j / 3, whole.size[1] - 1),
-                       std::min(k / 3, whole.size[2] - 1))));
+    for_each_voxel(finer.size, [&](int i, int j, int k) {
+      finer.voxels.push_back(static_cast<std::int16_t>(
+          whole.at(std::min(i / 3, whole.size[0] - 1), std::min(j / 3, whole.size[1] - 1),
+                   std::min(k / 3, whole.size[2] - 1))));
+    });
     EXPECT_EQ(extract_label_surface(finer, {}, {}, &finer).cut_area_mm2, 0);
   }
 }
@@ -405,11 +404,6 @@ TEST(Taubin, NoStepsChangeNothing) {
   taubin_smooth(mesh, 0);
   EXPECT_EQ(mesh.vertices, before.vertices);
 }
-
-#define REQUIRE_SHARED_DATA(below)                               \
-  if (!std::filesystem::exists(shared_data(below))) {            \
-    GTEST_SKIP() << "REAL DATA MISSING: " << shared_data(below); \
-  }
 
 struct Organ {
   const char* mask;

@@ -14,6 +14,7 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/phantom/known_answers.h"
 #include "shape_volumes.h"
+#include "support/ramp_volume.h"
 #include "surface_steps.h"
 
 namespace organbake {
@@ -295,23 +296,20 @@ TriangleMesh surface_of(const Volume& ct, bool refine) {
 double linear_crossing_rms_mm(const Volume& ball, double radius_mm) {
   double squares = 0;
   std::size_t count = 0;
-  for (int k = 0; k + 1 < ball.size[2]; ++k) {
-    for (int j = 0; j + 1 < ball.size[1]; ++j) {
-      for (int i = 0; i + 1 < ball.size[0]; ++i) {
-        for (int axis = 0; axis < 3; ++axis) {
-          Eigen::Vector3i next(i, j, k);
-          ++next[axis];
-          const double here = ball.at(i, j, k), there = ball.at(next.x(), next.y(), next.z());
-          if ((here >= kBallHalfWay_hu) == (there >= kBallHalfWay_hu)) continue;
-          Eigen::Vector3d index(i, j, k);
-          index[axis] += (kBallHalfWay_hu - here) / (there - here);
-          const double miss = ball.world_from_index(index).norm() - radius_mm;
-          squares += miss * miss;
-          ++count;
-        }
-      }
+  const std::array<int, 3> cells = {ball.size[0] - 1, ball.size[1] - 1, ball.size[2] - 1};
+  for_each_voxel(cells, [&](int i, int j, int k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3i next(i, j, k);
+      ++next[axis];
+      const double here = ball.at(i, j, k), there = ball.at(next.x(), next.y(), next.z());
+      if ((here >= kBallHalfWay_hu) == (there >= kBallHalfWay_hu)) continue;
+      Eigen::Vector3d index(i, j, k);
+      index[axis] += (kBallHalfWay_hu - here) / (there - here);
+      const double miss = ball.world_from_index(index).norm() - radius_mm;
+      squares += miss * miss;
+      ++count;
     }
-  }
+  });
   return std::sqrt(squares / static_cast<double>(count));
 }
 

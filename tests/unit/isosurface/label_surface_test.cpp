@@ -12,6 +12,7 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
+#include "support/ramp_volume.h"
 #include "surface_steps.h"
 
 namespace organbake {
@@ -284,15 +285,11 @@ TEST(GaussianBlur, OfAPointHasTheVariancesAskedFor) {
   gaussian_blur(values, kSize, sigma);
   Eigen::Vector3d variance = Eigen::Vector3d::Zero();
   double sum = 0;
-  for (int k = 0; k < kSize[2]; ++k) {
-    for (int j = 0; j < kSize[1]; ++j) {
-      for (int i = 0; i < kSize[0]; ++i) {
-        const Eigen::Vector3d d(i - 20, j - 21, k - 22);
-        sum += values[at(i, j, k)];
-        variance += values[at(i, j, k)] * d.cwiseAbs2();
-      }
-    }
-  }
+  for_each_voxel(kSize, [&](int i, int j, int k) {
+    const Eigen::Vector3d d(i - 20, j - 21, k - 22);
+    sum += values[at(i, j, k)];
+    variance += values[at(i, j, k)] * d.cwiseAbs2();
+  });
   EXPECT_NEAR(sum, 1, 1e-5);
   for (int axis = 0; axis < 3; ++axis) {
     // The voxel's own width adds 1/12; the cut at 3 σ takes 3 % off.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "organbake/geometry/mesh_checks.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 
@@ -55,14 +56,10 @@ std::vector<Eigen::Matrix3d> all_directions() {
 namespace {
 
 Volume filled(const Shape& shape, Volume grid, const std::function<double(double)>& value) {
-  for (int k = 0; k < grid.size[2]; ++k) {
-    for (int j = 0; j < grid.size[1]; ++j) {
-      for (int i = 0; i < grid.size[0]; ++i) {
-        const Eigen::Vector3d world = grid.world_from_index(Eigen::Vector3d(i, j, k));
-        grid.voxels.push_back(static_cast<std::int16_t>(std::lround(value(shape(world)))));
-      }
-    }
-  }
+  for_each_voxel(grid.size, [&](int i, int j, int k) {
+    const Eigen::Vector3d world = grid.world_from_index(Eigen::Vector3d(i, j, k));
+    grid.voxels.push_back(static_cast<std::int16_t>(std::lround(value(shape(world)))));
+  });
   return grid;
 }
 

@@ -14,6 +14,7 @@
 #include "organbake/isosurface/isosurface.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {
@@ -45,17 +46,15 @@ TEST(Scan, IsWaterBesideAirWithoutNoise) {
   const OrganPhantom phantom(options);
   const Volume ct = phantom.scan();
   const double reach = options.spacing_mm.norm();  // a voxel's diagonal, with slopes up to 2
-  for (int k = 0; k < ct.size[2]; ++k)
-    for (int j = 0; j < ct.size[1]; ++j)
-      for (int i = 0; i < ct.size[0]; ++i) {
-        const double inside = phantom.inside(ct.world_from_index(Vector3d(i, j, k)));
-        const int hu = ct.at(i, j, k);
-        EXPECT_GE(hu, -1000);
-        EXPECT_LE(hu, 60);
-        if (std::abs(inside) > reach) {
-          EXPECT_EQ(hu, inside > 0 ? 60 : -1000);
-        }
-      }
+  for_each_voxel(ct.size, [&](int i, int j, int k) {
+    const double inside = phantom.inside(ct.world_from_index(Vector3d(i, j, k)));
+    const int hu = ct.at(i, j, k);
+    EXPECT_GE(hu, -1000);
+    EXPECT_LE(hu, 60);
+    if (std::abs(inside) > reach) {
+      EXPECT_EQ(hu, inside > 0 ? 60 : -1000);
+    }
+  });
 }
 
 // Against 20 × 20 × 20 points in the voxel.

@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dicom_folder_fixture.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {
@@ -89,23 +89,22 @@ TEST_F(DicomStructure, LyingLengthsAndEndlessNestingAreFlaws) {
   EXPECT_THAT(flaw(head + sequence), HasSubstr("nested too deeply"));
 }
 
-namespace fs = std::filesystem;
-
 std::vector<int> frame_with(std::initializer_list<int> set, int value = 1) {
   std::vector<int> values(35, 0);
   for (const int i : set) values[static_cast<std::size_t>(i)] = value;
   return values;
 }
 
-class DicomMasks : public ::testing::Test {
+class DicomMasks : public VolumeFileTest {
  protected:
-  Volume read(const std::string& bytes, const std::string& label = {}) {
-    write_bytes(file_, bytes);
-    return read_volume(file_, {.label = label, .is_mask = true});
-  }
+  DicomMasks() : VolumeFileTest("mask.dcm") {}
 
-  TemporaryFolder folder_;
-  fs::path file_ = folder_.path() / "mask.dcm";
+  Volume read(const std::string& bytes, const std::string& label = {}) const {
+    return VolumeFileTest::read(bytes, {.label = label, .is_mask = true});
+  }
+  std::string error(const std::string& bytes, const std::string& label) const {
+    return VolumeFileTest::error(bytes, {.label = label, .is_mask = true});
+  }
 };
 
 TEST_F(DicomMasks, SegmentsOverlapKeepTheirNamesAndLieWhereTheirFramesDo) {
@@ -129,10 +128,8 @@ TEST_F(DicomMasks, SegmentsOverlapKeepTheirNamesAndLieWhereTheirFramesDo) {
   EXPECT_EQ(label_figures(cyst)[0].voxels, 2u);
   EXPECT_EQ(label_figures(cyst)[0].label, 2);
   EXPECT_EQ(label_figures(read(seg.bytes(), "1,2"))[0].voxels, 6u) << "together";
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(seg.bytes(), "spleen"); }),
-              HasSubstr("1 liver, 2 cyst, large"));
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(seg.bytes(), "3"); }),
-              HasSubstr("no label 3"));
+  EXPECT_THAT(error(seg.bytes(), "spleen"), HasSubstr("1 liver, 2 cyst, large"));
+  EXPECT_THAT(error(seg.bytes(), "3"), HasSubstr("no label 3"));
 }
 
 TEST_F(DicomMasks, AFolderWithOneMaskStandsForIt) {
@@ -161,23 +158,21 @@ TEST_F(DicomMasks, FramesCompressedByRunLengthsAreRead) {
   EXPECT_EQ(read(seg.bytes(), "liver").voxels, plain.voxels);
   EXPECT_EQ(label_figures(read(seg.bytes(), "cyst, large"))[0].voxels, 2u);
   const std::string bytes = seg.bytes();
-  message_of(ExitCode::bad_data, [&] { read(bytes.substr(0, bytes.size() - 30), "liver"); });
+  error(bytes.substr(0, bytes.size() - 30), "liver");
   SegBytes bits{"BINARY", 1, {{1, 0, frame_with({3})}}};
   bits.rle = true;
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(bits.bytes(), "liver"); }),
-              HasSubstr("save it uncompressed"));
+  EXPECT_THAT(error(bits.bytes(), "liver"), HasSubstr("save it uncompressed"));
 }
 
 TEST_F(DicomMasks, ATruncatedOrUnevenSegmentationIsRefused) {
   const SegBytes seg{
       "BINARY", 1, {{1, 0, frame_with({3})}, {1, 2, frame_with({3})}, {1, 5, frame_with({3})}}};
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(seg.bytes(), "1"); }),
-              HasSubstr("uneven gaps"));
+  EXPECT_THAT(error(seg.bytes(), "1"), HasSubstr("uneven gaps"));
   SegBytes few = seg;
   few.frames.pop_back();
   std::string bytes = few.bytes();
   for (const std::size_t cut : {std::size_t{1}, std::size_t{6}, bytes.size() / 2}) {
-    message_of(ExitCode::bad_data, [&] { read(bytes.substr(0, bytes.size() - cut), "1"); });
+    error(bytes.substr(0, bytes.size() - cut), "1");
   }
 }
 
@@ -266,13 +261,8 @@ TEST_F(DicomMasks, AFewTrianglesOverATorsoAskForLittle) {
 }
 
 TEST_F(DicomMasks, WithoutClosedContoursThereIsNoMask) {
-  EXPECT_THAT(message_of(ExitCode::bad_data,
-                         [&] {
-                           read(structure_set({{"empty", {}}}), "1");
-                         }),
-              HasSubstr("no closed contour"));
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(structure_set(tubes()), "liver"); }),
-              HasSubstr("4 own hole, 5 keyhole"));
+  EXPECT_THAT(error(structure_set({{"empty", {}}}), "1"), HasSubstr("no closed contour"));
+  EXPECT_THAT(error(structure_set(tubes()), "liver"), HasSubstr("4 own hole, 5 keyhole"));
 }
 
 Polygon2 disc_of(double x, double radius, bool backward = false) {

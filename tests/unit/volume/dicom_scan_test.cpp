@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dicom_folder_fixture.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "dicom_folder_fixture.h"
 #include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {

@@ -112,15 +112,11 @@ Truth counted(const Scan& scan, const std::vector<int>& slices) {
 Truth measured(const Volume& mask) {
   Truth found;
   const double voxel = mask.spacing_mm.prod() / 1000;
-  for (int k = 0; k < mask.size[2]; ++k) {
-    for (int j = 0; j < mask.size[1]; ++j) {
-      for (int i = 0; i < mask.size[0]; ++i) {
-        if (mask.at(i, j, k) == 0) continue;
-        found.ml += voxel;
-        found.centre_mm += voxel * mask.world_from_index({double(i), double(j), double(k)});
-      }
-    }
-  }
+  for_each_voxel(mask.size, [&](int i, int j, int k) {
+    if (mask.at(i, j, k) == 0) return;
+    found.ml += voxel;
+    found.centre_mm += voxel * mask.world_from_index({double(i), double(j), double(k)});
+  });
   found.centre_mm /= found.ml;
   return found;
 }

@@ -6,10 +6,8 @@
 
 #include <bzlib.h>
 
-#include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/read_volume.h"
-#include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {
@@ -45,18 +43,10 @@ std::string bzipped(const std::string& bytes) {
   return out.substr(0, length);
 }
 
-class Nrrd : public ::testing::Test {
+class Nrrd : public VolumeFileTest {
  protected:
-  Volume read(const std::string& bytes) {
-    write_bytes(file_, bytes);
-    return read_volume(file_);
-  }
-  std::string error(const std::string& bytes) {
-    return message_of(ExitCode::bad_data, [&] { read(bytes); });
-  }
+  Nrrd() : VolumeFileTest("scan.nrrd") {}
 
-  TemporaryFolder folder_;
-  std::filesystem::path file_ = folder_.path() / "scan.nrrd";
   Volume truth_ = ramp_volume(oblique_direction());
   std::string raw_ = voxel_bytes(truth_);
   std::string place_ = place_in("left-posterior-superior", {1, 1, 1}, truth_);
@@ -124,8 +114,7 @@ TEST_F(Nrrd, OneOfSeveralVolumesIsChosenWhetherTheyStandSideBySideOrOneAfterTheO
     std::string text = nrrd_text("space: LPS\nspace directions: " + directions + "\n");
     text.replace(text.find("dimension: 3"), 12, "dimension: 4");
     text.replace(text.find("sizes: 5 4 3"), 12, "sizes: " + sizes);
-    write_bytes(file_, text + "\n" + bytes);
-    return read_volume(file_, {.time = 2}).voxels;
+    return read(text + "\n" + bytes, {.time = 2}).voxels;
   };
   const std::string space = "(0.8,0,0) (0,1.25,0) (0,0,3)";
   EXPECT_EQ(volume("2 5 4 3", "none " + space, side_by_side), truth_.voxels);
@@ -205,7 +194,7 @@ INSTANTIATE_TEST_SUITE_P(
         RealFile{"test1d_ascii.nrrd", false}, RealFile{"test2d_ascii.nrrd", false},
         RealFile{"test_customFields.nrrd", false}));
 
-constexpr double kRounding_hu = 0.5 + 1e-9;
+constexpr double kExactPlace_hu = 0.5 + 1e-9;
 
 std::string header(const std::string& more, const std::string& last = "ElementDataFile = LOCAL\n") {
   return "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementSpacing = 0.8 1.25 3\n"
@@ -213,18 +202,10 @@ std::string header(const std::string& more, const std::string& last = "ElementDa
          more + last;
 }
 
-class MetaImage : public ::testing::Test {
+class MetaImage : public VolumeFileTest {
  protected:
-  Volume read(const std::string& bytes) {
-    write_bytes(file_, bytes);
-    return read_volume(file_);
-  }
-  std::string error(const std::string& bytes) {
-    return message_of(ExitCode::bad_data, [&] { read(bytes); });
-  }
+  MetaImage() : VolumeFileTest("scan.mha") {}
 
-  TemporaryFolder folder_;
-  std::filesystem::path file_ = folder_.path() / "scan.mha";
   std::string raw_ = voxel_bytes(ramp_volume());
 };
 
@@ -240,7 +221,7 @@ TEST_F(MetaImage, WhatIsWrittenIsReadBackExactly) {
     EXPECT_EQ(volume.spacing_mm, truth.spacing_mm);
     EXPECT_EQ(volume.origin_mm, truth.origin_mm);
     EXPECT_LT((volume.direction - truth.direction).norm(), 1e-14);
-    EXPECT_LT(largest_ramp_error(volume), kRounding_hu);
+    EXPECT_LT(largest_ramp_error(volume), kExactPlace_hu);
   }
 }
 
@@ -287,12 +268,11 @@ TEST_F(MetaImage, OneOfSeveralTimePointsIsChosen) {
       "NDims = 4\nDimSize = 5 4 3 2\nElementSpacing = 0.8 1.25 3 1\nOffset = -40 25 110 0\n"
       "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\nElementType = MET_SHORT\n"
       "ElementDataFile = LOCAL\n";
-  write_bytes(file_, four + std::string(raw_.size(), 'x') + raw_);
-  const Volume second = read_volume(file_, {.time = 2});
+  const std::string both = four + std::string(raw_.size(), 'x') + raw_;
+  const Volume second = read(both, {.time = 2});
   EXPECT_EQ(second.voxels, ramp_volume().voxels);
   EXPECT_TRUE(same_grid(second, ramp_volume()));
-  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_volume(file_); }),
-              HasSubstr("holds 2 time points"));
+  EXPECT_THAT(error(both), HasSubstr("holds 2 time points"));
 }
 
 TEST_F(MetaImage, TransformMatrixListsTheAxesOneAfterTheOther) {
@@ -329,8 +309,8 @@ TEST_F(MetaImage, RefusesBadHeaders) {
 }
 
 TEST_F(MetaImage, NamesAMissingDataFile) {
-  write_bytes(file_, header("", "ElementDataFile = gone.raw\n"));
-  EXPECT_THAT(message_of(ExitCode::no_input, [&] { read_volume(file_); }), HasSubstr("gone.raw"));
+  EXPECT_THAT(error(header("", "ElementDataFile = gone.raw\n"), {}, ExitCode::no_input),
+              HasSubstr("gone.raw"));
 }
 
 TEST(MetaImageRealData, LungOpens) {

@@ -6,7 +6,6 @@
 
 #include <minizip/zip.h>
 
-#include "dicom_folder_fixture.h"
 #include "files/volume_files.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
@@ -14,6 +13,7 @@
 #include "support/dicom_bytes.h"
 #include "support/error_message.h"
 #include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {
@@ -242,17 +242,9 @@ struct VtiText {
   }
 };
 
-class Vti : public ::testing::Test {
+class Vti : public VolumeFileTest {
  protected:
-  Volume read(const std::string& text) {
-    write_bytes(file_, text);
-    return read_volume(file_);
-  }
-  std::string error(const std::string& text) {
-    return message_of(ExitCode::bad_data, [&] { read(text); });
-  }
-  TemporaryFolder folder_;
-  std::filesystem::path file_ = folder_.path() / "scan.vti";
+  Vti() : VolumeFileTest("scan.vti") {}
 };
 
 TEST_F(Vti, DirectionAndExtentPutEveryVoxelInItsPlace) {

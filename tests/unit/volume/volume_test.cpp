@@ -8,13 +8,13 @@
 #include <cstring>
 #include <limits>
 
-#include "dicom_folder_fixture.h"
 #include "files/volume_files.h"
 #include "grid/grids.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
+#include "volume_fixtures.h"
 
 namespace organbake {
 namespace {
@@ -218,16 +218,12 @@ TEST_F(DicomRegionTest, OfAnUnevenTiltedStackIsThatPartOfTheWhole) {
   const Volume whole = read();
   const Volume part = read({.region = Region{{6, -2, 60}, {7, 6, 70}}});
   EXPECT_LT(part.voxels.size(), whole.voxels.size());
-  for (int k = 0; k < part.size[2]; ++k) {
-    for (int j = 0; j < part.size[1]; ++j) {
-      for (int i = 0; i < part.size[0]; ++i) {
-        const Eigen::Vector3d index =
-            whole.index_from_world(part.world_from_index(Eigen::Vector3d(i, j, k)));
-        const Eigen::Vector3i at = index.array().round().cast<int>();
-        ASSERT_EQ(part.at(i, j, k), whole.at(at.x(), at.y(), at.z()));
-      }
-    }
-  }
+  for_each_voxel(part.size, [&](int i, int j, int k) {
+    const Eigen::Vector3d index =
+        whole.index_from_world(part.world_from_index(Eigen::Vector3d(i, j, k)));
+    const Eigen::Vector3i at = index.array().round().cast<int>();
+    EXPECT_EQ(part.at(i, j, k), whole.at(at.x(), at.y(), at.z()));
+  });
 }
 
 TEST(Describe, NamesThePatientsSidesThatTheAxesRunTowards) {

@@ -20,6 +20,24 @@ inline constexpr double kRounding_hu = 0.5 + 1e-3;
 // Resampled values are rounded twice.
 inline constexpr double kTwiceRounded_hu = 1.0 + 1e-3;
 
+// Bytes that become a file of this name, in a folder of the test's own, and are read.
+class VolumeFileTest : public ::testing::Test {
+ protected:
+  explicit VolumeFileTest(const char* name) : file_(folder_.path() / name) {}
+
+  Volume read(const std::string& bytes, const VolumeReadOptions& options = {}) const {
+    write_bytes(file_, bytes);
+    return read_volume(file_, options);
+  }
+  std::string error(const std::string& bytes, const VolumeReadOptions& options = {},
+                    ExitCode code = ExitCode::bad_data) const {
+    return message_of(code, [&] { read(bytes, options); });
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_;
+};
+
 class DicomFolderTest : public ::testing::Test {
  protected:
   // A slice whose pixels show the ramp at their places; stored = HU + 1024.
