@@ -22,6 +22,12 @@ constexpr double kLargestSpacing_mm = 1e4;
 constexpr std::int64_t kLargestSide = 65535;
 constexpr std::int64_t kMostVoxels = std::int64_t{1} << 31;
 
+// The perpendicular unit vectors nearest to given ones.
+Eigen::Matrix3d nearest_perpendicular(const Eigen::Matrix3d& unit) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
 }  // namespace
 
 double shear_sine(const Eigen::Matrix3d& axes_mm) {
@@ -50,12 +56,7 @@ void set_grid(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vecto
     throw BadDataError(name + ": the volume's axes are sheared by " +
                        to_text(std::asin(std::min(shear, 1.0)) * 180 / M_PI, 2) +
                        "°; resample it to a rectangular grid first");
-  if (shear > kExact) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(direction,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
-    direction = svd.matrixU() * svd.matrixV().transpose();
-  }
-  volume.direction = direction;
+  volume.direction = shear > kExact ? nearest_perpendicular(direction) : direction;
   volume.origin_mm = origin_mm;
 }
 
@@ -103,12 +104,8 @@ Eigen::Vector3d last_index(const Volume& volume) {
 // The nearest rectangular grid, its centre where the file has it.
 void set_nearest(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vector3d& origin_mm,
                  double degrees, const std::string& name) {
-  Eigen::Matrix3d unit = axes_mm;
-  for (int axis = 0; axis < 3; ++axis) unit.col(axis).normalize();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(unit, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  const Eigen::Matrix3d straight =
-      rotation * Eigen::Vector3d(axes_mm.colwise().norm()).asDiagonal();
+  const Eigen::Matrix3d straight = nearest_perpendicular(axes_mm.colwise().normalized()) *
+                                   Eigen::Vector3d(axes_mm.colwise().norm()).asDiagonal();
   const Eigen::Vector3d half = last_index(volume) / 2;
   set_grid(volume, straight, origin_mm + (axes_mm - straight) * half, name);
   double moved_mm = 0;

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <map>
 #include <type_traits>
 
 #include "files/volume_files.h"
@@ -94,22 +93,6 @@ ValueRange value_range(const Volume& volume) {
     return ValueRange{static_cast<double>(found.low), static_cast<double>(found.high),
                       found.has_nan};
   });
-}
-
-std::vector<LabelCount> count_labels(const Volume& volume) {
-  std::map<int, std::size_t> counts;
-  with_values(volume, [&](const auto values) {
-    for (std::size_t at = 0; at < values.size();) {
-      std::size_t end = at + 1;
-      while (end < values.size() && values[end] == values[at]) ++end;
-      if (std::isfinite(static_cast<float>(values[at]))) counts[int(values[at])] += end - at;
-      at = end;
-    }
-  });
-  counts.erase(0);
-  std::vector<LabelCount> labels;
-  for (const auto& [label, voxels] : counts) labels.push_back({label, voxels});
-  return labels;
 }
 
 void check_volume(const Volume& volume, const std::string& name) {
