@@ -19,6 +19,7 @@
 
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/cutting/cut_skin.h"
+#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -226,14 +227,6 @@ namespace {
 
 const Eigen::Array3d kThroughBlood(0.26, 0.09, 0.08);
 
-// Which faces meet at each vertex.
-std::vector<std::vector<std::uint32_t>> faces_around(const TriangleMesh& skin) {
-  std::vector<std::vector<std::uint32_t>> around(skin.vertices.size());
-  for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
-    for (const std::uint32_t v : skin.faces[f]) around[v].push_back(f);
-  return around;
-}
-
 std::vector<WetRim::Lip> lips_of(const TriangleMesh& skin, std::uint32_t face,
                                  const std::vector<CutOrgan::FacePart>& parts) {
   std::vector<WetRim::Lip> lips;
@@ -265,13 +258,13 @@ Eigen::Vector3d WetRim::place_mm(const TriangleMesh& skin, std::uint32_t face,
 
 WetRim::WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts)
     : lips_(skin.faces.size()) {
-  const std::vector<std::vector<std::uint32_t>> around = faces_around(skin);
+  const VertexFaces around(skin.faces, skin.vertices.size());
   for (const auto& [face, of_face] : parts) {
     const std::vector<Lip> lips = lips_of(skin, face, of_face);
     if (lips.empty()) continue;
     std::vector<std::uint32_t> faces;
     for (const std::uint32_t v : skin.faces[face])
-      faces.insert(faces.end(), around[v].begin(), around[v].end());
+      faces.insert(faces.end(), around.of(v).begin(), around.of(v).end());
     std::sort(faces.begin(), faces.end());
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     for (const std::uint32_t f : faces) lips_[f].insert(lips_[f].end(), lips.begin(), lips.end());
