@@ -32,26 +32,32 @@ Bundle box_organ(double scale = 1) {
   return bundle;
 }
 
-// One step of a blade in the organ at rest; whether it hangs together otherwise then.
-bool advance(BladeSweeps& sweeps, CutOrgan& organ, const CuttingStep& now) {
-  const std::vector<Vector3d> nodes =
-      organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm;
-  sweeps.advance({&now, 1}, organ, nodes);
-  return organ.part(sweeps.sheet());
-}
+class CutOrganTest : public testing::Test {
+ protected:
+  explicit CutOrganTest(double scale = 1) : organ_(box_organ(scale)), sweeps_(organ_) {}
 
-// A blade, its edge upright, on its way at rest.
-std::size_t draw_blade(BladeSweeps& sweeps, CutOrgan& organ, const Vector3d& from,
-                       const Vector3d& to, double edge_mm, int steps = 40,
-                       std::size_t instrument = 0, double width_mm = 0) {
-  std::size_t changes = 0;
-  for (int i = 0; i <= steps; ++i) {
-    const Vector3d tip = from + double(i) / steps * (to - from);
-    changes += advance(sweeps, organ, {instrument, {tip, tip + Vector3d(0, 0, edge_mm)}, width_mm});
+  // One step of a blade in the organ at rest; whether it hangs together otherwise then.
+  bool advance(const CuttingStep& now) {
+    const std::vector<Vector3d> nodes =
+        organ_.cut() ? organ_.now().mechanics.body->nodes_mm : organ_.body().uncut().nodes_mm;
+    sweeps_.advance({&now, 1}, organ_, nodes);
+    return organ_.part(sweeps_.sheet());
   }
-  sweeps.advance({}, organ, {});
-  return changes;
-}
+  // A blade, its edge upright, on its way at rest.
+  std::size_t draw_blade(const Vector3d& from, const Vector3d& to, double edge_mm, int steps = 40,
+                         std::size_t instrument = 0, double width_mm = 0) {
+    std::size_t changes = 0;
+    for (int i = 0; i <= steps; ++i) {
+      const Vector3d tip = from + double(i) / steps * (to - from);
+      changes += advance({instrument, {tip, tip + Vector3d(0, 0, edge_mm)}, width_mm});
+    }
+    sweeps_.advance({}, organ_, {});
+    return changes;
+  }
+
+  CutOrgan organ_;
+  BladeSweeps sweeps_;
+};
 
 // Of the pieces' skins with their walls, mm³, the smaller first; no face hangs between two pieces.
 std::vector<double> volumes_of_pieces(const CutOrgan& organ) {
@@ -70,6 +76,13 @@ std::vector<double> volumes_of_pieces(const CutOrgan& organ) {
   return volumes;
 }
 
+void expect_two_pieces(const CutOrgan& organ, double smaller_mm3, double larger_mm3) {
+  ASSERT_EQ(organ.body().cut().fragment_count(), 2u);
+  const std::vector<double> volumes = volumes_of_pieces(organ);
+  EXPECT_NEAR(volumes[0], smaller_mm3, kWallGaps * kBoxVolume_mm3);
+  EXPECT_NEAR(volumes[1], larger_mm3, kWallGaps * kBoxVolume_mm3);
+}
+
 TEST(CutOrgan, OrgansWithoutTetrahedraAreRefused) {
   Bundle bundle = box_organ();
   bundle.mechanics.body.reset();
@@ -81,50 +94,36 @@ TEST(CutOrgan, OrgansWithoutTetrahedraAreRefused) {
   }
 }
 
-TEST(CutOrgan, ABladeInTheAirCutsNothing) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  EXPECT_EQ(draw_blade(sweeps, organ, {-50, 0, 21}, {50, 0, 21}, 30), 0u);
-  EXPECT_FALSE(organ.cut());
+TEST_F(CutOrganTest, ABladeInTheAirCutsNothing) {
+  EXPECT_EQ(draw_blade({-50, 0, 21}, {50, 0, 21}, 30), 0u);
+  EXPECT_FALSE(organ_.cut());
 }
 
 // In two from end to end: two bodies, each with its share of the skin and a wall, closed to what a
 // wall's quadrangles leave of its outline.
-TEST(CutOrgan, ACutThroughMakesTwoBodies) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  EXPECT_GT(draw_blade(sweeps, organ, {3.3, -35, -30}, {3.3, 35, -30}, 60), 0u);
-  ASSERT_TRUE(organ.cut());
-  EXPECT_EQ(organ.body().cut().fragment_count(), 2u);
-  ASSERT_EQ(organ.now().mechanics.body->vertices.size(), organ.now().proxy.vertices.size());
-  const std::vector<double> volumes = volumes_of_pieces(organ);
-  EXPECT_NEAR(volumes[0], 26.7 * 40 * 40, kWallGaps * kBoxVolume_mm3);
-  EXPECT_NEAR(volumes[1], 33.3 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+TEST_F(CutOrganTest, ACutThroughMakesTwoBodies) {
+  EXPECT_GT(draw_blade({3.3, -35, -30}, {3.3, 35, -30}, 60), 0u);
+  ASSERT_TRUE(organ_.cut());
+  ASSERT_EQ(organ_.now().mechanics.body->vertices.size(), organ_.now().proxy.vertices.size());
+  expect_two_pieces(organ_, 26.7 * 40 * 40, 33.3 * 40 * 40);
 }
 
 // Each piece is short of its half of the strip.
-TEST(CutOrgan, AWideBladeTakesAStripAway) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  draw_blade(sweeps, organ, {3.3, -35, -30}, {3.3, 35, -30}, 60, 40, 0, 2);
-  ASSERT_EQ(organ.body().cut().fragment_count(), 2u);
-  const std::vector<double> volumes = volumes_of_pieces(organ);
-  EXPECT_NEAR(volumes[0], 25.7 * 40 * 40, kWallGaps * kBoxVolume_mm3);
-  EXPECT_NEAR(volumes[1], 32.3 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+TEST_F(CutOrganTest, AWideBladeTakesAStripAway) {
+  draw_blade({3.3, -35, -30}, {3.3, 35, -30}, 60, 40, 0, 2);
+  expect_two_pieces(organ_, 25.7 * 40 * 40, 32.3 * 40 * 40);
 }
 
 // The lips of a wide cut lie as far apart as it is wide, and its tip leaves a floor between the
 // walls: no way leads in from above that does not meet a face.
-TEST(CutOrgan, AWideCutHasAFloor) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  draw_blade(sweeps, organ, {3.3, -12, 8}, {3.3, 12, 8}, 30, 40, 0, 2);
-  ASSERT_TRUE(organ.cut());
-  const TriangleMesh& skin = organ.now().proxy;
+TEST_F(CutOrganTest, AWideCutHasAFloor) {
+  draw_blade({3.3, -12, 8}, {3.3, 12, 8}, 30, 40, 0, 2);
+  ASSERT_TRUE(organ_.cut());
+  const TriangleMesh& skin = organ_.now().proxy;
   int lips = 0;
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
     const Vector3d& at = skin.vertices[v];
-    if (!organ.now().skin->creased[v] || std::abs(at.y()) > 8) continue;
+    if (!organ_.now().skin->creased[v] || std::abs(at.y()) > 8) continue;
     EXPECT_NEAR(std::abs(at.x() - 3.3), 1, 0.1);  // of a lip that is bent by 3 % of an edge
     ++lips;
   }
@@ -143,15 +142,13 @@ TEST(CutOrgan, AWideCutHasAFloor) {
 }
 
 // A blade that comes down flat on the skin: its walls are as deep as it went, below all of it.
-TEST(CutOrgan, ABladePressedInFlatMakesWalls) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
+TEST_F(CutOrganTest, ABladePressedInFlatMakesWalls) {
   for (int i = 0; i <= 40; ++i) {
     const double z = 24 - 0.4 * i;
-    advance(sweeps, organ, {0, {Vector3d(-14, 2.3, z), Vector3d(14, 2.3, z)}});
+    advance({0, {Vector3d(-14, 2.3, z), Vector3d(14, 2.3, z)}});
   }
-  ASSERT_TRUE(organ.cut());
-  const TriangleMesh& skin = organ.now().proxy;
+  ASSERT_TRUE(organ_.cut());
+  const TriangleMesh& skin = organ_.now().proxy;
   double area = 0;
   for (std::size_t f = 0; f < skin.faces.size(); ++f) {
     bool on_sheet = true;
@@ -164,9 +161,7 @@ TEST(CutOrgan, ABladePressedInFlatMakesWalls) {
   EXPECT_LT(area, 2 * 28 * 12 * 1.001);
 }
 
-TEST(CutOrgan, ScissorsPartWhatLiesBetweenTheirBlades) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
+TEST_F(CutOrganTest, ScissorsPartWhatLiesBetweenTheirBlades) {
   ClosingScissors scissors;
   const Vector3d pivot(-80, 2.3, 0), tip(40, 2.3, 0);
   EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 100}));
@@ -175,34 +170,29 @@ TEST(CutOrgan, ScissorsPartWhatLiesBetweenTheirBlades) {
     const auto snip = scissors.advance(tip, pivot, {0, 0, 120 - 3.0 * i});
     ASSERT_TRUE(snip);
     EXPECT_EQ(snip->put_down.has_value(), i == 1);
-    advance(sweeps, organ, {0, snip->edge, 0, snip->put_down});
+    advance({0, snip->edge, 0, snip->put_down});
     if (i < 20) {
-      EXPECT_EQ(organ.body().cut().fragment_count(), 1u);  // not half-way yet
+      EXPECT_EQ(organ_.body().cut().fragment_count(), 1u);  // not half-way yet
     }
   }
-  ASSERT_EQ(organ.body().cut().fragment_count(), 2u);
-  const std::vector<double> volumes = volumes_of_pieces(organ);
-  EXPECT_NEAR(volumes[0], 60 * 17.7 * 40, kWallGaps * kBoxVolume_mm3);
-  EXPECT_NEAR(volumes[1], 60 * 22.3 * 40, kWallGaps * kBoxVolume_mm3);
+  expect_two_pieces(organ_, 60 * 17.7 * 40, 60 * 22.3 * 40);
   EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 0}));  // they stay closed
 }
 
 // Beside a cut the faces that show it are small; those of a cut skin tell where in the uncut one
 // they lie, all of it once.
-TEST(CutOrgan, SkinIsFinerBesideACut) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  draw_blade(sweeps, organ, {3.3, -12, 8}, {3.3, 12, 8}, 30);
-  const TriangleMesh& now = organ.now().proxy;
-  ASSERT_FALSE(organ.face_parts().empty());
-  EXPECT_LT(now.faces.size(), organ.uncut_skin().faces.size() + 1500);
-  for (const auto& [face, parts] : organ.face_parts()) {
+TEST_F(CutOrganTest, SkinIsFinerBesideACut) {
+  draw_blade({3.3, -12, 8}, {3.3, 12, 8}, 30);
+  const TriangleMesh& now = organ_.now().proxy;
+  ASSERT_FALSE(organ_.face_parts().empty());
+  EXPECT_LT(now.faces.size(), organ_.uncut_skin().faces.size() + 1500);
+  for (const auto& [face, parts] : organ_.face_parts()) {
     double sum = 0;
     for (const CutOrgan::FacePart& part : parts) {
       const Eigen::Vector2d one = part.at[1] - part.at[0], other = part.at[2] - part.at[0];
       sum += one.x() * other.y() - one.y() * other.x();
-      const auto& [a, b, c] = organ.uncut_skin().faces[face];
-      const auto& at = organ.uncut_skin().vertices;
+      const auto& [a, b, c] = organ_.uncut_skin().faces[face];
+      const auto& at = organ_.uncut_skin().vertices;
       for (int k = 0; k < 3; ++k) {
         const Vector3d there =
             (1 - part.at[k].sum()) * at[a] + part.at[k].x() * at[b] + part.at[k].y() * at[c];
@@ -214,34 +204,34 @@ TEST(CutOrgan, SkinIsFinerBesideACut) {
   // A lip ends within an edge of where the blade did.
   double first = 1e9, last = -1e9;
   for (std::size_t v = 0; v < now.vertices.size(); ++v) {
-    if (!organ.now().skin->creased[v]) continue;
+    if (!organ_.now().skin->creased[v]) continue;
     first = std::min(first, now.vertices[v].y()), last = std::max(last, now.vertices[v].y());
   }
   EXPECT_LT(first, -12 + 2.5);
   EXPECT_GT(last, 12 - 2.5);
 }
 
-TEST(CutOrgan, ACutThatEndsWithinLeavesOneBody) {
-  CutOrgan organ(box_organ());
-  BladeSweeps sweeps(organ);
-  EXPECT_GT(draw_blade(sweeps, organ, {3.3, -25, 0}, {3.3, 5, 0}, 30), 0u);
-  EXPECT_EQ(organ.body().cut().fragment_count(), 1u);
-  EXPECT_GT(organ.now().proxy.faces.size(), box_organ().proxy.faces.size());
+TEST_F(CutOrganTest, ACutThatEndsWithinLeavesOneBody) {
+  EXPECT_GT(draw_blade({3.3, -25, 0}, {3.3, 5, 0}, 30), 0u);
+  EXPECT_EQ(organ_.body().cut().fragment_count(), 1u);
+  EXPECT_GT(organ_.now().proxy.faces.size(), box_organ().proxy.faces.size());
 }
 
-TEST(CutOrgan, TwentyCutsInOneOrgan) {
-  CutOrgan organ(box_organ(0.5));
-  BladeSweeps sweeps(organ);
+class SmallCutOrgan : public CutOrganTest {
+ protected:
+  SmallCutOrgan() : CutOrganTest(0.5) {}
+};
+
+TEST_F(SmallCutOrgan, TakesTwentyCuts) {
   for (int i = 0; i < 20; ++i) {
     const double x = -14 + 1.45 * i, y = i % 2 ? 15 : -15;
-    draw_blade(sweeps, organ, {x, -y, -5 + 0.5 * i}, {-x / 2, y, 1.5 - 0.5 * i}, 20, 2,
-               std::size_t(i % 3));
+    draw_blade({x, -y, -5 + 0.5 * i}, {-x / 2, y, 1.5 - 0.5 * i}, 20, 2, std::size_t(i % 3));
   }
-  const auto volumes = test::fragment_volumes(organ.body().cut(), organ.body().uncut());
-  const double whole = test::volume_mm3(organ.body().uncut());
+  const auto volumes = test::fragment_volumes(organ_.body().cut(), organ_.body().uncut());
+  const double whole = test::volume_mm3(organ_.body().uncut());
   EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), whole, 1e-6 * whole);
-  for (const Vector3d& v : organ.now().proxy.vertices) ASSERT_TRUE(v.allFinite());
-  for (const EmbeddedVertex& v : organ.now().mechanics.body->vertices) {
+  for (const Vector3d& v : organ_.now().proxy.vertices) ASSERT_TRUE(v.allFinite());
+  for (const EmbeddedVertex& v : organ_.now().mechanics.body->vertices) {
     ASSERT_NEAR(v.weights[0] + v.weights[1] + v.weights[2] + v.weights[3], 1, 1e-9);
     for (const double w : v.weights) ASSERT_LT(std::abs(w), 3);
   }
