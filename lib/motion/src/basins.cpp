@@ -115,13 +115,6 @@ struct Basin {
   LampAgreement lamp;
 };
 
-void settle(const FreeLens& lens, Scene& scene) {
-  constexpr int kIterations = 30;
-  adjust({.lens = lens, .iterations = kIterations}, scene);
-  drop_outliers(scene);
-  triangulate(scene);
-}
-
 // Correlation of the depths that both scenes give the places before one view.
 double alike_in_depth(const Scene& a, const Scene& b) {
   const std::size_t view = middle_posed(a);
@@ -147,15 +140,16 @@ bool is_same(const Basin& a, const Basin& b) {
 
 std::vector<Basin> settled(const FreeLens& lens, std::vector<Scene> scenes, bool begun,
                            const RunContext& context) {
+  constexpr int kIterations = 30;
   std::vector<Basin> found(scenes.size());
   parallel_for(std::size_t{0}, scenes.size(), [&](std::size_t i) {
     found[i].scene = std::move(scenes[i]);
     // With a lens that gives way a mirror image would turn back before it has settled.
     if (begun)
-      settle({}, found[i].scene);
+      settle({.iterations = kIterations}, found[i].scene);
     else if (!reconstruct(lens, found[i].scene, context).empty())
       return;
-    settle(lens, found[i].scene);
+    settle({.lens = lens, .iterations = kIterations}, found[i].scene);
   });
   std::erase_if(found, [](const Basin& basin) { return basin.scene.posed_views() < 3; });
   return found;

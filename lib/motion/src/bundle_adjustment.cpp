@@ -2,15 +2,14 @@
 //
 // Poses, places and lens moved together until the sightings that agree lie where the places are
 // seen: bundle adjustment (Triggs et al. 2000) by Ceres' sparse Schur complement, robustly
-// (Cauchy). In: a scene with sightings, and what of its lens is free. Out: the same scene, moved.
+// (Cauchy). In: a scene with sightings, and what of its lens is free. Out: the same scene, moved;
+// and how a sighting's error bends there, by which a lens is doubted (lens_doubt.cpp).
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "organbake/core/parallel.h"
 #include "organbake/motion/scene.h"
 #include "two_views.h"
 
@@ -18,12 +17,12 @@ namespace organbake {
 Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point) {
   constexpr double kStep = 1e-6;
   const double x = point.x() / point.z(), y = point.y() / point.z();
-  const Eigen::Vector2d along_x = (project(lens, Eigen::Vector3d(x + kStep, y, 1)) -
-                                   project(lens, Eigen::Vector3d(x - kStep, y, 1))) /
-                                  (2 * kStep);
-  const Eigen::Vector2d along_y = (project(lens, Eigen::Vector3d(x, y + kStep, 1)) -
-                                   project(lens, Eigen::Vector3d(x, y - kStep, 1))) /
-                                  (2 * kStep);
+  const Eigen::Vector3d ray(x, y, 1);
+  const auto along = [&](const Eigen::Vector3d& axis) -> Eigen::Vector2d {
+    return (project(lens, ray + kStep * axis) - project(lens, ray - kStep * axis)) / (2 * kStep);
+  };
+  const Eigen::Vector2d along_x = along(Eigen::Vector3d::UnitX()),
+                        along_y = along(Eigen::Vector3d::UnitY());
   Eigen::Matrix<double, 2, 3> slopes;
   slopes << along_x, along_y, -x * along_x - y * along_y;
   return slopes / point.z();
@@ -265,188 +264,28 @@ std::size_t adjust_pose(const Intrinsics& lens, const SeenPlaces& seen,
   return agreeing;
 }
 
-// How sure the lens is. What tracks have wrong hangs together: along a track, as its window slides,
-// and among the tracks of one fold or gloss. So the equations' own covariance, which counts each
-// sighting as one more witness, is far too sure. Left out are whole regions of the tissue, one
-// after another, and whole stretches of the clip, each by one Newton step from the solution; both
-// variances add up (jackknife by clusters of two kinds; Cameron, Gelbach & Miller 2011).
-namespace {
-
-constexpr int kOfPose = 6, kOfLens = 2, kOfPlace = 3;
-
-// A sighting's error and how it changes, weighed as the robust cost bends there (Triggs et al.
-// 2000, 4.3): across the error by the weight alone, along it by less.
-struct WeighedSighting {
-  Eigen::Vector2d error;
-  Eigen::Matrix<double, 2, kOfPose, Eigen::RowMajor> by_pose;
-  Eigen::Matrix<double, 2, kOfPlace, Eigen::RowMajor> by_place;
-  Eigen::Matrix<double, 2, kOfLens, Eigen::RowMajor> by_lens;
-
-  bool weigh(const Sighting& seen, const Landmark& landmark, const FreeLens& free,
-             const Scene& scene) {
-    const PoseBlock pose = block_of(*scene.camera_from_world[seen.view]);
-    const LensBlock lens{scene.lens.fx, scene.lens.k1};
-    const double* blocks[] = {pose.data(), landmark.place->data(), lens.data()};
-    double* slopes[] = {by_pose.data(), by_place.data(), by_lens.data()};
-    if (!SightingCost(seen.pixel, scene.lens).Evaluate(blocks, error.data(), slopes)) return false;
-    if (!free.focal) by_lens.col(0).setZero();
-    if (!free.distortion) by_lens.col(1).setZero();
-    // An outlier's curvature along its error would be negative: it is taken for nearly none.
-    constexpr double kMostBent = 0.9;
-    const double square = error.squaredNorm() / (kRobust_px * kRobust_px);
-    const double weight = 1 / (1 + square), bent = std::min(kMostBent, 2 * square * weight);
-    const Eigen::Vector2d along = error / std::max(1e-12, error.norm());
-    const Eigen::Matrix2d root =
-        std::sqrt(weight) *
-        (Eigen::Matrix2d::Identity() - (1 - std::sqrt(1 - bent)) * along * along.transpose());
-    by_pose = root * by_pose;
-    by_place = root * by_place;
-    by_lens = root * by_lens;
-    error *= std::sqrt(weight / (1 - bent));
-    return true;
-  }
-};
-
-// Normal equations of poses and lens, the landmarks' places eliminated (Schur complement); of the
-// matrix the lower half.
-struct NormalEquations {
-  Eigen::MatrixXd matrix;
-  Eigen::VectorXd right;
-
-  void add(const Landmark& landmark, const FreeLens& free, const Scene& scene) {
-    const Eigen::Index lens_at = right.size() - kOfLens;
-    Eigen::Matrix3d place = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d place_right = Eigen::Vector3d::Zero();
-    // Where a block of unknowns begins, and how it hangs together with the place.
-    std::vector<std::pair<Eigen::Index, Eigen::MatrixXd>> ties;
-    Eigen::MatrixXd lens_tie = Eigen::MatrixXd::Zero(kOfLens, kOfPlace);
-    WeighedSighting one;
-    for (const Sighting& seen : landmark.seen) {
-      if (!seen.agrees || !scene.is_posed(seen.view) || !one.weigh(seen, landmark, free, scene))
-        continue;
-      const auto at = static_cast<Eigen::Index>(kOfPose * seen.view);
-      matrix.block<kOfPose, kOfPose>(at, at) += one.by_pose.transpose() * one.by_pose;
-      matrix.block<kOfLens, kOfPose>(lens_at, at) += one.by_lens.transpose() * one.by_pose;
-      matrix.bottomRightCorner<kOfLens, kOfLens>() += one.by_lens.transpose() * one.by_lens;
-      right.segment<kOfPose>(at) += one.by_pose.transpose() * one.error;
-      right.tail<kOfLens>() += one.by_lens.transpose() * one.error;
-      place += one.by_place.transpose() * one.by_place;
-      place_right += one.by_place.transpose() * one.error;
-      ties.emplace_back(at, one.by_pose.transpose() * one.by_place);
-      lens_tie += one.by_lens.transpose() * one.by_place;
-    }
-    if (ties.size() < 2) return;
-    ties.emplace_back(lens_at, lens_tie);
-    const Eigen::LDLT<Eigen::Matrix3d> of_place(place);
-    for (std::size_t i = 0; i < ties.size(); ++i) {
-      const auto& [row, tie] = ties[i];
-      const Eigen::MatrixXd solved = of_place.solve(tie.transpose()).transpose();
-      right.segment(row, tie.rows()) -= solved * place_right;
-      for (std::size_t j = 0; j <= i; ++j)
-        matrix.block(row, ties[j].first, tie.rows(), ties[j].second.rows()) -=
-            solved * ties[j].second.transpose();
-    }
-  }
-
-  // The Newton step of the lens. What the scene's own freedom (its place, turn and size) leaves
-  // open stays as it is.
-  Eigen::Vector2d lens_step() const {
-    constexpr double kOpen = 1e-10;
-    const Eigen::VectorXd scale =
-        matrix.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 1; });
-    Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-    scaled.diagonal().array() += kOpen;
-    const Eigen::VectorXd step = -scaled.ldlt().solve(Eigen::VectorXd(scale.asDiagonal() * right));
-    return (scale.asDiagonal() * step).tail<kOfLens>();
-  }
-};
-
-// Halves landmarks again and again, across where their places lie widest apart.
-void split(std::vector<std::size_t> landmarks, int times, const Scene& scene,
-           std::vector<std::vector<std::size_t>>& regions) {
-  if (times == 0) return regions.push_back(std::move(landmarks));
-  Eigen::AlignedBox3d box;
-  for (const std::size_t i : landmarks) box.extend(*scene.landmarks[i].place);
-  Eigen::Index axis = 0;
-  box.sizes().maxCoeff(&axis);
-  const auto middle = landmarks.begin() + static_cast<std::ptrdiff_t>(landmarks.size() / 2);
-  std::nth_element(landmarks.begin(), middle, landmarks.end(), [&](std::size_t a, std::size_t b) {
-    return (*scene.landmarks[a].place)[axis] < (*scene.landmarks[b].place)[axis];
-  });
-  split({landmarks.begin(), middle}, times - 1, scene, regions);
-  split({middle, landmarks.end()}, times - 1, scene, regions);
-}
-
-// The equations of some landmarks, by the views that have a pose.
-NormalEquations equations_of(const std::vector<std::size_t>& landmarks, const FreeLens& free,
-                             const Scene& scene) {
-  const auto unknowns =
-      static_cast<Eigen::Index>(kOfPose * scene.camera_from_world.size() + kOfLens);
-  NormalEquations sums{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)};
-  for (const std::size_t i : landmarks) sums.add(scene.landmarks[i], free, scene);
-  return sums;
-}
-
-// Lens steps without one region of the tissue after another.
-std::vector<Eigen::Vector2d> steps_without_regions(const std::vector<std::size_t>& placed,
-                                                   const FreeLens& free, const Scene& scene) {
-  constexpr int kHalvings = 3;
-  std::vector<std::vector<std::size_t>> regions;
-  split(placed, kHalvings, scene, regions);
-  std::vector<NormalEquations> parts(regions.size());
-  parallel_for(std::size_t{0}, regions.size(),
-               [&](std::size_t i) { parts[i] = equations_of(regions[i], free, scene); });
-  NormalEquations all = parts[0];
-  for (std::size_t i = 1; i < parts.size(); ++i) {
-    all.matrix += parts[i].matrix;
-    all.right += parts[i].right;
-  }
-  std::vector<Eigen::Vector2d> steps(parts.size());
-  parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-    steps[i] =
-        NormalEquations{all.matrix - parts[i].matrix, all.right - parts[i].right}.lens_step();
-  });
-  return steps;
-}
-
-// Likewise without one stretch of the clip after another.
-std::vector<Eigen::Vector2d> steps_without_stretches(const std::vector<std::size_t>& placed,
-                                                     const FreeLens& free, const Scene& scene) {
-  constexpr std::size_t kStretches = 8;
-  const std::size_t posed = scene.posed_views(), count = std::min(kStretches, posed);
-  std::vector<Eigen::Vector2d> steps(count);
-  parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-    Scene rest = scene;
-    std::size_t at = 0;
-    for (auto& pose : rest.camera_from_world)
-      if (pose && at++ * count / posed == i) pose.reset();
-    steps[i] = equations_of(placed, free, rest).lens_step();
-  });
-  return steps;
-}
-
-Eigen::Vector2d jackknife_variance(const std::vector<Eigen::Vector2d>& steps) {
-  const auto count = static_cast<double>(steps.size());
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero(), squares = mean;
-  for (const Eigen::Vector2d& step : steps) mean += step / count;
-  for (const Eigen::Vector2d& step : steps) squares += (step - mean).cwiseAbs2();
-  return squares * (count - 1) / count;
-}
-
-}  // namespace
-
-LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2) {
-  if (!free.focal && !free.distortion) return {};
-  std::vector<std::size_t> placed;
-  for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
-    if (scene.landmarks[i].place) placed.push_back(i);
-  const Eigen::Vector2d variance = jackknife_variance(steps_without_regions(placed, free, scene)) +
-                                   jackknife_variance(steps_without_stretches(placed, free, scene));
-  // Whatever is left out, windows slide along edges a little in the same way.
-  constexpr double kNeverTold = 0.005;
-  const double never_told = kNeverTold * scene.lens.fx;
-  return {free.focal ? std::sqrt(variance[0] + focal_variance_px2 + never_told * never_told) : 0,
-          std::sqrt(variance[1])};
+bool WeighedSighting::weigh(const Sighting& seen, const Landmark& landmark, const FreeLens& free,
+                            const Scene& scene) {
+  const PoseBlock pose = block_of(*scene.camera_from_world[seen.view]);
+  const LensBlock lens{scene.lens.fx, scene.lens.k1};
+  const double* blocks[] = {pose.data(), landmark.place->data(), lens.data()};
+  double* slopes[] = {by_pose.data(), by_place.data(), by_lens.data()};
+  if (!SightingCost(seen.pixel, scene.lens).Evaluate(blocks, error.data(), slopes)) return false;
+  if (!free.focal) by_lens.col(0).setZero();
+  if (!free.distortion) by_lens.col(1).setZero();
+  // An outlier's curvature along its error would be negative: it is taken for nearly none.
+  constexpr double kMostBent = 0.9;
+  const double square = error.squaredNorm() / (kRobust_px * kRobust_px);
+  const double weight = 1 / (1 + square), bent = std::min(kMostBent, 2 * square * weight);
+  const Eigen::Vector2d along = error / std::max(1e-12, error.norm());
+  const Eigen::Matrix2d root =
+      std::sqrt(weight) *
+      (Eigen::Matrix2d::Identity() - (1 - std::sqrt(1 - bent)) * along * along.transpose());
+  by_pose = root * by_pose;
+  by_place = root * by_place;
+  by_lens = root * by_lens;
+  error *= std::sqrt(weight / (1 - bent));
+  return true;
 }
 
 }  // namespace organbake

@@ -202,10 +202,9 @@ class MotionSearch {
       if (better) std::swap(best, found);
       if (found.scene.posed_views() > 0) leave_out(found.view_frames, kSmaller);
     }
+    best.left_out = std::move(left_out_);
     return best;
   }
-
-  std::vector<FrameSpan> take_left_out() { return std::move(left_out_); }
 
  private:
   void leave_out(const Frames& frames, std::string reason) {
@@ -323,10 +322,7 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
   }
   std::stable_sort(shots.begin(), shots.end(),
                    [](const auto& a, const auto& b) { return a.frames.size() > b.frames.size(); });
-  MotionSearch search(options, clip, lens, load, context);
-  ClipMotion motion = search.best_of(std::move(shots));
-  motion.left_out = search.take_left_out();
-  return motion;
+  return MotionSearch(options, clip, lens, load, context).best_of(std::move(shots));
 }
 
 ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,

@@ -134,12 +134,6 @@ bool pose_view(std::size_t view, Scene& scene) {
 struct Pair {
   std::size_t first = 0, second = 0;
   TwoViews relation;
-  // Many pairs under an angle at which depth is sure; wider ones see each other less well.
-  double score() const {
-    constexpr double kWideEnough_rad = 0.1;
-    return static_cast<double>(relation.agreeing) *
-           std::min(relation.median_angle_rad, kWideEnough_rad);
-  }
 };
 
 TwoViews relate(const Scene& scene, std::size_t a, std::size_t b) {
@@ -188,7 +182,7 @@ class Growth {
       if (const std::string failure = begin_with_pair(); !failure.empty()) return failure;
     triangulate(scene_);
     // Two views bend any lens to what they like: it is held until there are more.
-    settle({}, 10);
+    settle_all({}, 10);
     grow();
     add_others();
     return "";
@@ -214,12 +208,14 @@ class Growth {
   // A pair that a plane, a pure turn or a zoom explains to two pixels tells no shape. A lens's
   // distortion looks like parallax, the more the larger the picture is.
   double worth(const Pair& pair) const {
-    constexpr double kLeastParallax_px = 2, kUsualWidth = 1280, kLeastAngle_rad = 0.02;
-    const double of_usual = std::clamp(scene_.lens.width / kUsualWidth, 0.5, 1.0);
-    return pair.relation.parallax_px >= kLeastParallax_px * of_usual &&
-                   pair.relation.median_angle_rad >= kLeastAngle_rad
-               ? pair.score()
-               : 0;
+    constexpr double kLeastParallax_px = 2, kUsualWidth = 1280, kLeastAngle_rad = 0.02,
+                     kWideEnough_rad = 0.1;
+    const double of_usual = std::clamp(scene_.lens.width / kUsualWidth, 0.5, 1.0),
+                 angle_rad = pair.relation.median_angle_rad;
+    if (pair.relation.parallax_px < kLeastParallax_px * of_usual || angle_rad < kLeastAngle_rad)
+      return 0;
+    // Many pairs under an angle at which depth is sure; wider ones see each other less well.
+    return static_cast<double>(pair.relation.agreeing) * std::min(angle_rad, kWideEnough_rad);
   }
 
   // The unposed key that sees most places.
@@ -249,7 +245,7 @@ class Growth {
       const std::size_t posed = scene_.posed_views();
       context_.progress(static_cast<double>(posed) / static_cast<double>(keys_.size()));
       if (posed * 4 < settled_at * 5 && posed < settled_at + 8) continue;
-      settle(lens_now(posed), 10);
+      settle_all(lens_now(posed), 10);
       settled_at = posed;
       // Places have moved, and there are more of them: who was refused may agree now.
       std::fill(refused.begin(), refused.end(), false);
@@ -261,11 +257,9 @@ class Growth {
     return {lens_.focal && posed >= 4, lens_.distortion && posed >= 6};
   }
 
-  void settle(const FreeLens& lens, int iterations) {
-    adjust({.lens = lens, .iterations = iterations, .tolerance = 1e-3, .sightings_per_view = 250},
+  void settle_all(const FreeLens& lens, int iterations) {
+    settle({.lens = lens, .iterations = iterations, .tolerance = 1e-3, .sightings_per_view = 250},
            scene_);
-    drop_outliers(scene_);
-    triangulate(scene_);
   }
 
   // The new view and those around it, the others held.
@@ -285,7 +279,7 @@ class Growth {
   // The views between the keys, each from the places that it sees; as long as some more become
   // known by others.
   void add_others() {
-    settle(lens_now(scene_.posed_views()), 15);
+    settle_all(lens_now(scene_.posed_views()), 15);
     for (std::size_t posed = 0; posed < scene_.posed_views();) {
       context_.throw_if_cancelled();
       posed = scene_.posed_views();
@@ -294,7 +288,7 @@ class Growth {
       });
       triangulate(scene_);
     }
-    settle(lens_, 20);
+    settle_all(lens_, 20);
   }
 
   const FreeLens lens_;

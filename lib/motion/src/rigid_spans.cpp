@@ -61,9 +61,7 @@ Scene alone(const Scene& scene, const ViewRange& range) {
     for (Sighting& seen : landmark.seen) seen.agrees = true;
   }
   triangulate(part);
-  adjust({.iterations = 10, .tolerance = 1e-4, .sightings_per_view = 100}, part);
-  drop_outliers(part);
-  triangulate(part);
+  settle({.iterations = 10, .tolerance = 1e-4, .sightings_per_view = 100}, part);
   return part;
 }
 
@@ -114,9 +112,7 @@ std::size_t broken_off(const Scene& scene, std::size_t fewest_views, bool last) 
 void fit_anew(const FreeLens& lens, Scene& scene) {
   drop_outliers(scene);
   triangulate(scene);
-  adjust({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
-  drop_outliers(scene);
-  triangulate(scene);
+  settle({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
 }
 
 // While the scope jumps or tissue moves, views fit neither side of a break.

@@ -169,6 +169,12 @@ void drop_outliers(Scene& scene) {
     if (landmark.place && !is_sound(scene, landmark)) landmark.place.reset();
 }
 
+void settle(const AdjustmentOptions& options, Scene& scene) {
+  adjust(options, scene);
+  drop_outliers(scene);
+  triangulate(scene);
+}
+
 namespace {
 
 constexpr double kMostTurned_rad = 0.35;  // of the direction of view: a window still looks alike

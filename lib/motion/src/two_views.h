@@ -47,6 +47,9 @@ TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>
 // plane z = 1.
 Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point);
 
+// Moves the scene (adjust), then asks anew which sightings agree and what has a place.
+void settle(const AdjustmentOptions& options, Scene& scene);
+
 // Views from `first` up to, not including, `end`.
 struct ViewRange {
   std::size_t first = 0, end = 0;
@@ -100,7 +103,22 @@ struct BasinChoice {
 // told it poses none. Deterministic for any number of threads.
 BasinChoice choose_basin(const FreeLens& free, Scene& scene, const RunContext& context);
 
-// By leaving out one region of the tissue after another (bundle_adjustment.cpp), and by the scenes
+constexpr int kOfPose = 6, kOfLens = 2, kOfPlace = 3;  // unknowns
+
+// A sighting's error and how it changes, weighed as the robust cost bends there (Triggs et al.
+// 2000, 4.3): across the error by the weight alone, along it by less.
+struct WeighedSighting {
+  Eigen::Vector2d error;                                         // pixels
+  Eigen::Matrix<double, 2, kOfPose, Eigen::RowMajor> by_pose;    // angle and axis, translation
+  Eigen::Matrix<double, 2, kOfPlace, Eigen::RowMajor> by_place;  // of its landmark
+  Eigen::Matrix<double, 2, kOfLens, Eigen::RowMajor> by_lens;    // focal length, k1
+
+  // False for what lies behind its view. The view must have a pose, the landmark a place.
+  bool weigh(const Sighting& seen, const Landmark& landmark, const FreeLens& free,
+             const Scene& scene);
+};
+
+// By leaving out one region of the tissue after another (lens_doubt.cpp), and by the scenes
 // that fit nearly as well.
 LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2);
 
