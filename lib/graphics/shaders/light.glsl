@@ -106,9 +106,9 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
     float size2 = positive(kDrop * own2 * at_most_1(lit) - out2);
     float drawn2 = max(size2, 0.25 * soft * soft);
     float inside = at_most_1(positive(0.5 + (drawn2 + out2 - dot(d, d)) / (2.0 * sqrt(drawn2) * soft)));
-    sum += size2 / drawn2 * inside * inside * (3.0 - 2.0 * inside);
+    sum += (1.0 - sum) * size2 / drawn2 * inside * inside * (3.0 - 2.0 * inside);
   }
-  return at_most_1(sum);
+  return sum;
 }
 
 float mean_of_drops(float lacks2, float wet) {
@@ -134,7 +134,8 @@ float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share
     float bent = skin.bend * (1.0 / pixels_per_mm + kBridges_mm);
     return kBlown * light_of_film(share, lost + bent * bent, dot(lacks, lacks));
   }
-  float pixel = drops.x / pixels_per_mm, seen = at_most_1(positive(2.0 - 2.0 * pixel));
+  float pixel = drops.x / pixels_per_mm;
+  float seen = at_most_1(positive(2.0 - pixel / (1.0 - 0.5 * kJitter)));
   float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills))) -
               kCrease * skin.bend;
   float mean = mean_of_drops(dot(lacks, lacks) + 2.0 * lost, wet);

@@ -104,10 +104,10 @@ class WetFilm {
   // kEnd no drop is lit; toward the mirror direction it grows to its own size, kGrows before that
   // is reached. The least drops are lit as far as the lobe reaches for kSteep of what lacks there.
   static constexpr float kDrop = 0.36f, kEnd = 0.08f, kGrows = 1.5f, kSteep = 0.3f;
-  static constexpr float kEdge = 0.06f;      // within this it ends,
-  static constexpr float kSoftEnds = 1.75f;  // and within so many pixels at least
-  static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
-  static constexpr double kBreaks = 0.06;    // slope of the relief from which on the film is drops
+  static constexpr float kEdge = 0.06f;     // within this it ends,
+  static constexpr float kSoftEnds = 1.6f;  // and within so many pixels at least
+  static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter
+  static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {

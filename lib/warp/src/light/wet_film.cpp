@@ -59,8 +59,7 @@ inline __attribute__((always_inline)) void visit_cells(float x, float y, float z
 
 using Wave = WetFilm::Wave;
 
-// The sine of whole turns, as parabolas: continuous with its slope, which is
-// all a relief needs.
+// The sine of whole turns, as parabolas: continuous with its slope, which is all a relief needs.
 inline float wave_at(float turns) {
   const float t = turns - std::nearbyint(turns);
   return 8 * t * (1 - 2 * std::abs(t));
@@ -88,8 +87,7 @@ Wave make_wave(int number, double length_mm, double slope) {
   wave.slope_y = static_cast<float>(slope * toward.y());
   wave.slope_z = static_cast<float>(slope * toward.z());
   wave.length_mm = static_cast<float>(length_mm);
-  // Mean over a turn 8 / 15, and over directions in space a third of it along
-  // one.
+  // Mean over a turn 8 / 15, and over directions in space a third of it along one.
   wave.variance = static_cast<float>(slope * slope * 8 / 45);
   return wave;
 }
@@ -237,9 +235,10 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
         const float in =
             at_most_1(positive(0.5f + (drawn * drawn + out2 - cell.distance2()) * inverse));
         const float kept = 2 * size * soft * inverse;
-        light += kept * kept * in * in * (3 - 2 * in);
+        // Where soft ends of two meet, one covers of the other what chance would have it.
+        light += (1 - light) * kept * kept * in * in * (3 - 2 * in);
       });
-  return at_most_1(light);
+  return light;
 }
 
 // The mean of that over all drops that may lie there, within a tenth.
@@ -305,7 +304,8 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
       const float wet = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[i];
       // Hills too fine for the pixel lean its drops in both directions.
       const float mean = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
-      const float seen = at_most_1(positive(2 - 2 * pixel));
+      // A drop as soft as larger pixels would reach beyond the cubes that are asked.
+      const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
       const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, pixel);
       white[j] = in.white[i] * in.shows[i] * WetFilm::kBlown *
                  at_most_1(in.share[i] * film.strength) * (mean + seen * (each - mean));
