@@ -17,6 +17,7 @@
 #include <stdexcept>
 
 #include "fitting.h"
+#include "organbake/decimate/mesh_defects.h"
 
 namespace organbake {
 namespace {
@@ -37,22 +38,6 @@ HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const UnitFrame& frame) {
     if (result.add_face(Vertex(f[0]), Vertex(f[1]), Vertex(f[2])) == HalfEdgeMesh::null_face()) {
       throw std::logic_error("collapse_edges: the surface is not manifold");
     }
-  }
-  return result;
-}
-
-TriangleMesh from_half_edges(HalfEdgeMesh& mesh, const UnitFrame& frame) {
-  mesh.collect_garbage();
-  TriangleMesh result;
-  for (const auto vertex : mesh.vertices()) {
-    const Kernel::Point_3& p = mesh.point(vertex);
-    result.vertices.push_back(frame.back(Eigen::Vector3d(p.x(), p.y(), p.z())));
-  }
-  for (const auto face : mesh.faces()) {
-    Face corners{};
-    int c = 0;
-    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face))) corners[c++] = vertex;
-    result.faces.push_back(corners);
   }
   return result;
 }
@@ -165,7 +150,10 @@ TriangleMesh collapse_edges(const TriangleMesh& surface, std::size_t faces,
         CGAL::parameters::get_cost(simplification::LindstromTurk_cost<HalfEdgeMesh>())
             .get_placement(BoundedPlacement()));
   }
-  return from_half_edges(mesh, frame);
+  mesh.collect_garbage();
+  return triangles_of(mesh, [&](const Kernel::Point_3& p) {
+    return frame.back(Eigen::Vector3d(p.x(), p.y(), p.z()));
+  });
 }
 
 TriangleMesh collapse_by_quadrics(const TriangleMesh& surface, std::size_t faces,

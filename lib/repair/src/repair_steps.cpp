@@ -76,23 +76,15 @@ class VerticesByX {
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 // Corners that share a vertex and hang together through edges at it.
-class Fans {
- public:
-  explicit Fans(std::size_t faces) : corners_(3 * faces) {}
-  std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
-  void join(const EdgeUse& a, const EdgeUse& b) {
-    corners_.join(a.low_corner, b.low_corner);
-    corners_.join(a.high_corner, b.high_corner);
-  }
-
- private:
-  UnionFind corners_;
-};
+void join_fans(const EdgeUse& a, const EdgeUse& b, UnionFind& corners) {
+  corners.join(a.low_corner, b.low_corner);
+  corners.join(a.high_corner, b.high_corner);
+}
 
 // Round the edge, counter-clockwise seen from its higher vertex: outside lies ahead of a face that
 // runs up, behind one that runs down. A solid lies from one that runs down to the next that runs
 // up.
-void join_solids(const TriangleMesh& mesh, std::span<const EdgeUse> uses, Fans& fans) {
+void join_solids(const TriangleMesh& mesh, std::span<const EdgeUse> uses, UnionFind& fans) {
   const auto corner = [&](std::uint32_t c) { return mesh.vertices[mesh.faces[c / 3][c % 3]]; };
   const Eigen::Vector3d low = mesh.vertices[uses[0].low], high = mesh.vertices[uses[0].high];
   const Eigen::Vector3d along = (high - low).normalized();
@@ -106,7 +98,7 @@ void join_solids(const TriangleMesh& mesh, std::span<const EdgeUse> uses, Fans& 
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 0; i < by_angle.size(); ++i) {
     const EdgeUse &from = by_angle[i].second, &to = by_angle[(i + 1) % by_angle.size()].second;
-    if (!from.up() && to.up()) fans.join(from, to);
+    if (!from.up() && to.up()) join_fans(from, to, fans);
   }
 }
 
@@ -210,9 +202,9 @@ std::size_t cut_at_touching_vertices(TriangleMesh& mesh, double within_mm) {
 }
 
 std::size_t split_edges(TriangleMesh& mesh) {
-  Fans fans(mesh.faces.size());
+  UnionFind fans(3 * mesh.faces.size());
   MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
-    if (uses.size() == 2) fans.join(uses[0], uses[1]);
+    if (uses.size() == 2) join_fans(uses[0], uses[1], fans);
     if (uses.size() > 2) join_solids(mesh, uses, fans);
   });
   TriangleMesh parted;
@@ -223,7 +215,7 @@ std::size_t split_edges(TriangleMesh& mesh) {
     Face face;
     for (std::uint32_t c = 0; c < 3; ++c) {
       const std::uint32_t from = mesh.faces[f][c];
-      std::uint32_t& vertex = vertex_of_fan[fans.find(3 * f + c)];
+      std::uint32_t& vertex = vertex_of_fan[fans.root(3 * f + c)];
       if (vertex == kNone) {
         vertex = static_cast<std::uint32_t>(parted.vertices.size());
         parted.vertices.push_back(mesh.vertices[from]);

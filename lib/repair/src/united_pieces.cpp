@@ -122,20 +122,9 @@ ExactMesh union_of(const TriangleMesh& outward, const std::vector<MeshPiece>& pi
 }
 
 TriangleMesh rounded(const ExactMesh& exact) {
-  TriangleMesh mesh;
-  for (const auto v : exact.vertices()) {
-    const ExactKernel::Point_3& p = exact.point(v);
-    mesh.vertices.emplace_back(CGAL::to_double(p.x()), CGAL::to_double(p.y()),
-                               CGAL::to_double(p.z()));
-  }
-  for (const auto f : exact.faces()) {
-    Face face{};
-    std::size_t corner = 0;
-    for (const auto v : exact.vertices_around_face(exact.halfedge(f)))
-      face[corner++] = static_cast<std::uint32_t>(v);
-    mesh.faces.push_back(face);
-  }
-  return mesh;
+  return triangles_of(exact, [](const ExactKernel::Point_3& p) {
+    return Eigen::Vector3d(CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z()));
+  });
 }
 
 void append(TriangleMesh& mesh, const TriangleMesh& other) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "organbake/core/parallel.h"
+#include "organbake/decimate/mesh_defects.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
@@ -24,25 +25,6 @@ using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 constexpr double kOffsetShare = 0.1;
 // Vertices nearer than so many offsets belong to the surface, others span a gap.
 constexpr double kNearOffsets = 1.5;
-
-TriangleMesh to_triangles(const SurfaceMesh& wrap) {
-  TriangleMesh mesh;
-  std::vector<std::uint32_t> number(wrap.number_of_vertices());
-  for (const auto v : wrap.vertices()) {
-    number[v] = static_cast<std::uint32_t>(mesh.vertices.size());
-    const Kernel::Point_3& p = wrap.point(v);
-    mesh.vertices.emplace_back(p.x(), p.y(), p.z());
-  }
-  for (const auto f : wrap.faces()) {
-    Face face{};
-    std::size_t corner = 0;
-    for (const auto v : wrap.vertices_around_face(wrap.halfedge(f))) {
-      if (corner < 3) face[corner++] = number[v];
-    }
-    mesh.faces.push_back(face);
-  }
-  return mesh;
-}
 
 void pull_back(TriangleMesh& wrap, const TriangleMesh& surface, double offset_mm) {
   const RayScene scene(surface);
@@ -67,7 +49,8 @@ TriangleMesh wrapped_surface(const TriangleMesh& surface, double closes_mm) {
   const double offset_mm = kOffsetShare * closes_mm;
   SurfaceMesh wrap;
   CGAL::alpha_wrap_3(points, faces, closes_mm, offset_mm, wrap);
-  TriangleMesh mesh = to_triangles(wrap);
+  TriangleMesh mesh = triangles_of(
+      wrap, [](const Kernel::Point_3& p) { return Eigen::Vector3d(p.x(), p.y(), p.z()); });
   if (!mesh.empty()) pull_back(mesh, surface, offset_mm);
   return mesh;
 }

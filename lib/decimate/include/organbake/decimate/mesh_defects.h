@@ -41,4 +41,23 @@ std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
 // faces are wound against each other: such a surface has no unique repair.
 TriangleMesh manifold_faces(const TriangleMesh& surface);
 
+// A surface as CGAL holds it (CGAL::Surface_mesh); place(vertex) tells where a vertex lies.
+template <class SurfaceMesh, class Place>
+TriangleMesh triangles_of(const SurfaceMesh& mesh, const Place& place) {
+  TriangleMesh result;
+  std::vector<std::uint32_t> number(mesh.num_vertices());  // removed ones count
+  for (const auto vertex : mesh.vertices()) {
+    number[vertex] = static_cast<std::uint32_t>(result.vertices.size());
+    result.vertices.push_back(place(mesh.point(vertex)));
+  }
+  for (const auto face : mesh.faces()) {
+    Face corners{};
+    auto corner = corners.begin();
+    for (const auto vertex : mesh.vertices_around_face(mesh.halfedge(face)))
+      *corner++ = number[vertex];
+    result.faces.push_back(corners);
+  }
+  return result;
+}
+
 }  // namespace organbake
