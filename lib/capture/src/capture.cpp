@@ -323,11 +323,11 @@ void check_filled(const CaptureResult& captured, const std::string& surface) {
 }
 
 void CaptureOptions::check() const {
-  if (rays_per_texel_side < 0 || rays_per_texel_side > 16)
-    throw UsageError("rays_per_texel_side = " + std::to_string(rays_per_texel_side) +
-                     ": take 1…16 (n × n rays are averaged for one texel), or 0: what is needed");
-  if (!(base_step_mm >= 0.01 && base_step_mm <= 1000))
-    throw UsageError("base_step_mm = " + to_text(base_step_mm) + ": take 0.01…1000 mm");
+  require(rays_per_texel_side >= 0 && rays_per_texel_side <= 16, "rays_per_texel_side",
+          rays_per_texel_side,
+          "take 1…16 (n × n rays are averaged for one texel), or 0: what is needed");
+  require(base_step_mm >= 0.01 && base_step_mm <= 1000, "base_step_mm", base_step_mm,
+          "take 0.01…1000 mm");
 }
 
 CaptureResult capture(const TracedSurface& surface, const TriangleMesh& proxy,

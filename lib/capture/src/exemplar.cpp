@@ -13,7 +13,6 @@
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
-#include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -77,9 +76,8 @@ void widen_gaps(std::vector<std::uint8_t>& usable, const std::vector<std::uint8_
 }  // namespace
 
 Exemplar::Exemplar(const ExemplarPhoto& photo) : mm_per_pixel_(photo.mm_per_pixel) {
-  if (!(mm_per_pixel_ >= 0.001 && mm_per_pixel_ <= 10))
-    throw UsageError("exemplar_mm_per_pixel = " + to_text(mm_per_pixel_) +
-                     ": take 0.001…10 mm, the size of the exemplar's pixels on the tissue");
+  require(mm_per_pixel_ >= 0.001 && mm_per_pixel_ <= 10, "exemplar_mm_per_pixel", mm_per_pixel_,
+          "take 0.001…10 mm, the size of the exemplar's pixels on the tissue");
   std::vector<std::uint8_t> usable;
   keep(photo, usable);
   take_light_out(usable);

@@ -12,7 +12,6 @@
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/image/srgb.h"
@@ -238,15 +237,14 @@ Lighting Material::lighting() const {
 
 void Material::check() const {
   const auto share = [](const std::string& name, double value) {
-    if (!(value >= 0 && value <= 1)) throw UsageError(name + " = " + to_text(value) + ": take 0…1");
+    require(value >= 0 && value <= 1, name, value, "take 0…1");
   };
   share("albedo red", albedo[0]);
   share("albedo green", albedo[1]);
   share("albedo blue", albedo[2]);
   share("variation", variation);
   share("ambient", ambient);
-  if (!(feature_mm >= 0.01f && feature_mm <= 1000))
-    throw UsageError("feature_mm = " + to_text(feature_mm) + ": take 0.01…1000 mm");
+  require(feature_mm >= 0.01f && feature_mm <= 1000, "feature_mm", feature_mm, "take 0.01…1000 mm");
   const Material plain;
   if (tissue != Tissue::plain &&
       (albedo != plain.albedo || variation != plain.variation || feature_mm != plain.feature_mm))

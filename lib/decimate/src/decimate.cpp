@@ -242,16 +242,10 @@ void measure(DecimateResult& summary, const TriangleMesh& surface, const RayScen
 }  // namespace
 
 void DecimateOptions::check() const {
-  constexpr std::size_t kFewest = 4;  // a tetrahedron
-  if (faces < kFewest) {
-    throw UsageError("faces must be at least 4 (a tetrahedron), not " + std::to_string(faces));
-  }
-  if (!(max_error_mm >= 0) || !std::isfinite(max_error_mm)) {
-    throw UsageError("max-error must be a length of 0 mm or more, not " +
-                     std::to_string(max_error_mm));
-  }
-  if (!(max_share >= 0 && max_share <= 1))
-    throw UsageError("max-share must be 0…1, not " + to_text(max_share));
+  require(faces >= 4, "faces", static_cast<double>(faces), "take at least 4, a tetrahedron's");
+  require(max_error_mm >= 0 && std::isfinite(max_error_mm), "max_error_mm", max_error_mm,
+          "take a length of 0 mm or more");
+  require(max_share >= 0 && max_share <= 1, "max_share", max_share, "take 0…1");
   if (max_error_mm > 0 && takes_budgets_alone(method)) {
     throw UsageError(
         "max-error needs a method that can come as near as asked for; cluster and draft cannot");

@@ -13,7 +13,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
-#include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 #include "organbake/shading/prepared_frame.h"
 
@@ -89,21 +88,14 @@ bool under_instrument(double u, double v) {
 }  // namespace
 
 void LaparoscopyOptions::check() const {
-  if (!(width >= 16 && width <= 4096 && height >= 16 && height <= 4096))
-    throw UsageError("a frame of " + std::to_string(width) + "x" + std::to_string(height) +
-                     " px; its sides must be in 16…4096");
-  if (!(frames >= 1 && frames <= 100000))
-    throw UsageError("frames is " + std::to_string(frames) + "; it must be in 1…100000");
-  if (!(noise >= 0 && noise <= 0.5))
-    throw UsageError("noise is " + to_text(noise) + "; it must be in 0…0.5");
-  if (!(texture >= 0 && texture <= 0.9))
-    throw UsageError("texture is " + to_text(texture) + "; it must be in 0…0.9");
-  if (!(beam_exponent >= 0 && beam_exponent <= 20))
-    throw UsageError("beam is " + to_text(beam_exponent) + "; it must be in 0…20");
-  if (!(std::abs(tilt_rad) <= 0.7))
-    throw UsageError("tilt is " + to_text(tilt_rad) + " rad; it must be in -0.7…0.7");
-  if (!(baseline_mm >= 0 && baseline_mm <= 20))
-    throw UsageError("baseline is " + to_text(baseline_mm) + " mm; it must be in 0…20");
+  require(width >= 16 && width <= 4096, "width", width, "take 16…4096 px");
+  require(height >= 16 && height <= 4096, "height", height, "take 16…4096 px");
+  require(frames >= 1 && frames <= 100000, "frames", frames, "take 1…100000");
+  require(noise >= 0 && noise <= 0.5, "noise", noise, "take 0…0.5");
+  require(texture >= 0 && texture <= 0.9, "texture", texture, "take 0…0.9");
+  require(beam_exponent >= 0 && beam_exponent <= 20, "beam_exponent", beam_exponent, "take 0…20");
+  require(std::abs(tilt_rad) <= 0.7, "tilt_rad", tilt_rad, "take -0.7…0.7");
+  require(baseline_mm >= 0 && baseline_mm <= 20, "baseline_mm", baseline_mm, "take 0…20 mm");
 }
 
 LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : options_(options) {
