@@ -214,8 +214,8 @@ void bind_player(py::module_& m) {
             const Eigen::Vector3d along = vector_from(direction, "direction");
             if (!along.allFinite() || !(along.squaredNorm() > 0))
               throw UsageError("a direction needs three finite numbers that are not all zero");
-            const Eigen::Vector3d point =
-                self.with([&](const Player& player) { return skin_point(player.bundle(), along); });
+            const Eigen::Vector3d point = self.with(
+                [&](const Player& player) { return skin_place(player.bundle(), along).skin_mm; });
             return py::make_tuple(point.x(), point.y(), point.z());
           },
           py::arg("direction"),

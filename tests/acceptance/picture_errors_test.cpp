@@ -95,7 +95,7 @@ class Sitter {
   Poke analytic_poke() const {
     const Eigen::Vector3d front = poke_direction(bundle_).normalized();
     const double depth_mm = CompareOptions::kPokeShare * thickness_mm(bundle_, front);
-    return {skin_point(bundle_, front), -depth_mm * front, depth_mm};
+    return {skin_place(bundle_, front).skin_mm, -depth_mm * front, depth_mm};
   }
 
   // Of one shape from all views, its truth where the surface's vertices are at `surface`.

@@ -49,7 +49,7 @@ double drawn_from(const SampledRange& range, RandomStream& random) {
 
 bool meets_skin(const Bundle& bundle, const Vector3d& direction) {
   try {
-    skin_point(bundle, direction);
+    skin_place(bundle, direction);
     return true;
   } catch (const BadDataError&) {
     return false;

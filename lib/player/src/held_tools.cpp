@@ -43,6 +43,9 @@ Vector3d across(const Vector3d& along, const Vector3d& wanted) {
   return rest.norm() > kAlike * wanted.norm() ? rest.normalized() : along.unitOrthogonal();
 }
 
+// What a viewer sees of a tool: a probe's ball, a grasper's jaws, a scalpel, a hook, scissors, a
+// needle in its holder, and the shaft that leads to its trocar. Always as many parts of a kind, in
+// one order. They are looks alone: what touches is the instrument's tip.
 class ToolDrawing {
  public:
   ToolDrawing(const Instrument& tool, const ToolHold& hold)
@@ -148,22 +151,11 @@ class ToolDrawing {
   std::vector<Solid> parts_;
 };
 
-// What a viewer sees of a tool: a probe's ball, a grasper's jaws, a scalpel, a hook, scissors, a
-// needle in its holder, and the shaft that leads to its trocar. Always as many parts of a kind, in
-// one order. They are looks alone: what touches is the instrument's tip.
-std::vector<Solid> tool_parts(const Instrument& tool, const ToolHold& hold) {
-  return ToolDrawing(tool, hold).draw();
-}
-
-using Eigen::Vector3d;
-
 std::vector<const Bundle*> bundles_of(const Player& player) {
   std::vector<const Bundle*> bundles;
   for (std::size_t o = 0; o < player.organ_count(); ++o) bundles.push_back(&player.bundle(o));
   return bundles;
 }
-
-double extent_mm(const Player& player) { return bounds(player.bundle().proxy).diagonal(); }
 
 // Jaws open across the line of sight, where it can be seen.
 Vector3d turned_to_eye(const ToolMoment& moment, const Vector3d& trocar_mm) {
@@ -185,7 +177,7 @@ double jaws_open(double held_s) {
 
 void add_parts(const Instrument& tool, const ToolHold& hold, std::size_t number,
                std::vector<Solid>& solids) {
-  for (Solid part : tool_parts(tool, hold)) {
+  for (Solid part : ToolDrawing(tool, hold).draw()) {
     part.instrument = static_cast<std::uint32_t>(number);
     solids.push_back(part);
   }
@@ -242,7 +234,7 @@ ScriptTools::ScriptTools(const Script& script, const InstrumentMotion& motion,
     const ToolMoment& first = moments.front();
     ToolHold& hold = held.hold.emplace();
     if (path.shaft) {
-      held.towards = 2 * extent_mm(player) * path.shaft->stableNormalized();
+      held.towards = 2 * bounds(player.bundle().proxy).diagonal() * path.shaft->stableNormalized();
       hold.trocar_mm = first.tool.end_mm() + *held.towards;
     } else {
       hold.trocar_mm = path.trocar_mm ? *path.trocar_mm : chooser.choose(moments, shafts);

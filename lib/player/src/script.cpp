@@ -350,10 +350,15 @@ OrbitPose camera_at(const Script& script, int frame) {
 // Depths below the skin become places, by the skin of the organ at rest.
 namespace {
 
-// The ball's foremost point, not its centre, is at the depth.
-Eigen::Vector3d tip_at_depth(const Waypoint& waypoint, double radius_mm, const Bundle& bundle) {
-  const Eigen::Vector3d outward = waypoint.direction.normalized();
-  return skin_point(bundle, outward) + (radius_mm - waypoint.depth_mm) * outward;
+// The ball's foremost point, not its centre, is at the depth. The tool comes from the side that the
+// skin faces, unless its axis, shaft or trocar tells from where.
+Eigen::Vector3d tip_at_depth(const Waypoint& waypoint, const InstrumentPath& path,
+                             const Bundle& bundle) {
+  const bool told = !path.instrument.axis_mm.isZero(0) || path.shaft || path.trocar_mm;
+  const Eigen::Vector3d along = waypoint.direction.normalized();
+  const auto [skin_mm, from_behind] = skin_place(bundle, along);
+  const double side = from_behind && !told ? -1 : 1;
+  return skin_mm + side * (path.instrument.radius_mm - waypoint.depth_mm) * along;
 }
 
 // Where a script's direction stands, before what is wrong with it.
@@ -373,7 +378,7 @@ InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle)
       Waypoint& waypoint = paths_[i].path[w];
       if (waypoint.position_mm) continue;
       try {
-        waypoint.position_mm = tip_at_depth(waypoint, radius_mm, bundle);
+        waypoint.position_mm = tip_at_depth(waypoint, paths_[i], bundle);
       } catch (const BadDataError& error) {
         throw BadDataError(place_of(script, i, w) + error.what());
       }

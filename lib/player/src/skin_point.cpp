@@ -15,25 +15,35 @@
 #include "line_crossing.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell.h"
 
 namespace organbake {
 namespace {
 
-// How far from the organ's centre the skin lies along a unit direction, the farthest there is;
-// negative where all of it lies behind, as that of an open surface that is hollow may.
-std::optional<double> distance_to_skin(const Bundle& bundle, const Eigen::Vector3d& d) {
+struct Crossing {
+  // From the organ's centre along the line; negative where all skin lies behind, as that of an open
+  // surface that is hollow may.
+  double distance_mm;
+  bool leaves;  // the line goes out of the skin there, not in
+};
+
+// With the skin along a unit direction, the farthest there is.
+std::optional<Crossing> farthest_crossing(const Bundle& bundle, const Eigen::Vector3d& d) {
   const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
   const TriangleMesh shell = bundle.shell().at_rest();
   const std::vector<Eigen::Vector3d> normals = vertex_normals(shell);
   const BaseLayer& base = bundle.base;
   const std::uint32_t n = base.steps;
   const double extent_mm = bounds(shell).diagonal();
-  std::optional<double> farthest;
-  const auto meet = [&](std::optional<double> distance) {
+  std::optional<Crossing> farthest;
+  const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                        const Eigen::Vector3d& c) {
+    const std::optional<double> distance = line_crossing(center, d, a, b, c);
     // What lies farther behind is beside the organ, not in its hollow.
     if (!distance || *distance < -extent_mm) return;
-    if (!farthest || *distance > *farthest) farthest = distance;
+    if (!farthest || *distance > farthest->distance_mm)
+      farthest = {*distance, (b - a).cross(c - a).dot(d) > 0};
   };
   for (std::uint32_t f = 0; f < base.face_count; ++f) {
     const ShellMatrix m = shell_matrix(shell, normals, f);
@@ -43,9 +53,9 @@ std::optional<double> distance_to_skin(const Bundle& bundle, const Eigen::Vector
     };
     for (std::uint32_t i = 0; i < n; ++i) {
       for (std::uint32_t j = 0; i + j < n; ++j) {
-        const Eigen::Vector3d a = node(i, j), b = node(i + 1, j), c = node(i, j + 1);
-        meet(line_crossing(center, d, a, b, c));
-        if (i + j + 1 < n) meet(line_crossing(center, d, b, node(i + 1, j + 1), c));
+        const Eigen::Vector3d b = node(i + 1, j), c = node(i, j + 1);
+        meet(node(i, j), b, c);
+        if (i + j + 1 < n) meet(b, node(i + 1, j + 1), c);
       }
     }
   }
@@ -54,30 +64,33 @@ std::optional<double> distance_to_skin(const Bundle& bundle, const Eigen::Vector
 
 }  // namespace
 
-Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction) {
+SkinPlace skin_place(const Bundle& bundle, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d d = direction.normalized();
-  const std::optional<double> distance = distance_to_skin(bundle, d);
-  if (!distance) {
+  const std::optional<Crossing> skin = farthest_crossing(bundle, d);
+  if (!skin) {
     throw BadDataError("no skin lies in the direction (" + to_text(d.x(), 3) + ", " +
                        to_text(d.y(), 3) + ", " + to_text(d.z(), 3) + ") from the organ's centre");
   }
-  return bundle.cameras.manifold.center_world_mm + *distance * d;
+  // Only an open sheet can be met from behind; a closed skin's folds may look as if it was.
+  const bool from_behind = !skin->leaves && analyse_topology(bundle.proxy).boundary_edges > 0;
+  return {bundle.cameras.manifold.center_world_mm + skin->distance_mm * d, from_behind};
 }
 
 Eigen::Vector3d poke_direction(const Bundle& bundle) {
   for (const Eigen::Vector3d& d : bundle.cameras.manifold.directions) {
-    if (distance_to_skin(bundle, d.normalized())) return d;
+    if (farthest_crossing(bundle, d.normalized())) return d;
   }
   throw BadDataError("no camera looks at skin over the organ's centre");
 }
 
 double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d skin = skin_point(bundle, direction), d = direction.normalized();
+  const Eigen::Vector3d skin = skin_place(bundle, direction).skin_mm, d = direction.normalized();
   constexpr double kShareOfExtent = 0.25;
-  const std::optional<double> behind = distance_to_skin(bundle, -d);
+  const std::optional<Crossing> behind = farthest_crossing(bundle, -d);
   const bool hollow = d.dot(skin - bundle.cameras.manifold.center_world_mm) < 0;
-  if (hollow || !behind || *behind < 0) return kShareOfExtent * bounds(bundle.proxy).diagonal();
-  return (skin - bundle.cameras.manifold.center_world_mm).norm() + *behind;
+  if (hollow || !behind || behind->distance_mm < 0)
+    return kShareOfExtent * bounds(bundle.proxy).diagonal();
+  return (skin - bundle.cameras.manifold.center_world_mm).norm() + behind->distance_mm;
 }
 
 namespace {
@@ -208,7 +221,7 @@ PokeSite poke_site(const Bundle& bundle, const View& view, double radius_mm) {
       sites.emplace_back(*price, static_cast<std::uint32_t>(v));
   if (sites.empty()) {  // too few vertices, or none that faces the view
     const Eigen::Vector3d outward = poke_direction(bundle).normalized();
-    return {skin_point(bundle, outward), outward, thickness_mm(bundle, outward)};
+    return {skin_place(bundle, outward).skin_mm, outward, thickness_mm(bundle, outward)};
   }
   std::sort(sites.begin(), sites.end());
   const auto open = std::find_if(sites.begin(), sites.end(),

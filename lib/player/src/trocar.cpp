@@ -18,6 +18,7 @@
 #include <numeric>
 
 #include "line_crossing.h"
+#include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
 namespace {
@@ -63,7 +64,7 @@ double distance_between(const TrocarChooser::Shaft& a, const TrocarChooser::Shaf
 // One moment as the search sees it.
 struct TrocarChooser::Sight {
   Vector3d joint;    // where the shaft begins
-  Vector3d outward;  // of the skin there, unit
+  Vector3d outward;  // of the skin there, to the side that the tool came from, unit
   Vector3d axis;     // of a tool that has one, unit; else zero
   Vector3d to_eye;   // unit
   Vector3d up;       // of the picture, unit
@@ -75,6 +76,8 @@ struct TrocarChooser::Sight {
 class TrocarChooser::Scene {
  public:
   Scene(const TrocarChooser& organs, const std::vector<ToolMoment>& moments) : organs_(organs) {
+    // Where a tool of one moment came from nothing tells: it may be pressed in as deep as it is.
+    side_ = moments.size() > 1 && is_clear_behind(moments.front().tool) ? -1 : 1;
     for (const ToolMoment& moment : moments) sights_.push_back(sight(moment));
   }
 
@@ -98,6 +101,21 @@ class TrocarChooser::Scene {
   }
 
  private:
+  std::size_t nearest_to(const Vector3d& place) const {
+    const std::vector<Vector3d>& skin = organs_.skin_.vertices;
+    return std::min_element(skin.begin(), skin.end(),
+                            [&](const Vector3d& a, const Vector3d& b) {
+                              return (a - place).squaredNorm() < (b - place).squaredNorm();
+                            }) -
+           skin.begin();
+  }
+  // Whether it lies behind an open sheet and does not touch it. Inside a closed skin there is
+  // tissue, whose tools were pressed in from outside.
+  bool is_clear_behind(const Instrument& tool) const {
+    const std::size_t near = nearest_to(tool.position_mm);
+    const Vector3d from_tool = organs_.skin_.vertices[near] - tool.position_mm;
+    return organs_.open_[near] && from_tool.dot(organs_.normals_[near]) > tool.radius_mm;
+  }
   Sight sight(const ToolMoment& moment) const {
     const Instrument& tool = moment.tool;
     Sight s;
@@ -106,13 +124,10 @@ class TrocarChooser::Scene {
     s.eye = moment.view.camera.center_world_mm();
     s.to_eye = (s.eye - s.joint).stableNormalized();
     s.up = -moment.view.camera.camera_from_world.rotation.row(1).transpose();
-    const std::vector<Vector3d>& skin = organs_.skin_.vertices;
-    const auto nearest =
-        std::min_element(skin.begin(), skin.end(), [&](const Vector3d& a, const Vector3d& b) {
-          return (a - tool.position_mm).squaredNorm() < (b - tool.position_mm).squaredNorm();
-        });
-    s.outward = organs_.normals_[nearest - skin.begin()];
-    const double depth = std::max(0.0, (*nearest - tool.position_mm).dot(s.outward));
+    const std::size_t near = nearest_to(tool.position_mm);
+    s.outward = side_ * organs_.normals_[near];
+    const double depth =
+        std::max(0.0, (organs_.skin_.vertices[near] - tool.position_mm).dot(s.outward));
     s.dimple_mm = tool.is_blunt() ? kDimpleShare * depth + 2 * tool.radius_mm : 0;
     s.pressed_in = tool.is_blunt() && depth > 0;
     return s;
@@ -156,6 +171,7 @@ class TrocarChooser::Scene {
   }
 
   const TrocarChooser& organs_;
+  double side_;  // of the skin that the tool came from: 1 outside, -1 behind an open sheet
   std::vector<Sight> sights_;
 };
 
@@ -168,6 +184,7 @@ TrocarChooser::TrocarChooser(const std::vector<const Bundle*>& organs) {
       skin_.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
     skin_.vertices.insert(skin_.vertices.end(), skin.vertices.begin(), skin.vertices.end());
     normals_.insert(normals_.end(), normals.begin(), normals.end());
+    open_.resize(normals_.size(), analyse_topology(skin).boundary_edges > 0);
     extent_mm_ = std::max(extent_mm_, bounds(skin).diagonal());
   }
 }

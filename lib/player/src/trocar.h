@@ -27,7 +27,8 @@ class TrocarChooser {
   // moments. Of the places round the tool the one from which the shaft stands on the skin rather
   // than lies on it, is seen from its side, comes in from below or beside the picture, goes on from
   // the tool's own axis, and meets neither the organ, nor the eye, nor other tools; where no place
-  // serves so well, the one that fails least. others_mm: shafts of other tools, from end to end.
+  // serves so well, the one that fails least. A tool of several moments that stands clear behind an
+  // open sheet in the first comes from there. others_mm: shafts of other tools, from end to end.
   using Shaft = std::array<Eigen::Vector3d, 2>;
   Eigen::Vector3d choose(const std::vector<ToolMoment>& moments,
                          const std::vector<Shaft>& others_mm = {}) const;
@@ -38,6 +39,7 @@ class TrocarChooser {
 
   TriangleMesh skin_;  // of all organs
   std::vector<Eigen::Vector3d> normals_;
+  std::vector<bool> open_;  // by vertex: of an organ that is an open sheet, not closed
   double extent_mm_ = 0;
 };
 

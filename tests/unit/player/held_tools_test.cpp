@@ -251,6 +251,98 @@ int crossings(const Player& player, const Vector3d& from, const Vector3d& to, do
   }));
 }
 
+constexpr int kFront = 0;  // the camera that sees the open sheet
+
+// Of an organ the skin that faces that camera, a shallow bowl that is open behind, as a clip shows
+// tissue; its middle, from which directions are told, lies before it, so that they meet it from
+// behind. So many faces that their chords lie within 1 mm of the skin.
+Bundle open_sheet() {
+  SyntheticOptions options;
+  options.map_size = 8, options.proxy_subdivisions = 2, options.base_step_mm = 5;
+  static const Bundle whole = make_synthetic_bundle(options);
+  const Vector3d front = whole.cameras.manifold.directions[kFront];
+  Bundle sheet = whole;
+  sheet.proxy.faces.clear();
+  sheet.base.height_mm.clear(), sheet.base.color.clear(), sheet.base.seen_by.clear();
+  const std::size_t nodes = whole.base.nodes_per_face();
+  for (std::size_t f = 0; f < whole.proxy.faces.size(); ++f) {
+    const Face& face = whole.proxy.faces[f];
+    constexpr double kRimCosine = 0.3;
+    if (std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+          const Vector3d from_center = whole.proxy.vertices[v] - SyntheticOrgan().center;
+          return from_center.dot(front) < kRimCosine * from_center.norm();
+        }))
+      continue;
+    sheet.proxy.faces.push_back(face);
+    for (std::size_t n = f * nodes; n < (f + 1) * nodes; ++n) {
+      sheet.base.height_mm.push_back(whole.base.height_mm[n]);
+      sheet.base.color.push_back(whole.base.color[n]);
+      sheet.base.seen_by.push_back(whole.base.seen_by[n]);
+    }
+  }
+  sheet.base.face_count = static_cast<std::uint32_t>(sheet.proxy.faces.size());
+  for (CameraMaps& maps : sheet.maps) maps = background_maps(maps.width, maps.height);
+  sheet.cameras.manifold.center_world_mm += 100 * front;
+  return sheet;
+}
+
+// A ball of 8 to 14 mm comes near the open sheet, presses it and goes. From the front its places
+// are told by direction and depth, from behind by places of the world.
+Script press_on_sheet(std::uint64_t seed, bool from_front) {
+  RandomStream random(seed);
+  const Vector3d front = organ_to_play().cameras.manifold.directions[kFront];
+  Script script;
+  script.frames = 40;
+  script.camera = {{0, {}}};
+  InstrumentPath& path = script.instruments.emplace_back();
+  path.name = "ball";
+  path.instrument.radius_mm = random.uniform(4, 7);
+  const double deep_mm = random.uniform(6, 12), radius_mm = path.instrument.radius_mm;
+  const Vector3d aside = random.uniform(0, 0.3) * any_direction(random);
+  const Vector3d out = (front + aside).normalized();
+  const SyntheticOrgan organ;
+  // From behind it comes out of the bowl, in which it would lie as in tissue.
+  const double away_mm = from_front ? -15 : -35;
+  for (const auto& [time_s, depth_mm] : {std::pair(0.1, away_mm), std::pair(0.6, deep_mm),
+                                         std::pair(0.9, deep_mm), std::pair(1.3, away_mm)}) {
+    Waypoint& waypoint = path.path.emplace_back();
+    waypoint.time_s = time_s;
+    if (from_front)
+      waypoint.direction = aside - front, waypoint.depth_mm = depth_mm;
+    else
+      waypoint.position_mm = organ.center + (organ.radius(out) + depth_mm - radius_mm) * out;
+  }
+  return script;
+}
+
+TEST(ScriptTools, LeaveOnTheSideOfAnOpenSheetThatTheyPress) {
+  Player player(open_sheet());
+  for (const bool from_front : {true, false}) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      player.reset();
+      const Script script = press_on_sheet(seed, from_front);
+      const InstrumentMotion motion(script, player.bundle());
+      const ScriptTools tools(script, motion, player);
+      const Vector3d front = player.bundle().cameras.manifold.directions[kFront];
+      constexpr double kOfTheBall_mm = 1;  // its middle is no nearer to the skin
+      double pushed_n = 0;
+      int crossed = 0;
+      for (int frame = 0; frame < script.frames; ++frame) {
+        const double time_s = frame * script.time_step_s;
+        const std::vector<Instrument> now = motion.at(time_s);
+        const StepReport report = player.step(now);
+        if (!now[0].active) continue;
+        // The tissue pushes back to where the ball came from.
+        pushed_n = std::max(pushed_n, (from_front ? 1 : -1) * front.dot(report.tip_force_n[0]));
+        const Solid shaft = tools.solids(now, time_s).back();
+        crossed += crossings(player, shaft.from, shaft.to, kOfTheBall_mm) > 0;
+      }
+      EXPECT_GT(pushed_n, 0.01) << seed << (from_front ? " front" : " behind");
+      EXPECT_EQ(crossed, 0) << seed << (from_front ? " front" : " behind");
+    }
+  }
+}
+
 TEST(PokeSites, AreSeenWithTheirDentAndTheShaftStaysOutside) {
   constexpr double kRadius_mm = 5, kLeastDisc = 0.6, kLeastContrast = 3;
   constexpr int kSites = 12;
@@ -307,7 +399,7 @@ TEST(SkinPoint, LiesOnTheOrgan) {
   for (const Eigen::Vector3d& d :
        {Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(-1, 0.2, -0.7)}) {
     const Eigen::Vector3d unit = d.normalized();
-    const Eigen::Vector3d skin = skin_point(organ_to_play(), d);
+    const Eigen::Vector3d skin = skin_place(organ_to_play(), d).skin_mm;
     EXPECT_LT(((skin - organ.center).normalized() - unit).norm(), 1e-9);
     EXPECT_NEAR((skin - organ.center).norm(), organ.radius(unit), kLatticeMm);
   }
@@ -323,7 +415,7 @@ TEST(InstrumentMotion, PutsTheTipsSurfaceAtTheDepth) {
   EXPECT_FALSE(motion.at(2.1)[0].active);
   const Instrument tip = motion.at(1.5)[0];
   ASSERT_TRUE(tip.active);
-  const Eigen::Vector3d skin = skin_point(organ_to_play(), front);
+  const Eigen::Vector3d skin = skin_place(organ_to_play(), front).skin_mm;
   EXPECT_NEAR((tip.position_mm - skin).dot(front), 6 - 6,
               1e-9);  // centre: radius − depth above skin
 }

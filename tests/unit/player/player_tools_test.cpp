@@ -73,7 +73,7 @@ TEST(PlayerTools, ANeedleLeavesAHole) {
   Script script = cutting_script();
   InstrumentPath& needle = script.instruments[0];
   const Vector3d out = Vector3d(0.3, 1, 0.2).normalized();  // away from the anchors
-  const Vector3d skin = skin_point(organ_to_cut(), out);
+  const Vector3d skin = skin_place(organ_to_cut(), out).skin_mm;
   needle.instrument.kind = Needle{};
   needle.instrument.radius_mm = 0.6;
   needle.instrument.axis_mm = 60 * out;

@@ -176,7 +176,7 @@ Instrument hold_poke(Player& player, const Eigen::Vector3d& direction, double sh
                      double radius_mm) {
   const Eigen::Vector3d outward = direction.normalized();
   const double thick_mm = thickness_mm(player.bundle(), outward);
-  return hold_poke(player, {skin_point(player.bundle(), outward), outward, thick_mm},
+  return hold_poke(player, {skin_place(player.bundle(), outward).skin_mm, outward, thick_mm},
                    share * thick_mm, radius_mm)
       .tip;
 }

@@ -30,6 +30,10 @@ double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction);
 
 // The place where a line from the organ's centre along a direction leaves the skin at rest (the
 // base layer's lattice over the proxy). Throws BadDataError when it meets none.
-Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction);
+struct SkinPlace {
+  Eigen::Vector3d skin_mm;
+  bool from_behind;  // the line meets an open sheet there, from the side that it does not face
+};
+SkinPlace skin_place(const Bundle& bundle, const Eigen::Vector3d& direction);
 
 }  // namespace organbake
