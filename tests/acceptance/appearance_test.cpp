@@ -23,7 +23,7 @@
 #include "organbake/shading/frame_source.h"
 #include "organbake/warp/view.h"
 #include "promises.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

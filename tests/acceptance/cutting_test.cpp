@@ -17,8 +17,8 @@
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "promises.h"
-#include "support/cut_bodies.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {
@@ -184,8 +184,6 @@ TEST(BladeSweeps, LeaveALaparoscopysSheetSound) {
   sweep(organ_of(
       relief_of(read_photo(shared_data("photo/laparoscopy/liver_gallbladder_1080p.png")))));
 }
-
-using Eigen::Vector3d;
 
 const Vector3d kBar_mm(80, 30, 30);
 constexpr double kPull_n = 0.5;

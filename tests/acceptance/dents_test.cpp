@@ -169,8 +169,6 @@ TEST(SkinDents, AreNearerTheTruthThanPrisms) {
   }
 }
 
-using Eigen::Vector3d;
-
 constexpr double kRadius_mm = 5, kNear_mm = 40;
 constexpr int kMoving = 80, kHeld = 50;  // steps
 

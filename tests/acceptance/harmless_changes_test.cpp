@@ -13,7 +13,7 @@
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
 #include "promises.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

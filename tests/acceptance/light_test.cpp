@@ -25,7 +25,7 @@
 #include "organbake/shading/laparoscope.h"
 #include "organbake/warp/view.h"
 #include "promises.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -165,7 +165,6 @@ double LampScenes::floor_mm(std::size_t camera) const {
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Vector3d;
 
 constexpr int kWidth = 640, kHeight = 512;
 // Streams of one case's seed.

@@ -7,7 +7,7 @@
 #include "organbake/registration/register_photo.h"
 #include "promises.h"
 #include "registration_cases.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 #include "organbake/formats/photo.h"
 #include "promises.h"
 #include "registration_cases.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

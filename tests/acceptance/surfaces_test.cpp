@@ -15,7 +15,7 @@
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/volume/read_volume.h"
 #include "promises.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

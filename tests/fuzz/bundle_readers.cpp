@@ -11,7 +11,7 @@
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "support/meshes.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -24,7 +24,7 @@
 #include "organbake/truth/lens_picture.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
-#include "support/dicom_bytes.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,7 @@
 #include "organbake/bundle/lighting.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/error.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -17,7 +17,7 @@
 #include "organbake/image/exr.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,7 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/image/exr.h"
 #include "support/error_message.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

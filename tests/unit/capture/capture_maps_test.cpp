@@ -122,8 +122,6 @@ TEST(VertexColor, NeedsFiniteColours) {
   EXPECT_THROW(make_vertex_color(surface), BadDataError);
 }
 
-using Eigen::Vector3d;
-
 TEST(Confidence, FollowsIncidenceAndFadesAtTheOutline) {
   constexpr double kRadius = 30;
   const PosedCamera camera = plain_camera({0, -150, 0}, Vector3d::Zero(), 200);

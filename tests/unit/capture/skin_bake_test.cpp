@@ -257,8 +257,6 @@ TEST(SmoothSkinBake, WrongInputsAreRefused) {
   EXPECT_THROW(bake_smooth_skin(mesh, {}, 5), BadDataError);
 }
 
-using Eigen::Vector3d;
-
 struct Node {
   std::uint32_t face;
   std::size_t index;

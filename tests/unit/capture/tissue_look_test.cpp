@@ -146,8 +146,6 @@ TEST(Tissue, WhatIsOfThePlainMaterialIsRefusedBesideATissuesName) {
   refused([](Material& m) { m.feature_mm = 3; });
 }
 
-using Eigen::Vector3d;
-
 TEST(Material, DefaultsAreValid) { EXPECT_NO_THROW(Material().check()); }
 
 TEST(Material, EachBoundIsKept) {
@@ -199,8 +197,6 @@ TEST(Material, VariesWithinReasonAndNeverBelowZero) {
   }
   EXPECT_GT(most, 2 * least);
 }
-
-using Eigen::Vector3d;
 
 Vector3d random_point(RandomStream& random) {
   return {random.uniform(-90, 90), random.uniform(-90, 90), random.uniform(-90, 90)};

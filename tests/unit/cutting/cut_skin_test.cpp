@@ -12,7 +12,7 @@
 
 #include "organbake/cutting/cut_body.h"
 #include "refinement.h"
-#include "support/cut_bodies.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {
@@ -162,8 +162,6 @@ TEST(CutSkin, RandomStrokesKeepTheArea) {
     }
   }
 }
-
-using Eigen::Vector3d;
 
 // Six times the volume over the cube of the longest edge: 1/√2 for a regular tetrahedron.
 double roundness(const TetrahedralBody& body, const Tetrahedron& t) {

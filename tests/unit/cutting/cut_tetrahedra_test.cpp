@@ -9,7 +9,7 @@
 
 #include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_sheet.h"
-#include "support/cut_bodies.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {
@@ -85,7 +85,6 @@ TEST(ExactOrientation, FarAndUndefinedPlacesStayOnTheGrid) {
 }
 
 using Eigen::Vector3d;
-using Random = std::mt19937_64;
 
 // What a tip that moves along a straight line makes of a body.
 struct CutOnce {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/dataset/dataset.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,10 +10,10 @@
 #include <set>
 
 #include "dataset_shard.h"
-#include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/script.h"
-#include "support/synthetic_bundle.h"
+#include "support/error_message.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {
@@ -71,12 +72,8 @@ TEST(DatasetSpec, PicturesHaveTheSizeOfTheirLensUnlessToldOtherwise) {
 
 TEST(DatasetSpec, NamesWhatIsWrong) {
   const auto refusal = [](const std::string& more) -> std::string {
-    try {
-      dataset_spec_from_json(spec_with(more), "d.json");
-    } catch (const BadDataError& error) {
-      return error.what();
-    }
-    return "taken";
+    return message_of(ExitCode::bad_data,
+                      [&] { dataset_spec_from_json(spec_with(more), "d.json"); });
   };
   EXPECT_TRUE(refusal(R"(, "gain": [2, 1])").starts_with("d.json: /gain"));
   EXPECT_TRUE(refusal(R"(, "layers": ["deep"])").starts_with("d.json: /layers"));

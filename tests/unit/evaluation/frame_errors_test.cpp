@@ -12,7 +12,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

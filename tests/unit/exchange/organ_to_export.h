@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 

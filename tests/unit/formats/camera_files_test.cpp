@@ -267,12 +267,8 @@ TEST(ExportedCameras, ANameThatIsNoUtf8IsRefused) {
   set.images.front() = "caf\xe9.png";  // Latin-1
   write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
   write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
-  try {
-    read_camera_file(folder.path());
-    FAIL();
-  } catch (const BadDataError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("image 1 is no UTF-8"));
-  }
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(folder.path()); }),
+              testing::HasSubstr("image 1 is no UTF-8"));
 }
 
 TEST(ExportedCameras, ComeBackFromTransforms) {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "file_bytes.h"
 #include "organbake/core/temporary_files.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

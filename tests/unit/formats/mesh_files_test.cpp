@@ -8,12 +8,11 @@
 #include <iterator>
 #include <limits>
 
-#include "file_bytes.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
-#include "support/mesh_texts.h"
+#include "support/files.h"
 #include "support/meshes.h"
 
 namespace organbake {

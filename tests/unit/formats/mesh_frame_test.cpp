@@ -12,12 +12,11 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "file_bytes.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/exports.h"
 #include "organbake/geometry/ply.h"
-#include "support/mesh_texts.h"
+#include "support/files.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "file_bytes.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -20,12 +20,11 @@
 #include <cstring>
 #include <map>
 
-#include "file_bytes.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "support/mesh_texts.h"
+#include "support/files.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -193,8 +193,6 @@ TEST(TrimmedSurface, RoundsTheStepsOfABorder) {
 // Depths and poses of unlike units: the organ must come out where and as large as it is.
 namespace {
 
-using testing::HasSubstr;
-
 constexpr double kScale = 0.005;    // of the scale that is found
 constexpr double kWorseEach = 1.5;  // a map's own scale is told by what it shares alone
 constexpr double kWorse = 1.2;      // than with poses and depths in one unit

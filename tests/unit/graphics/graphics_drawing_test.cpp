@@ -22,7 +22,7 @@
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/warper.h"
 #include "small_organ.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/warp/view.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 

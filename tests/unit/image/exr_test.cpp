@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/image/exr.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <ImfChannelList.h>
@@ -21,6 +22,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"
+#include "support/error_message.h"
 #include "support/places.h"
 
 namespace organbake {
@@ -258,12 +260,8 @@ TEST_F(Exr, AHeaderThatTheFileCannotBearOutIsRefused) {
     // Its name, its type and its size stand before a value.
     const std::size_t value = bytes.find(attribute) + attribute.size() + 4;
     std::memcpy(&bytes[value + at], &number, attribute == kCompression ? 1 : sizeof(number));
-    try {
-      parse_exr(std::as_bytes(std::span(bytes)), "a.exr");
-    } catch (const BadDataError& error) {
-      return std::string(error.what());
-    }
-    return std::string("was read");
+    return message_of(ExitCode::bad_data,
+                      [&] { parse_exr(std::as_bytes(std::span(bytes)), "a.exr"); });
   };
   write_exr(at_path(), sample(37, 21), {ExrCompression::zip, 4, {}});
   EXPECT_NE(refusal(kWindow, 12, 2'000'000'000).find("claims"), std::string::npos);

@@ -12,7 +12,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "surface_steps.h"
 
 namespace organbake {

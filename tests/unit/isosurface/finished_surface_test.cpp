@@ -14,9 +14,9 @@
 #include "organbake/isosurface/isosurface.h"
 #include "organbake/volume/read_volume.h"
 #include "shape_volumes.h"
+#include "support/files.h"
 #include "support/meshes.h"
 #include "support/places.h"
-#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {

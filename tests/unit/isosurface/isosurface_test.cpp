@@ -14,7 +14,7 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/phantom/known_answers.h"
 #include "shape_volumes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "surface_steps.h"
 
 namespace organbake {

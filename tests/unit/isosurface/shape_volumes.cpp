@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "organbake/geometry/mesh_checks.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 

@@ -180,8 +180,6 @@ TEST(OrganShape, TheSeedMakesAnotherOrgan) {
   EXPECT_GT((a.surface_point(direction) - b.surface_point(direction)).norm(), 0.05);
 }
 
-using Eigen::Vector3d;
-
 // Measured image errors depend on the organ, so its formula is frozen: whoever changes one of these
 // numbers has made another phantom, and every figure that was measured on it is void.
 struct Frozen {
@@ -268,8 +266,6 @@ TEST(OrganFormula, TheGreenMarkIsWhereItBelongs) {
   EXPECT_LT(mean.y(), -10);  // anterior
   EXPECT_LT(mean.z(), -20);  // inferior
 }
-
-using Eigen::Vector3d;
 
 TEST(OrganSurface, VerticesLieOnTheFormula) {
   const OrganPhantom phantom(OrganPhantomOptions{});

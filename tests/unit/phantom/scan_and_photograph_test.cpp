@@ -14,7 +14,7 @@
 #include "organbake/isosurface/isosurface.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {
@@ -151,7 +151,6 @@ TEST(OrganIsosurface, HasThePapersFaceCountAndIsTheOrgan) {
 }
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 OrganPhantomOptions small_photos() {
   OrganPhantomOptions options;
@@ -260,9 +259,6 @@ TEST(Photograph, ACameraThatLooksAwaySeesBlack) {
   camera.camera_from_world = look_at(eye, eye - camera.view_direction_world(), Vector3d::UnitZ());
   for (const std::uint8_t value : phantom.photograph(camera).pixels) ASSERT_EQ(value, 0);
 }
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 TEST(PhotoCameras, EachFramesTheWholeOrganClosely) {
   OrganPhantomOptions options;

@@ -223,8 +223,6 @@ TEST(SeveralOrgans, ThePapersWarpIsForOne) {
   EXPECT_THROW(Player(std::vector<Bundle>{}), UsageError);
 }
 
-using Eigen::Vector3d;
-
 // A square of two faces across the z axis, which turns to an eye before it.
 MeasuredSurface square() {
   MeasuredSurface surface;

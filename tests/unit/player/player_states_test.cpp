@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // States that another solver sets, against the player's own.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organs_to_play.h"
+#include "support/error_message.h"
 
 namespace organbake {
 namespace {
@@ -173,12 +175,7 @@ TEST(PlayerStates, TheInsideFollowsASkinThatIsSet) {
 }
 
 std::string refusal(Player& player, const std::vector<double>& xyz) {
-  try {
-    player.set_vertices(xyz);
-  } catch (const UsageError& error) {
-    return error.what();
-  }
-  return "taken";
+  return message_of(ExitCode::usage, [&] { player.set_vertices(xyz); });
 }
 
 TEST(PlayerStates, WhatCannotBeThisOrganIsRefusedAndNothingLost) {

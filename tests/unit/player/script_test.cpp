@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/script.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organs_to_play.h"
+#include "support/error_message.h"
 
 namespace organbake {
 namespace {
@@ -26,12 +28,8 @@ std::string refusal(const std::string& from, const std::string& to) {
   std::string text = kGood;
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
-  try {
-    script_from_json(text.replace(at, from.size(), to), "s.json");
-  } catch (const BadDataError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return message_of(ExitCode::bad_data,
+                    [&] { script_from_json(text.replace(at, from.size(), to), "s.json"); });
 }
 
 TEST(Script, IsReadWhole) {
@@ -209,12 +207,7 @@ TEST(ScriptCamera, PlaysARecordedSequence) {
 
 TEST(ScriptCamera, NamesWhatIsWrong) {
   const auto refusal = [](const std::string& camera) -> std::string {
-    try {
-      script_from_json(script_with(camera), "s.json");
-    } catch (const BadDataError& error) {
-      return error.what();
-    }
-    return "taken";
+    return message_of(ExitCode::bad_data, [&] { script_from_json(script_with(camera), "s.json"); });
   };
   EXPECT_NE(refusal(R"({"keyframes": [{"frame": 0, "position_mm": [0, 0, 1]}]})")
                 .find("/camera/keyframes/0"),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 
 #include "organbake/core/random.h"
 #include "organbake/phantom/phantom.h"
@@ -21,12 +22,43 @@ struct LampStudio {
   LampPicture plain;     // of camera 0: shading alone
   LampPicture textured;  // with albedo and highlights
 
-  PhotoToRegister photo(const LampPicture& picture, const Sensor& sensor = {}) const;
+  PhotoToRegister photo(const LampPicture& picture, const Sensor& sensor = {}) const {
+    PhotoToRegister photo;
+    photo.image = develop(picture, sensor);
+    photo.intrinsics = cameras[0].intrinsics;
+    return photo;
+  }
 };
-const LampStudio& lamp_studio();
+
+inline const LampStudio& lamp_studio() {
+  static const std::unique_ptr<const LampStudio> studio = [] {
+    OrganPhantomOptions options;
+    options.photo_count = 8;
+    options.photo_size = 256;
+    const OrganPhantom phantom(options);
+    TriangleMesh coarse = phantom.surface(5), mesh = phantom.surface(6);
+    coarse.colors.clear(), mesh.colors.clear();
+    const auto cameras = phantom.photo_cameras();
+    return std::make_unique<const LampStudio>(
+        LampStudio{phantom, RegisteredSurface(coarse), RegisteredSurface(mesh), cameras,
+                   picture_by_lamp(phantom, mesh, cameras[0], {}),
+                   picture_by_lamp(phantom, mesh, cameras[0], {true, true})});
+  }();
+  return *studio;
+}
 
 // A pose off by exactly so much, in directions drawn from the seed.
-RigidTransform disturbed(const RegisteredSurface& surface, const RigidTransform& camera_from_world,
-                         double shift_mm, double turn_deg, std::uint64_t seed);
+inline RigidTransform disturbed(const RegisteredSurface& surface,
+                                const RigidTransform& camera_from_world, double shift_mm,
+                                double turn_deg, std::uint64_t seed) {
+  RandomStream random(seed);
+  const auto direction = [&] {
+    return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+  };
+  Motion motion;
+  motion << turn_deg * std::numbers::pi / 180 * direction(), shift_mm * direction();
+  return rigid_transform(moved(object_pose(camera_from_world, surface.center()), motion),
+                         surface.center());
+}
 
 }  // namespace organbake

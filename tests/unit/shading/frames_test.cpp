@@ -11,6 +11,7 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/error_message.h"
 #include "support/places.h"
 
 namespace organbake {
@@ -30,12 +31,7 @@ TEST(VideoReader, RefusesWhatIsNoVideo) {
 // What a file of these words is refused as.
 std::string refusal_of(const fs::path& file, std::string_view words) {
   write_file_atomically(file, words);
-  try {
-    VideoReader reader(file);
-  } catch (const BadDataError& error) {
-    return error.what();
-  }
-  return "nothing: it is read";
+  return message_of(ExitCode::bad_data, [&] { VideoReader reader(file); });
 }
 
 TEST(VideoReader, OpensNoOtherFileThanTheOneThatIsGiven) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/truth/pixel_truth.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/orbit.h"
+#include "support/error_message.h"
 #include "traced_organ.h"
 
 namespace organbake {
@@ -27,12 +29,8 @@ TEST(LayerSet, ReadsNamesAndAll) {
 
 TEST(LayerSet, SaysWhichThereAre) {
   for (const char* wrong : {"", "Depth", "depth,", "depth mask"}) {
-    try {
-      layers_from(wrong);
-      FAIL() << wrong;
-    } catch (const UsageError& error) {
-      EXPECT_NE(std::string(error.what()).find("depth, flow, normals"), std::string::npos);
-    }
+    EXPECT_THAT(message_of(ExitCode::usage, [&] { layers_from(wrong); }),
+                testing::HasSubstr("depth, flow, normals"));
   }
 }
 

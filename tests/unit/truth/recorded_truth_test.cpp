@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/truth/truth_recorder.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +19,8 @@
 #include "organbake/player/script.h"
 #include "organbake/truth/batch_drawing.h"
 #include "organbake/truth/pixel_truth.h"
-#include "support/synthetic_bundle.h"
+#include "support/error_message.h"
+#include "support/organs.h"
 #include "traced_organ.h"
 
 namespace organbake {
@@ -264,12 +266,8 @@ TEST(BatchDrawing, BadStatesAndViewsAreNamed) {
   BatchDrawing batch(player);
   Pictures room;
   const auto said = [&](const StateBatch& states, std::span<const View> given) {
-    try {
-      batch.draw(states, given, DrawnLight::baked, room.planes());
-    } catch (const UsageError& error) {
-      return std::string(error.what());
-    }
-    return std::string("nothing");
+    return message_of(ExitCode::usage,
+                      [&] { batch.draw(states, given, DrawnLight::baked, room.planes()); });
   };
   const std::vector<View> all = views();
   EXPECT_NE(said({std::span(xyz), kStates - 1}, all).find("numbers"), std::string::npos);

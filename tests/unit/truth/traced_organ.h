@@ -9,7 +9,7 @@
 #include "organbake/player/player.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/truth/pixel_truth.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 

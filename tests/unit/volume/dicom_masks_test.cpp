@@ -11,8 +11,7 @@
 
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
-#include "support/dicom_bytes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

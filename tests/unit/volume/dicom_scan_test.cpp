@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "organbake/volume/read_volume.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

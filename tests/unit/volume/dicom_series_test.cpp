@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "organbake/volume/read_volume.h"
-#include "support/dicom_bytes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

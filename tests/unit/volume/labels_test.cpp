@@ -11,7 +11,7 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -11,8 +11,7 @@
 #include "organbake/core/text.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
-#include "support/dicom_bytes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 namespace {

@@ -10,9 +10,8 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
-#include "support/dicom_bytes.h"
 #include "support/error_message.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

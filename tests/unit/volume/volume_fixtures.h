@@ -10,8 +10,7 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/read_volume.h"
-#include "support/dicom_bytes.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 
 namespace organbake {
 

@@ -13,7 +13,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
-#include "support/ramp_volume.h"
+#include "support/files.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

@@ -17,7 +17,7 @@
 #include "organbake/warp/rasteriser.h"
 #include "organbake/warp/warper.h"
 #include "placing/placing.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 #include "views_round.h"
 
 namespace organbake {
@@ -144,13 +144,6 @@ TEST(BaseLayer, TakesOverWhereNoCameraSawTheSkin) {
 }
 
 constexpr PixelBox kPicture{0, 0, 64, 64};
-
-TEST(Rasterise, CoversItsAreaInPixels) {
-  int pixels = 0;
-  rasterise(SnappedTriangle({RasterCorner{8, 8, 1}, {40, 8, 1}, {8, 40, 1}}), kPicture,
-            [&](int, int, double, const auto&) { ++pixels; });
-  EXPECT_NEAR(pixels, 32 * 32 / 2, 32);  // centres on the diagonal go to one side
-}
 
 TEST(Rasterise, SharedEdgesAreDrawnOnce) {
   // A fan of triangles round a point, whatever way each winds: every pixel exactly once.

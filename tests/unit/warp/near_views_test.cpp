@@ -16,7 +16,7 @@
 #include "organbake/warp/view.h"
 #include "organbake/warp/warper.h"
 #include "placing/placing.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 #include "unit/warp/views_round.h"
 
 namespace organbake {
@@ -304,8 +304,10 @@ TEST(WarperBounds, BadPositionsAreRefusedAndTheNextFrameIsFine) {
   Warper warper(bounds_organ());
   Frame frame;
   auto positions = bounds_organ().proxy.vertices;
-  positions[5].z() = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(warper.draw(positions, front(64, 64), {}, frame), BadDataError);
+  for (const double odd : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+    positions[5].z() = odd;
+    EXPECT_THROW(warper.draw(positions, front(64, 64), {}, frame), BadDataError);
+  }
   positions.pop_back();
   EXPECT_THROW(warper.draw(positions, front(64, 64), {}, frame), BadDataError);
   EXPECT_GT(warper.draw(bounds_organ().proxy.vertices, front(64, 64), {}, frame).sample_pixels, 0u);
@@ -326,20 +328,17 @@ TEST(WarperBounds, CollapsedAndInvertedProxiesDoNotCrash) {
 }
 
 TEST(WarperBounds, MapsThatDoNotFitAreRefused) {
-  Bundle bundle = bounds_organ();
-  bundle.maps[2].depth_mm.pop_back();
-  EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = bounds_organ();
-  bundle.maps.pop_back();
-  EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = bounds_organ();
-  for (auto& face : bundle.maps[0].face) {
-    if (face != kNoFace) face = 1000;
-  }
-  EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = bounds_organ();
-  bundle.base.color.pop_back();
-  EXPECT_THROW(Warper{bundle}, BadDataError);
+  const auto refused = [](auto spoil) {
+    Bundle bundle = bounds_organ();
+    spoil(bundle);
+    EXPECT_THROW(Warper{bundle}, BadDataError);
+  };
+  refused([](Bundle& b) { b.maps[2].depth_mm.pop_back(); });
+  refused([](Bundle& b) { b.maps.pop_back(); });
+  refused([](Bundle& b) {
+    for (auto& face : b.maps[0].face) face = face == kNoFace ? face : 1000;
+  });
+  refused([](Bundle& b) { b.base.color.pop_back(); });
 }
 
 TEST(WarperBounds, AnOrganNobodySawDrawsBackground) {

@@ -13,7 +13,7 @@
 #include "drawing/splat.h"
 #include "organbake/core/error.h"
 #include "organbake/warp/warper.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 #include "views_round.h"
 
 namespace organbake {

@@ -14,7 +14,7 @@
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "organbake/bundle/bundle.h"
+#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
@@ -40,6 +41,12 @@ inline View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, in
   view.camera.camera_from_world =
       look_at(center + distance * direction.normalized(), center, Eigen::Vector3d::UnitZ());
   return view;
+}
+
+inline DrawOptions on_black() {
+  DrawOptions options;
+  options.background = {0, 0, 0};
+  return options;
 }
 
 }  // namespace organbake

@@ -15,28 +15,11 @@
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/paper_warp.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 #include "views_round.h"
 
 namespace organbake {
 namespace {
-
-SyntheticOptions lumpy_options() {
-  SyntheticOptions options;
-  options.organ.lump_share = 0.05;
-  return options;
-}
-
-const Bundle& lumpy_organ() {
-  static const Bundle bundle = make_synthetic_bundle(lumpy_options());
-  return bundle;
-}
-
-DrawOptions on_black() {
-  DrawOptions options;
-  options.background = {0, 0, 0};
-  return options;
-}
 
 struct Drawing {
   Frame frame;
@@ -56,26 +39,37 @@ Frame drawn(const Bundle& bundle, const View& view, int threads = 2) {
   return drawing(bundle, view, threads).frame;
 }
 
-TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
-  const View view{lumpy_organ().cameras.cameras[0], 1};
-  const Frame frame = drawn(lumpy_organ(), view);
-  const CameraMaps& maps = lumpy_organ().maps[0];
-  Rgb8Image expected(maps.width, maps.height);
-  std::vector<std::uint8_t> inside(maps.face.size(), 0);
+// The map of camera 0 as a picture, and where that camera saw the skin well.
+struct MapPicture {
+  Rgb8Image color;
+  std::vector<std::uint8_t> well_seen;
+};
+
+MapPicture picture_of_map() {
+  const CameraMaps& maps = organ_to_play().maps[0];
+  MapPicture picture{Rgb8Image(maps.width, maps.height), {}};
   for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    inside[i] = maps.face[i] != kNoFace && maps.confidence[i] > 0.9f;
-    for (int c = 0; c < 3; ++c) expected.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
+    picture.well_seen.push_back(maps.face[i] != kNoFace && maps.confidence[i] > 0.9f);
+    for (int c = 0; c < 3; ++c)
+      picture.color.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
   }
+  return picture;
+}
+
+TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
+  const View view{organ_to_play().cameras.cameras[0], 1};
+  const Frame frame = drawn(organ_to_play(), view);
+  const auto [expected, inside] = picture_of_map();
   // Samples land on their own texels' centres: what is left is 8-bit rounding.
   constexpr double kRoundTripDb = 45;
   EXPECT_GT(compare_images(frame.color, expected, inside).psnr_db, kRoundTripDb);
 }
 
 TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
-  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 300);
-  const Drawing one = drawing(lumpy_organ(), view, 1);
+  const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 300);
+  const Drawing one = drawing(organ_to_play(), view, 1);
   for (const int threads : {2, 3, 16}) {  // more of them, more parts of tiles
-    const Drawing several = drawing(lumpy_organ(), view, threads);
+    const Drawing several = drawing(organ_to_play(), view, threads);
     EXPECT_EQ(one.frame.color.pixels, several.frame.color.pixels) << threads;
     EXPECT_EQ(one.frame.cover, several.frame.cover) << threads;
     EXPECT_EQ(one.report.base_triangles, several.report.base_triangles) << threads;
@@ -84,14 +78,14 @@ TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST(Warper, MeasuresWorkAndItsLongestChainWhenAsked) {
-  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 300);
+  const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 300);
   DrawOptions measured = on_black();
   measured.measure = true;
-  const DrawReport report = drawing(lumpy_organ(), view, 16, measured).report;
+  const DrawReport report = drawing(organ_to_play(), view, 16, measured).report;
   EXPECT_GT(report.times.splat, 0);
   EXPECT_GT(report.critical_path.splat, 0);
   EXPECT_LT(report.critical_path.total(), report.times.total());
-  const DrawReport unmeasured = drawing(lumpy_organ(), view, 16).report;
+  const DrawReport unmeasured = drawing(organ_to_play(), view, 16).report;
   EXPECT_EQ(unmeasured.times.total(), 0);
   EXPECT_EQ(unmeasured.critical_path.total(), 0);
 }
@@ -99,7 +93,7 @@ TEST(Warper, MeasuresWorkAndItsLongestChainWhenAsked) {
 // A frame after another of the same view draws the tiles that moved alone; byte for byte it is the
 // frame that a new warper draws.
 TEST(Warper, AFrameThatContinuesTheLastOneHasTheSameBytes) {
-  const Bundle& organ = lumpy_organ();
+  const Bundle& organ = organ_to_play();
   const View view = view_from(organ, {0.4, -1, 0.3}, 640);
   const auto rest = organ.proxy.vertices;
   auto one_moved = rest;  // and with it the faces round its neighbours, whose normals turn
@@ -136,31 +130,21 @@ TEST(Warper, AFrameThatContinuesTheLastOneHasTheSameBytes) {
 }
 
 TEST(Warper, LeavesNoHolesAtRestOrDented) {
-  Warper warper(lumpy_organ());
+  Warper warper(organ_to_play());
   Frame frame;
   for (const Eigen::Vector3d& d :
        {Eigen::Vector3d(0.4, -1, 0.3), Eigen::Vector3d(-1, 0.2, -0.5), Eigen::Vector3d(1, 1, 1)}) {
-    const View view = view_from(lumpy_organ(), d, 256);
-    EXPECT_EQ(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).holes_after, 0u);
-    EXPECT_EQ(warper.draw(dented(lumpy_organ().proxy, d, 15), view, on_black(), frame).holes_after,
-              0u);
+    const View view = view_from(organ_to_play(), d, 256);
+    EXPECT_EQ(warper.draw(organ_to_play().proxy.vertices, view, on_black(), frame).holes_after, 0u);
+    EXPECT_EQ(
+        warper.draw(dented(organ_to_play().proxy, d, 15), view, on_black(), frame).holes_after, 0u);
   }
 }
 
-TEST(Warper, AnUnchangedFrameIsLeftAlone) {
-  Warper warper(lumpy_organ());
-  Frame frame;
-  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 100);
-  EXPECT_FALSE(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).unchanged);
-  EXPECT_TRUE(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).unchanged);
-  EXPECT_FALSE(
-      warper.draw(dented(lumpy_organ().proxy, {0, -1, 0}, 5), view, on_black(), frame).unchanged);
-}
-
 TEST(Warper, TwoEyesTurnAboutAreLeftAloneUntilTheOrganMoves) {
-  Warper warper(lumpy_organ());
-  const std::array<View, 2> views = {view_from(lumpy_organ(), {0.4, -1, 0.3}, 100),
-                                     view_from(lumpy_organ(), {0.45, -1, 0.3}, 100)};
+  Warper warper(organ_to_play());
+  const std::array<View, 2> views = {view_from(organ_to_play(), {0.4, -1, 0.3}, 100),
+                                     view_from(organ_to_play(), {0.45, -1, 0.3}, 100)};
   std::array<Frame, 2> frames;
   const auto unchanged = [&](const std::vector<Eigen::Vector3d>& positions) {
     std::array<bool, 2> kept;
@@ -168,23 +152,23 @@ TEST(Warper, TwoEyesTurnAboutAreLeftAloneUntilTheOrganMoves) {
       kept[eye] = warper.draw(positions, views[eye], on_black(), frames[eye]).unchanged;
     return kept[0] == kept[1] ? std::optional(kept[0]) : std::nullopt;
   };
-  EXPECT_EQ(unchanged(lumpy_organ().proxy.vertices), false);
-  EXPECT_EQ(unchanged(lumpy_organ().proxy.vertices), true);
-  const auto dent = dented(lumpy_organ().proxy, {0, -1, 0}, 5);
+  EXPECT_EQ(unchanged(organ_to_play().proxy.vertices), false);
+  EXPECT_EQ(unchanged(organ_to_play().proxy.vertices), true);
+  const auto dent = dented(organ_to_play().proxy, {0, -1, 0}, 5);
   EXPECT_EQ(unchanged(dent), false);
   EXPECT_EQ(unchanged(dent), true);
   for (std::size_t eye : {0, 1}) {
     Frame anew;
-    Warper(lumpy_organ()).draw(dent, views[eye], on_black(), anew);
+    Warper(organ_to_play()).draw(dent, views[eye], on_black(), anew);
     EXPECT_EQ(frames[eye].color.pixels, anew.color.pixels);
   }
 }
 
 TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
-  SyntheticOptions options = lumpy_options();
+  SyntheticOptions options = organ_options();
   options.organ.mirrored = true;
   const Bundle mirrored = make_synthetic_bundle(options);
-  const Frame right = drawn(lumpy_organ(), view_from(lumpy_organ(), {0.3, -1, 0.2}, 160));
+  const Frame right = drawn(organ_to_play(), view_from(organ_to_play(), {0.3, -1, 0.2}, 160));
   const Frame left = drawn(mirrored, view_from(mirrored, {-0.3, -1, 0.2}, 160));
   Rgb8Image flipped(160, 160);
   std::vector<std::uint8_t> both(160 * 160, 0);
@@ -201,18 +185,18 @@ TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
 }
 
 TEST(Warper, ATinyTurnIsATinyChange) {
-  Warper warper(lumpy_organ());
+  Warper warper(organ_to_play());
   Frame last, now;
   constexpr double kStep = 0.0017;  // 0.1°
-  warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), {0, -1, 0.1}, 128), on_black(),
-              last);
+  warper.draw(organ_to_play().proxy.vertices, view_from(organ_to_play(), {0, -1, 0.1}, 128),
+              on_black(), last);
   for (int i = 1; i <= 120; ++i) {
     const double angle = 10 * i * kStep;
     const Eigen::Vector3d before(std::sin(angle), -std::cos(angle), 0.1),
         after(std::sin(angle + kStep), -std::cos(angle + kStep), 0.1);
-    warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), before, 128), on_black(),
+    warper.draw(organ_to_play().proxy.vertices, view_from(organ_to_play(), before, 128), on_black(),
                 last);
-    warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), after, 128), on_black(),
+    warper.draw(organ_to_play().proxy.vertices, view_from(organ_to_play(), after, 128), on_black(),
                 now);
     std::vector<std::uint8_t> both(128 * 128);
     for (std::size_t p = 0; p < both.size(); ++p) {
@@ -224,70 +208,22 @@ TEST(Warper, ATinyTurnIsATinyChange) {
   }
 }
 
-TEST(Warper, RefusesWhatItCannotDraw) {
-  Warper warper(lumpy_organ());
-  Frame frame;
-  View view = view_from(lumpy_organ(), {0, -1, 0}, 64);
-  auto positions = lumpy_organ().proxy.vertices;
-  positions[3].x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
-  positions.pop_back();
-  EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
-  view.camera.intrinsics.k1 = 0.1;
-  EXPECT_THROW(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame), UsageError);
-}
-
-TEST(Warper, SurvivesOddViews) {
-  Warper warper(lumpy_organ());
-  Frame frame;
-  warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), {0, -1, 0}, 1), on_black(),
-              frame);
-  View inside = view_from(lumpy_organ(), {0, -1, 0}, 80);
-  inside.camera.camera_from_world =
-      look_at(lumpy_organ().cameras.manifold.center_world_mm,
-              lumpy_organ().cameras.manifold.center_world_mm + Eigen::Vector3d(1, 0, 0),
-              Eigen::Vector3d::UnitZ());
-  warper.draw(lumpy_organ().proxy.vertices, inside, on_black(), frame);
-  inside.camera.camera_from_world.translation += Eigen::Vector3d(0, 0, 55);  // in the skin itself
-  warper.draw(lumpy_organ().proxy.vertices, inside, on_black(), frame);
-  View wide = view_from(lumpy_organ(), {1, 0.5, 0}, 64);
-  wide.camera.intrinsics.width = 3840;
-  wide.camera.intrinsics.height = 2160;
-  warper.draw(lumpy_organ().proxy.vertices, wide, on_black(), frame);
-  EXPECT_EQ(frame.color.width, 3840);
-}
-
-const Bundle& paper_organ() {
-  static const Bundle bundle = [] {
-    SyntheticOptions options;
-    options.organ.lump_share = 0.05;
-    return make_synthetic_bundle(options);
-  }();
-  return bundle;
-}
-
 Frame paper_frame(const View& view, const std::vector<Eigen::Vector3d>& positions,
                   int threads = 2) {
   const ThreadLimit limit(threads);
-  DrawOptions options;
-  options.background = {0, 0, 0};
   Frame frame;
-  PaperWarp(paper_organ()).draw(paper_organ(), positions, view, options, frame);
+  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, on_black(), frame);
   return frame;
 }
 
 TEST(PaperWarp, AtACamerasPoseShowsThatCamerasMap) {
-  const View view{paper_organ().cameras.cameras[0], 1};
-  const Frame frame = paper_frame(view, paper_organ().proxy.vertices);
-  const CameraMaps& maps = paper_organ().maps[0];
-  Rgb8Image expected(maps.width, maps.height);
-  std::vector<std::uint8_t> inside(maps.face.size(), 0);
+  const View view{organ_to_play().cameras.cameras[0], 1};
+  const Frame frame = paper_frame(view, organ_to_play().proxy.vertices);
+  auto [expected, inside] = picture_of_map();
   std::size_t seen = 0, drawn = 0;
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    const bool well_seen = maps.face[i] != kNoFace && maps.confidence[i] > 0.9f;
-    inside[i] = well_seen && frame.cover[i] == Cover::samples;
-    seen += well_seen, drawn += inside[i];
-    for (int c = 0; c < 3; ++c) expected.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    seen += inside[i];
+    drawn += inside[i] &= frame.cover[i] == Cover::samples;
   }
   // At rest every pixel looks itself up, but for the proxy's snapping to 1/256 px.
   constexpr double kRoundTripDb = 40;
@@ -296,14 +232,14 @@ TEST(PaperWarp, AtACamerasPoseShowsThatCamerasMap) {
 }
 
 TEST(PaperWarp, FollowsTheProxy) {
-  const View view = view_from(paper_organ(), {0.4, -1, 0.3}, 300);
+  const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 300);
   // A translation: the truth is the organ at rest, seen from as far beside.
   const Eigen::Vector3d shift(3, 0, 2);
-  auto moved = paper_organ().proxy.vertices;
+  auto moved = organ_to_play().proxy.vertices;
   for (auto& v : moved) v += shift;
   View moved_view = view;
   moved_view.camera.camera_from_world.translation -= view.camera.camera_from_world.rotation * shift;
-  const Frame at_rest = paper_frame(view, paper_organ().proxy.vertices);
+  const Frame at_rest = paper_frame(view, organ_to_play().proxy.vertices);
   const Frame carried = paper_frame(moved_view, moved);
   // The cameras stay where they are, so texels fall elsewhere: a resampling apart.
   constexpr double kResampledDb = 28;
@@ -311,19 +247,19 @@ TEST(PaperWarp, FollowsTheProxy) {
 }
 
 TEST(PaperWarp, GivesTheSameBytesForAnyNumberOfThreads) {
-  const View view = view_from(paper_organ(), {0.4, -1, 0.3}, 200);
-  const auto positions = dented(paper_organ().proxy, {0, -1, 0}, 10);
+  const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 200);
+  const auto positions = dented(organ_to_play().proxy, {0, -1, 0}, 10);
   EXPECT_EQ(paper_frame(view, positions, 1).color.pixels,
             paper_frame(view, positions, 3).color.pixels);
 }
 
 TEST(PaperWarp, NeedsMapsAndPositions) {
-  Bundle without = paper_organ();
+  Bundle without = organ_to_play();
   without.maps.clear();
   EXPECT_THROW(PaperWarp{without}, UsageError);
   Frame frame;
-  const View view = view_from(paper_organ(), {0.4, -1, 0.3}, 64);
-  EXPECT_THROW(PaperWarp(paper_organ()).draw(paper_organ(), {}, view, {}, frame), BadDataError);
+  const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 64);
+  EXPECT_THROW(PaperWarp(organ_to_play()).draw(organ_to_play(), {}, view, {}, frame), BadDataError);
 }
 
 }  // namespace

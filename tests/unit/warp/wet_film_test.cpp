@@ -15,7 +15,7 @@
 #include "light/relit_skin.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/dicom_bytes.h"
+#include "support/files.h"
 
 #include <cstdint>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "support/synthetic_bundle.h"
+#include "support/organs.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
