@@ -178,43 +178,6 @@ TEST(Registration, CallsNothingWrongOk) {
   expect({"wrong cases called ok, of " + std::to_string(count), "", double(false_ok), 0});
 }
 
-Eigen::Matrix4d read_matrix(const fs::path& path) {
-  std::ifstream file(path);
-  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-  for (int i = 0; i < 16; ++i) file >> m(i / 4, i % 4);
-  return m;
-}
-
-RigidTransform rigid(const Eigen::Matrix4d& m) {
-  return {m.topLeftCorner<3, 3>(), m.topRightCorner<3, 1>()};
-}
-
-TEST(Registration, OfTheRenderedLiverFindsItsPose) {
-  REQUIRE_SHARED_DATA("registration/rendered_liver");
-  const fs::path folder = shared_data("registration/rendered_liver");
-  const RegisteredSurface surface(read_mesh(folder / "liver-H07.ply"));
-  PhotoToRegister photo;
-  photo.image = read_photo(folder / "synthetic-left.png");
-  photo.intrinsics = {1920, 1080, 2012.186314, 2017.966019, 944.7173708, 617.1093984};
-  const RigidTransform truth = rigid(read_matrix(folder / "camera_to_world.txt")).inverse() *
-                               rigid(read_matrix(folder / "model_to_world.txt"));
-  RegistrationOptions options;
-  options.light = LightModel::estimated;
-  double worst_mm = 0, worst_deg = 0;
-  const int count = cases(4, 8);
-  for (int i = 0; i < count; ++i) {
-    photo.start = start_from(surface, truth, 20, 15, static_cast<std::uint64_t>(i));
-    const auto found = register_photo(surface, photo, options);
-    worst_mm = std::max(worst_mm, surface.mean_distance_mm(truth, found.camera.camera_from_world));
-    const Eigen::AngleAxisd turn(found.camera.camera_from_world.rotation *
-                                 truth.rotation.transpose());
-    worst_deg = std::max(worst_deg, turn.angle() * 180 / std::numbers::pi);
-  }
-  const std::string what = "rendered liver, starts 20 mm / 15° off" + of_cases(count);
-  expect({what + ": worst mTRE", "mm", worst_mm, 1});
-  expect({what + ": worst angle", "°", worst_deg, 0.5});
-}
-
 // A green triangle of wood on a chequered table, a bottle in front of one of its corners. The pose
 // beside it is where its makers' tracker starts: by the corners that the photograph shows it is 2
 // to 6 px off itself, which is as near as this can be held against it.

@@ -200,24 +200,6 @@ TEST(Contact, ATipThatIsLostOnItsWayIsSaid) {
   EXPECT_FALSE(deformer.step({poke_at({300, 1, -150}, 2)}).tip_too_fast) << "far from the skin";
 }
 
-TEST(Contact, ATipPlacedOnTheSkinPushesInwards) {
-  const TriangleMesh mesh = test::geodesic_sphere(3, 40);
-  Deformer deformer(mesh, test::spring_body(mesh), {});
-  StepReport report;
-  for (int step = 0; step < 20; ++step) report = deformer.step({poke_at({0, 0, 37})});
-  EXPECT_GT(report.tip_force_n.at(0).z(), 0) << "the tissue pushes the tip out";
-  EXPECT_FALSE(inside(test::posed(mesh, deformer.positions()), {0, 0, 37}));
-}
-
-TEST(Contact, NoForceWithoutTouch) {
-  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
-  Deformer deformer(mesh, test::spring_body(mesh), {});
-  const StepReport report = deformer.step({poke_at({0, 0, 46}), poke_at({60, 0, 0})});
-  EXPECT_EQ(report.contacts, 0u);
-  ASSERT_EQ(report.tip_force_n.size(), 2u);
-  EXPECT_EQ(report.tip_force_n[0], Vector3d::Zero());
-}
-
 // Where, how deep and how hard each tip touches: on its sphere, along its radius, and all of it.
 TEST(Contact, PointsTellWhatEachTipFeels) {
   const TriangleMesh mesh = test::geodesic_sphere(4, 40);

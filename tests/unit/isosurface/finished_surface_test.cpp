@@ -200,22 +200,6 @@ TEST(CutSides, OfAScanAskewToItsMaskAreTold) {
 double domed_volume() { return 1.05 * 0.5 * sphere_volume(kRadius); }
 double dome_height() { return kRadius / 15; }  // of a paraboloid on a disc
 
-TEST(CutSides, OfAMaskAreClosedRound) {
-  IsosurfaceOptions options;
-  options.cap = SurfaceCap::round;
-  for (const double up : {1.0, -1.0}) {
-    Volume grid = half_grid({1, 1, 1});
-    if (up < 0) grid.direction = -grid.direction, grid.origin_mm = -grid.origin_mm;
-    const Volume mask = mask_of(ball({0, 0, 0}, kRadius), grid);
-    const Isosurface surface = extract_label_surface(mask, options);
-    expect_closed_and_sound(surface.mesh);
-    EXPECT_NEAR(signed_volume(surface.mesh) / domed_volume(), 1, 0.04);
-    EXPECT_NEAR(surface.cut_area_mm2 / (M_PI * kRadius * kRadius), 1, 0.02);
-    const Bounds box = bounds(surface.mesh);
-    EXPECT_NEAR(up > 0 ? box.max.z() : -box.min.z(), dome_height(), 1.2);
-  }
-}
-
 TEST(CutSides, OfACtAreClosedRound) {
   IsosurfaceOptions options;
   options.cap = SurfaceCap::round;

@@ -32,8 +32,9 @@ double error_degrees(DistantLight found, const DistantLight& truth) {
   return std::min(straight, angle_degrees(found.toward(), truth.toward()));
 }
 
-TEST(LightEstimate, ThirtyTwoLightsOnThreeSurfaces) {
-  for (const char* name : {"vase", "sphere", "gauss"}) {
+// Of other surfaces than three little is promised: a picture of one need not tell its light.
+TEST(LightEstimate, ThirtyTwoLightsOnEachSurface) {
+  for (const std::string& name : distant_scene_names()) {
     double sum = 0, worst = 0;
     for (int tilt = 0; tilt < 8; ++tilt)
       for (double slant : {15., 30., 45., 60.}) {
@@ -44,8 +45,9 @@ TEST(LightEstimate, ThirtyTwoLightsOnThreeSurfaces) {
         sum += error;
         worst = std::max(worst, error);
       }
-    EXPECT_LT(sum / 32, 5) << name;
-    EXPECT_LT(worst, 15) << name;
+    const bool promised = name == "vase" || name == "sphere" || name == "gauss";
+    EXPECT_LT(sum / 32, promised ? 5 : 50) << name;
+    EXPECT_LE(worst, promised ? 15 : 90) << name;
   }
 }
 
