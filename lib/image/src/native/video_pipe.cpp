@@ -54,6 +54,8 @@ std::vector<std::string> ffmpeg_arguments(const VideoFormat& format, const std::
       "-color_range tv -colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 "
       "-pix_fmt yuv420p -threads 4 -fflags +bitexact -flags:v +bitexact");
   std::vector<std::string> arguments(std::istream_iterator<std::string>(words), {});
+  if (format.megabits_per_second > 0)
+    arguments.insert(arguments.end(), {"-b:v", to_text(format.megabits_per_second) + "M"});
   arguments.insert(arguments.end(), {"-f", container, target});
   return arguments;
 }

@@ -14,6 +14,7 @@ namespace organbake {
 struct VideoFormat {
   int width = 0, height = 0;
   double frames_per_second = 25;
+  double megabits_per_second = 0;  // 0 = as ffmpeg sees fit
 };
 
 // Sends raw frames to an ffmpeg process, which writes the video under a temporary name; finish()
