@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What becomes of a surface: where a scan cuts it, which pieces stay, smoothing; real organs.
+// What becomes of a surface: where a scan cuts it, which pieces stay, smoothing.
 #include "surface_steps.h"
 
 #include <gmock/gmock.h>
@@ -244,17 +244,6 @@ TEST(LeftOut, IsSaidAndAboveATenthIsAWarning) {
   EXPECT_EQ(surface.left_out_share, 0);
 }
 
-TEST(KeepVolume, OffGivesTheLevelOfTextbooks) {
-  // A single voxel: at one half an octahedron of a sixth of its volume.
-  Volume mask = grid_around_origin({1, 1, 1}, 10);
-  mask.voxels.assign(static_cast<std::size_t>(mask.size[0]) * mask.size[1] * mask.size[2], 0);
-  mask.voxels[mask.voxels.size() / 2] = 1;
-  IsosurfaceOptions options;
-  options.smooth_mm = 0;
-  options.keep_volume = false;
-  EXPECT_NEAR(signed_volume(extract_label_surface(mask, options).mesh), 1.0 / 6, 1e-3);
-}
-
 // Far from the origin, where sums of signed volumes lose their digits.
 const Eigen::Vector3d kFar(1000, -2000, 1500);
 
@@ -389,32 +378,8 @@ TEST(Taubin, NoStepsChangeNothing) {
   EXPECT_EQ(mesh.vertices, before.vertices);
 }
 
-struct Organ {
-  const char* mask;
-  int label;
-  double millilitres;  // voxels × voxel volume, the data's README
-};
-
-class RealOrgan : public ::testing::TestWithParam<Organ> {};
-
-TEST_P(RealOrgan, KeepsItsVolume) {
-  const Organ organ = GetParam();
-  REQUIRE_SHARED_DATA(organ.mask);
-  IsosurfaceOptions options;
-  options.label = organ.label;
-  const Isosurface surface = extract_label_surface(read_volume(shared_data(organ.mask)), options);
-  expect_closed_and_sound(surface.mesh);
-  constexpr double kTolerance = 0.002;  // 0.1 % is promised, the README's figures are rounded
-  EXPECT_NEAR(signed_volume(surface.mesh) / 1000 / organ.millilitres, 1, kTolerance);
-}
-
-INSTANTIATE_TEST_SUITE_P(Abdomen, RealOrgan,
-                         ::testing::Values(Organ{"ct/abdomen/example_seg.nii.gz", 5, 1043},
-                                           Organ{"ct/abdomen/example_seg.nii.gz", 1, 255},
-                                           Organ{"ct/abdomen/example_seg_dicom.nii.gz", 5, 699.4}));
-
 // Its mask is 30 slices of a scan, told at the wrong place; sections counted by hand.
-TEST(RealOrgan, IsCutWhereItsMaskEnds) {
+TEST(CutSides, OfARealOrganAreWhereItsMaskEnds) {
   REQUIRE_SHARED_DATA("ct/abdomen/example_seg.nii.gz");
   const Volume mask = read_volume(shared_data("ct/abdomen/example_seg.nii.gz"));
   const Volume ct = read_volume(shared_data("ct/abdomen/example_ct.nii.gz"));
@@ -429,23 +394,6 @@ TEST(RealOrgan, IsCutWhereItsMaskEnds) {
   EXPECT_THAT(told, HasSubstr("ends flat over 167.0 cm²"));
   expect_closed_and_sound(surface.mesh);
   EXPECT_NEAR(signed_volume(surface.mesh) / 1000 / 1043, 1.05, 0.01);
-}
-
-TEST(RealSurface, OfTheAbdomensSkinIsOneClosedPiece) {
-  REQUIRE_SHARED_DATA("ct/abdomen/example_ct.nii.gz");
-  const Volume ct = read_volume(shared_data("ct/abdomen/example_ct.nii.gz"));
-  const Isosurface surface = extract_isosurface(ct, {});
-  expect_closed_and_sound(surface.mesh);
-  EXPECT_EQ(surface.components_kept, 1u);
-  EXPECT_GT(surface.components_found, 1u);
-}
-
-TEST(RealSurface, OfTheLungsSegmentationIsClosed) {
-  REQUIRE_SHARED_DATA("ct/lung/3DCT_lung_followup_segmentation.mha");
-  IsosurfaceOptions options;
-  options.label = 137;
-  const Volume mask = read_volume(shared_data("ct/lung/3DCT_lung_followup_segmentation.mha"));
-  expect_closed_and_sound(extract_label_surface(mask, options).mesh);
 }
 
 }  // namespace
