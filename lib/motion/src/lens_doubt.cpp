@@ -23,7 +23,8 @@ struct NormalEquations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
 
-  void add(const Landmark& landmark, const FreeLens& free, const Scene& scene) {
+  void add(const Landmark& landmark, const FreeLens& free, const Scene& scene,
+           const std::vector<bool>& counted) {
     const Eigen::Index lens_at = right.size() - kOfLens;
     Eigen::Matrix3d place = Eigen::Matrix3d::Zero();
     Eigen::Vector3d place_right = Eigen::Vector3d::Zero();
@@ -32,8 +33,7 @@ struct NormalEquations {
     Eigen::MatrixXd lens_tie = Eigen::MatrixXd::Zero(kOfLens, kOfPlace);
     WeighedSighting one;
     for (const Sighting& seen : landmark.seen) {
-      if (!seen.agrees || !scene.is_posed(seen.view) || !one.weigh(seen, landmark, free, scene))
-        continue;
+      if (!seen.agrees || !counted[seen.view] || !one.weigh(seen, landmark, free, scene)) continue;
       const auto at = static_cast<Eigen::Index>(kOfPose * seen.view);
       matrix.block<kOfPose, kOfPose>(at, at) += one.by_pose.transpose() * one.by_pose;
       matrix.block<kOfLens, kOfPose>(lens_at, at) += one.by_lens.transpose() * one.by_pose;
@@ -87,13 +87,20 @@ void split(std::vector<std::size_t> landmarks, int times, const Scene& scene,
   split({middle, landmarks.end()}, times - 1, scene, regions);
 }
 
-// The equations of some landmarks, by the views that have a pose.
+// By view: whether it has a pose.
+std::vector<bool> posed(const Scene& scene) {
+  std::vector<bool> views(scene.camera_from_world.size());
+  for (std::size_t v = 0; v < views.size(); ++v) views[v] = scene.camera_from_world[v].has_value();
+  return views;
+}
+
+// The equations of some landmarks, by the views that are counted, each of which has a pose.
 NormalEquations equations_of(const std::vector<std::size_t>& landmarks, const FreeLens& free,
-                             const Scene& scene) {
+                             const Scene& scene, const std::vector<bool>& counted) {
   const auto unknowns =
       static_cast<Eigen::Index>(kOfPose * scene.camera_from_world.size() + kOfLens);
   NormalEquations sums{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)};
-  for (const std::size_t i : landmarks) sums.add(scene.landmarks[i], free, scene);
+  for (const std::size_t i : landmarks) sums.add(scene.landmarks[i], free, scene, counted);
   return sums;
 }
 
@@ -103,9 +110,10 @@ std::vector<Eigen::Vector2d> steps_without_regions(const std::vector<std::size_t
   constexpr int kHalvings = 3;
   std::vector<std::vector<std::size_t>> regions;
   split(placed, kHalvings, scene, regions);
+  const std::vector<bool> views = posed(scene);
   std::vector<NormalEquations> parts(regions.size());
   parallel_for(std::size_t{0}, regions.size(),
-               [&](std::size_t i) { parts[i] = equations_of(regions[i], free, scene); });
+               [&](std::size_t i) { parts[i] = equations_of(regions[i], free, scene, views); });
   NormalEquations all = parts[0];
   for (std::size_t i = 1; i < parts.size(); ++i)
     all = {all.matrix + parts[i].matrix, all.right + parts[i].right};
@@ -121,14 +129,15 @@ std::vector<Eigen::Vector2d> steps_without_regions(const std::vector<std::size_t
 std::vector<Eigen::Vector2d> steps_without_stretches(const std::vector<std::size_t>& placed,
                                                      const FreeLens& free, const Scene& scene) {
   constexpr std::size_t kStretches = 8;
-  const std::size_t posed = scene.posed_views(), count = std::min(kStretches, posed);
+  const std::vector<bool> views = posed(scene);
+  const std::size_t all = scene.posed_views(), count = std::min(kStretches, all);
   std::vector<Eigen::Vector2d> steps(count);
   parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-    Scene rest = scene;
+    std::vector<bool> rest = views;
     std::size_t at = 0;
-    for (auto& pose : rest.camera_from_world)
-      if (pose && at++ * count / posed == i) pose.reset();
-    steps[i] = equations_of(placed, free, rest).lens_step();
+    for (std::size_t v = 0; v < views.size(); ++v)
+      if (views[v] && at++ * count / all == i) rest[v] = false;
+    steps[i] = equations_of(placed, free, scene, rest).lens_step();
   });
   return steps;
 }
