@@ -3,21 +3,16 @@
 // their holes.
 #include "dicom/dicom.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
-#include "organbake/core/temporary_files.h"
+#include "mask_scans.h"
 #include "organbake/volume/labels.h"
-#include "support/files.h"
-#include "volume_fixtures.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 class DicomStructure : public ::testing::Test {
  protected:
@@ -34,15 +29,6 @@ class DicomStructure : public ::testing::Test {
   std::filesystem::path file_ = folder_.path() / "a.dcm";
 };
 
-TEST_F(DicomStructure, SoundFilesHaveNoFlaw) {
-  DicomBytes slice;
-  slice.pixels.assign(12, 1000);
-  EXPECT_EQ(flaw(slice.bytes()), "");
-  EXPECT_EQ(flaw(enhanced_ct({slice, slice})), "");
-  EXPECT_EQ(flaw(segmentation()), "");
-  EXPECT_EQ(flaw(structure_set({{"liver", {{0, {{0, 0}, {9, 0}, {9, 9}}}}}})), "");
-}
-
 // A padding value's kind hangs on whether pixels are signed: nobody is to hear of that.
 TEST_F(DicomStructure, NothingIsSaidOnTheTerminal) {
   DicomBytes slice;
@@ -51,16 +37,6 @@ TEST_F(DicomStructure, NothingIsSaidOnTheTerminal) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(flaw(slice.bytes()), "");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST_F(DicomStructure, RealFilesInEveryTransferSyntaxHaveNone) {
-  REQUIRE_SHARED_DATA("dicom/transfer_syntaxes");
-  for (const auto& entry :
-       std::filesystem::directory_iterator(shared_data("dicom/transfer_syntaxes"))) {
-    // Deflated ones are inflated before anybody looks.
-    if (entry.path().filename().string().find("Deflated") != std::string::npos) continue;
-    EXPECT_EQ(flaw_of_dicom(entry.path()), "") << entry.path();
-  }
 }
 
 // Wherever a file ends too early, but between two elements that nothing holds together.
@@ -262,6 +238,88 @@ TEST_F(DicomMasks, AFewTrianglesOverATorsoAskForLittle) {
 TEST_F(DicomMasks, WithoutClosedContoursThereIsNoMask) {
   EXPECT_THAT(error(structure_set({{"empty", {}}}), "1"), HasSubstr("no closed contour"));
   EXPECT_THAT(error(structure_set(tubes()), "liver"), HasSubstr("4 own hole, 5 keyhole"));
+}
+
+class MaskFrames : public MaskPlanes {};
+
+TEST_F(MaskFrames, OneOfSeveralPhasesIsAskedFor) {
+  const Scan scan = scans().front();
+  SegBytes seg = seg_of(scan, {4, 5, 6, 7});
+  const SegBytes later = seg_of(scan, {6, 7, 8});
+  for (SegBytes::Frame& frame : seg.frames) frame.phase = "1";
+  for (SegBytes::Frame frame : later.frames) {
+    frame.phase = "2";
+    seg.frames.insert(seg.frames.begin() + 1, frame);
+  }
+  EXPECT_THAT(
+      message_of(ExitCode::bad_data, [&] { read(seg.bytes(), nullptr); }),
+      HasSubstr("2 time points, 1: temporal position 1, 4 frames; 2: temporal position 2, 3 "
+                "frames; choose one with --time 1…2"));
+  expect_like(read(seg.bytes(), nullptr, "liver", {.time = 1}), counted(scan, {4, 5, 6, 7}));
+  expect_like(read(seg.bytes(), nullptr, "liver", {.time = 2}), counted(scan, {6, 7, 8}));
+  const Volume look = read(seg.bytes(), nullptr, "liver", {.any_time = true});
+  EXPECT_EQ(look.time_points, 2);
+  EXPECT_THAT(look.warnings, Contains(HasSubstr("number 1 was taken")));
+  EXPECT_THAT(
+      message_of(ExitCode::usage, [&] { read(seg.bytes(), nullptr, "liver", {.time = 3}); }),
+      HasSubstr("no --time 3"));
+  // Its scan may have but one.
+  ct_of(scan);
+  EXPECT_EQ(read_volume(folder_.path() / "ct", {.time = 2, .lasting = true}).size[2], 20);
+}
+
+TEST_F(MaskFrames, TwoHalvesOfASegmentInOnePlaneAreUnited) {
+  const Scan scan = scans().front();
+  SegBytes seg = seg_of(scan, {4, 5, 6});
+  const std::vector<SegBytes::Frame> whole = seg.frames;
+  seg.frames.clear();
+  for (const SegBytes::Frame& frame : whole) {
+    SegBytes::Frame left = frame, right = frame;
+    for (std::size_t i = 0; i < frame.values.size(); ++i)
+      (i % Scan::kColumns < 20 ? right : left).values[i] = 0;
+    seg.frames.insert(seg.frames.end(), {left, right});
+  }
+  const Volume mask = read(seg.bytes(), nullptr);
+  expect_like(mask, counted(scan, {4, 5, 6}));
+  EXPECT_THAT(mask.warnings, Contains(HasSubstr("they were united")));
+}
+
+TEST_F(MaskFrames, WhatNoGridHoldsIsRefusedByName) {
+  const Scan scan = scans().front();
+  const auto refused = [&](auto spoil) {
+    SegBytes seg = seg_of(scan, {4, 5, 6});
+    spoil(seg);
+    return message_of(ExitCode::bad_data, [&] { read(seg.bytes(), nullptr); });
+  };
+  EXPECT_THAT(refused([](SegBytes& seg) { seg.frames[1].orientation = "1\\0\\0\\0\\0\\1"; }),
+              HasSubstr("frame 2 has another orientation than the first"));
+  EXPECT_THAT(refused([](SegBytes& seg) { seg.frames[2].pixel_spacing = "0.7\\0.9"; }),
+              HasSubstr("frame 3 has another pixel spacing than the first"));
+  EXPECT_THAT(refused([](SegBytes& seg) { seg.pixel_spacing = "0.7"; }),
+              HasSubstr("frame 1 does not say its position, orientation or pixel spacing"));
+  EXPECT_THAT(refused([](SegBytes& seg) { seg.frames[1].corner->z() += 1.3; }),
+              HasSubstr("uneven gaps"));
+  EXPECT_THAT(refused([](SegBytes& seg) {
+                seg.frames[1].corner->y() += 9000;
+                seg.frames[0].corner->x() -= 9000;
+              }),
+              HasSubstr("too far apart"));
+}
+
+TEST_F(MaskFrames, AnotherFrameOfReferenceIsSaid) {
+  const Scan scan = scans().front();
+  const Volume ct = ct_of(scan, "1.2.840.1");
+  SegBytes seg = seg_of(scan, {4, 5, 6});
+  Roi roi{"organ", {{scan.corner(4).z(), outline(scan, 4)}}};
+  for (const char* uid : {"", "1.2.840.1"}) {
+    seg.frame_of_reference = roi.frame_of_reference = uid;
+    EXPECT_THAT(read(seg.bytes(), &ct).warnings, IsEmpty());
+    EXPECT_THAT(read(structure_set({roi}), &ct, "organ").warnings, IsEmpty());
+  }
+  seg.frame_of_reference = roi.frame_of_reference = "1.2.840.2";
+  EXPECT_THAT(read(seg.bytes(), &ct).warnings, Contains(HasSubstr("another frame of reference")));
+  EXPECT_THAT(read(structure_set({roi}), &ct, "organ").warnings,
+              Contains(HasSubstr("another frame of reference")));
 }
 
 Polygon2 disc_of(double x, double radius, bool backward = false) {

@@ -2,16 +2,9 @@
 // Which series of a folder is read, and real files in every transfer syntax.
 #include "dicom/dicom.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "organbake/volume/read_volume.h"
 #include "support/files.h"
+#include "support/testing.h"
 #include "volume_fixtures.h"
 
 namespace organbake {

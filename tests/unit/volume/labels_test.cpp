@@ -2,16 +2,11 @@
 // Labels by name and number, tables of their names, their boxes, and whether they fit their CT.
 #include "labels/mask_labels.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/read_volume.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 
@@ -37,15 +32,20 @@ class VolumeFileTest : public ::testing::Test {
   std::filesystem::path file_;
 };
 
+// ImageOrientationPatient.
+inline std::string orientation_text(const Eigen::Matrix3d& axes) {
+  std::string text;
+  for (int i = 0; i < 6; ++i) text += (i ? "\\" : "") + to_text(axes(i % 3, i / 3), 10);
+  return text;
+}
+
 class DicomFolderTest : public ::testing::Test {
  protected:
   // A slice whose pixels show the ramp at their places; stored = HU + 1024.
   DicomBytes slice_at(const Eigen::Vector3d& position, const Eigen::Matrix3d& axes) const {
     DicomBytes slice;
     slice.set_position(position);
-    slice.orientation.clear();
-    for (int i = 0; i < 6; ++i)
-      slice.orientation += (i ? "\\" : "") + to_text(axes(i % 3, i / 3), 8);
+    slice.orientation = orientation_text(axes);
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         const Eigen::Vector3d world =

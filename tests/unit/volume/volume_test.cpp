@@ -2,18 +2,13 @@
 // Grids, boxes of the world, figures, and voxels of any type.
 #include "organbake/volume/volume.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstring>
-#include <limits>
-
 #include "files/volume_files.h"
 #include "grid/grids.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/volume/read_volume.h"
 #include "support/files.h"
+#include "support/testing.h"
 #include "volume_fixtures.h"
 
 namespace organbake {
@@ -22,13 +17,6 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kRoundOff_mm = 1e-9;
-
-TEST(Volume, MapsIndicesToTheWorldAndBack) {
-  const Volume volume = ramp_volume(oblique_direction());
-  const Eigen::Vector3d index(3.25, -1, 2);
-  const Eigen::Vector3d world = volume.world_from_index(index);
-  EXPECT_LT((volume.index_from_world(world) - index).norm(), kRoundOff_mm);
-}
 
 TEST(Volume, KnowsItsRangeAndLabels) {
   Volume volume = ramp_volume();
@@ -41,14 +29,6 @@ TEST(Volume, KnowsItsRangeAndLabels) {
   ASSERT_EQ(labels.size(), 2u);
   EXPECT_EQ(labels[1].label, 32767);
   EXPECT_EQ(labels[1].voxels, 2u);
-}
-
-TEST(Volume, ChecksAcceptWhatIsSound) {
-  EXPECT_NO_THROW(check_volume(ramp_volume(), "v"));
-  EXPECT_NO_THROW(check_volume(ramp_volume(oblique_direction()), "v"));
-  Eigen::Matrix3d mirrored = oblique_direction();
-  mirrored.col(1) *= -1;
-  EXPECT_NO_THROW(check_volume(ramp_volume(mirrored), "v"));
 }
 
 TEST(Volume, ChecksRefuseWhatIsNot) {
@@ -78,39 +58,6 @@ TEST(Volume, GridsAreTheSameByPlaceNotByHeader) {
   other = volume;
   other.spacing_mm.z() *= 1.01;  // 0.06 mm at the far end
   EXPECT_FALSE(same_grid(volume, other));
-}
-
-TEST(Grid, SmallShearIsTakenOutAndALargeOneRefused) {
-  Volume volume;
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  axes(0, 1) = 1e-5;
-  set_grid(volume, axes, Eigen::Vector3d::Zero(), "v");
-  const Eigen::Matrix3d square = volume.direction.transpose() * volume.direction;
-  EXPECT_LT((square - Eigen::Matrix3d::Identity()).norm(), 1e-12);
-  axes(0, 1) = 0.1;
-  EXPECT_THAT(message_of(ExitCode::bad_data,
-                         [&] { set_grid(volume, axes, Eigen::Vector3d::Zero(), "scan"); }),
-              HasSubstr("scan: the volume's axes are sheared by 5.7"));
-}
-
-TEST(Grid, KeepsALeftHandedDirection) {
-  Volume volume;
-  Eigen::Matrix3d axes = oblique_direction();
-  axes.col(0) *= -2;
-  set_grid(volume, axes, Eigen::Vector3d::Zero(), "v");
-  EXPECT_NEAR(volume.spacing_mm[0], 2, kRoundOff_mm);
-  EXPECT_LT((volume.direction.col(0) * 2 - axes.col(0)).norm(), kRoundOff_mm);
-}
-
-TEST(Grid, SizesAreBoundedBeforeMemoryIsTaken) {
-  EXPECT_EQ(checked_voxel_count({512, 512, 300}, "v"), 512u * 512 * 300);
-  for (const std::array<std::int64_t, 3>& size : {std::array<std::int64_t, 3>{0, 1, 1},
-                                                  {-5, 1, 1},
-                                                  {70000, 1, 1},
-                                                  {60000, 60000, 1},
-                                                  {std::int64_t{1} << 62, 1, 1}}) {
-    message_of(ExitCode::bad_data, [&] { checked_voxel_count(size, "v"); });
-  }
 }
 
 const Eigen::Matrix3d kUprightBox = Eigen::Matrix3d::Identity();
