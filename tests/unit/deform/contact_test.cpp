@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <numbers>
 
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/shell.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

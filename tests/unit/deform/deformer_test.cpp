@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-#include <numbers>
-
-#include "organbake/core/error.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/core/error.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

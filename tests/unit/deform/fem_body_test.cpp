@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
 
 #include "body/tissue.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {
@@ -177,60 +172,11 @@ Matrix3d lane_of(const Matrices& m, int lane) {
   return result;
 }
 
-Matrix3d random_matrix(RandomStream& random) {
-  Matrix3d m;
-  for (int e = 0; e < 9; ++e) m(e / 3, e % 3) = random.normal();
-  return m;
-}
-
-// By brute force: the best of U diag(±1, ±1, ±1) Vᵀ with determinant 1.
-Matrix3d by_definition(const Matrix3d& f) {
-  const Eigen::JacobiSVD<Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d best = Matrix3d::Identity();
-  double least = std::numeric_limits<double>::infinity();
-  for (int signs = 0; signs < 8; ++signs) {
-    const Eigen::Vector3d s(signs & 1 ? -1 : 1, signs & 2 ? -1 : 1, signs & 4 ? -1 : 1);
-    const Matrix3d r = svd.matrixU() * s.asDiagonal() * svd.matrixV().transpose();
-    if (r.determinant() < 0 || (f - r).norm() >= least) continue;
-    least = (f - r).norm();
-    best = r;
-  }
-  return best;
-}
-
 Matrices four(const Matrix3d (&m)[4]) {
   Matrices result;
   for (int lane = 0; lane < 4; ++lane)
     for (int e = 0; e < 9; ++e) result[e][lane] = m[lane](e / 3, e % 3);
   return result;
-}
-
-TEST(NearestRotations, AreTheNearest) {
-  constexpr double kWithin = 1e-7;  // next to a reflection the nearest turns fast
-  RandomStream random(3);
-  for (int round = 0; round < 200; ++round) {
-    Matrix3d f[4];
-    for (auto& m : f) m = random_matrix(random);  // half of them inside out
-    Matrices rotation;
-    nearest_rotations(four(f), rotation);
-    for (int lane = 0; lane < 4; ++lane) {
-      const Matrix3d r = lane_of(rotation, lane);
-      EXPECT_LT((r.transpose() * r - Matrix3d::Identity()).norm(), 1e-12);
-      EXPECT_GT(r.determinant(), 0);
-      EXPECT_NEAR((f[lane] - r).norm(), (f[lane] - by_definition(f[lane])).norm(), kWithin);
-    }
-  }
-}
-
-TEST(NearestRotations, LeaveRotationsAndStretchesAlone) {
-  const Matrix3d turn =
-      Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
-  const Matrix3d f[4] = {Matrix3d::Identity(), turn, turn * Eigen::Vector3d(0.2, 1, 5).asDiagonal(),
-                         1e-3 * turn};
-  Matrices rotation;
-  nearest_rotations(four(f), rotation);
-  EXPECT_TRUE(lane_of(rotation, 0) == Matrix3d::Identity()) << "bit for bit: rest is rest";
-  for (int lane = 1; lane < 4; ++lane) EXPECT_LT((lane_of(rotation, lane) - turn).norm(), 1e-12);
 }
 
 TEST(NearestRotations, SurviveWhatIsFlatOrNoNumber) {

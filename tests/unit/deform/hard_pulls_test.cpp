@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <string>
 
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

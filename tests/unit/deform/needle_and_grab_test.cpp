@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "organbake/core/error.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/shell.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {
@@ -33,12 +33,15 @@ TEST(Deformer, RestStaysRestBitForBit) {
 // A tip that sweeps close by wakes the solver; the shape it then finds must still be rest itself.
 TEST(Deformer, ANearMissLeavesRestBitForBit) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
-  Deformer deformer(mesh, test::spring_body(mesh), {});
-  for (int step = 0; step < 100; ++step) {
-    deformer.step({test::tool_at({step * 0.1 - 5, 0, 45.5})});
-    EXPECT_FALSE(deformer.moved());
+  Deformer springs(mesh, test::spring_body(mesh), {});
+  Deformer elements(mesh, test::fem_ball(mesh), test::sphere_base(mesh, 40, 4), test::with_fem());
+  for (Deformer* deformer : {&springs, &elements}) {
+    for (int step = 0; step < 100; ++step) {
+      deformer->step({test::tool_at({step * 0.1 - 5, 0, 45.5})});
+      EXPECT_FALSE(deformer->moved());
+    }
+    EXPECT_TRUE(deformer->positions() == mesh.vertices);
   }
-  EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
 
 TEST(Deformer, ReleaseReturnsToRestExactlyAndSleeps) {
@@ -108,22 +111,24 @@ TEST(Deformer, AStretchedBodyRelaxesElsewhere) {
 // The same script gives the same bits, also after a reset.
 TEST(Deformer, RepeatsExactly) {
   const TriangleMesh mesh = test::lumpy_organ(3, 40, 6);
-  const MechanicsModel mechanics = test::spring_body(mesh);
-  Deformer one(mesh, mechanics, {}), two(mesh, mechanics, {});
-  const auto play = [](Deformer& d) {
-    for (int step = 0; step < 40; ++step) d.step({test::tool_at({0.2 * step, 0, 46 - 0.5 * step})});
-    return d.positions();
-  };
-  const auto first = play(one);
-  EXPECT_TRUE(first == play(two));
-  one.reset();
-  EXPECT_TRUE(one.positions() == mesh.vertices);
-  one.step({});
-  EXPECT_FALSE(one.moved());
-  EXPECT_TRUE(first == play(one));
+  for (const bool fem : {false, true}) {
+    const MechanicsModel mechanics = fem ? test::fem_ball(mesh) : test::spring_body(mesh);
+    const DeformOptions options = fem ? test::with_fem() : DeformOptions{};
+    Deformer one(mesh, mechanics, {}, options), two(mesh, mechanics, {}, options);
+    const auto play = [](Deformer& d) {
+      for (int step = 0; step < 40; ++step)
+        d.step({test::tool_at({0.2 * step, 0, 46 - 0.5 * step})});
+      return d.positions();
+    };
+    const auto first = play(one);
+    EXPECT_TRUE(first == play(two)) << fem;
+    one.reset();
+    EXPECT_TRUE(one.positions() == mesh.vertices) << fem;
+    one.step({});
+    EXPECT_FALSE(one.moved()) << fem;
+    EXPECT_TRUE(first == play(one)) << fem;
+  }
 }
-
-using Eigen::Vector3d;
 
 // A tip that pokes in and out at a hand's speeds from seeded sides, to half of the object.
 class PokingTip {

@@ -1,17 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "unit/deform/test_bodies.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <numbers>
-#include <set>
-#include <utility>
-
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
+#include "support/testing.h"
 
 namespace organbake::test {
 namespace {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/instruments/instrument.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake::test {
 

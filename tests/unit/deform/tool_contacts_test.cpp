@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "contact/tool_contacts.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/refine.h"
+#include "support/testing.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {
