@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # usage: python_baker.py FOLDER: tests of the module organbake against what the program wrote there.
+import ast
 import inspect
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import threading
@@ -330,7 +332,14 @@ class ModuleTest(unittest.TestCase):
             self.assertIn(name, stub)
             for attribute in vars(member) if inspect.isclass(member) else ():
                 if not attribute.startswith("_"):
-                    self.assertIn(f"def {attribute}(", stub, name)
+                    self.assertIn(f"{attribute}: Final", stub, name)
+
+    def test_the_stub_has_the_functions_arguments(self):
+        for node in ast.parse(STUB.read_text()).body:
+            if isinstance(node, ast.FunctionDef):
+                told = getattr(organbake, node.name).__doc__.split(" -> ")[0]
+                self.assertEqual([a.arg for a in node.args.args + node.args.kwonlyargs],
+                                 re.findall(r"(\w+): ", told), node.name)
 
 
 if __name__ == "__main__":

@@ -1,95 +1,58 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stages of organbake as functions, with arrays in and out."""
 
-from typing import List, Optional, Tuple
+from typing import Final, List, Optional, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 class Proxy:
-    @property
-    def vertices_mm(self) -> NDArray[np.float64]: ...
-    @property
-    def faces(self) -> NDArray[np.uint32]: ...
-    @property
-    def rms_mm(self) -> float: ...
-    @property
-    def max_mm(self) -> float: ...
-    @property
-    def reverse_rms_mm(self) -> float: ...
-    @property
-    def reverse_max_mm(self) -> float: ...
-    @property
-    def volume_change(self) -> float: ...
-    @property
-    def closed_manifold(self) -> bool: ...
-    @property
-    def genus(self) -> int: ...
-    @property
-    def self_intersecting_faces(self) -> int: ...
+    vertices_mm: Final[NDArray[np.float64]]
+    faces: Final[NDArray[np.uint32]]
+    rms_mm: Final[float]
+    max_mm: Final[float]
+    reverse_rms_mm: Final[float]
+    reverse_max_mm: Final[float]
+    volume_change: Final[float]
+    closed_manifold: Final[bool]
+    genus: Final[int]
+    self_intersecting_faces: Final[int]
 
 class Cameras:
     def __len__(self) -> int: ...
-    @property
-    def size(self) -> int: ...
-    @property
-    def intrinsics(self) -> NDArray[np.float64]: ...
-    @property
-    def camera_from_world(self) -> NDArray[np.float64]: ...
-    @property
-    def triangles(self) -> NDArray[np.uint32]: ...
+    size: Final[int]
+    intrinsics: Final[NDArray[np.float64]]
+    camera_from_world: Final[NDArray[np.float64]]
+    triangles: Final[NDArray[np.uint32]]
 
 class Maps:
-    @property
-    def depth_mm(self) -> NDArray[np.float32]: ...
-    @property
-    def color(self) -> NDArray[np.float32]: ...
-    @property
-    def height_mm(self) -> NDArray[np.float32]: ...
-    @property
-    def face(self) -> NDArray[np.uint32]: ...
-    @property
-    def confidence(self) -> NDArray[np.float32]: ...
+    depth_mm: Final[NDArray[np.float32]]
+    color: Final[NDArray[np.float32]]
+    height_mm: Final[NDArray[np.float32]]
+    face: Final[NDArray[np.uint32]]
+    confidence: Final[NDArray[np.float32]]
 
 class Pose:
-    @property
-    def camera_from_world(self) -> NDArray[np.float64]: ...
-    @property
-    def verdict(self) -> str: ...
-    @property
-    def reason(self) -> str: ...
-    @property
-    def light(self) -> str: ...
-    @property
-    def correlation(self) -> float: ...
-    @property
-    def visible_share(self) -> float: ...
-    @property
-    def outline_share(self) -> float: ...
-    @property
-    def surface_sd_mm(self) -> float: ...
-    @property
-    def focal_scale(self) -> float: ...
+    camera_from_world: Final[NDArray[np.float64]]
+    verdict: Final[str]
+    reason: Final[str]
+    light: Final[str]
+    correlation: Final[float]
+    visible_share: Final[float]
+    outline_share: Final[float]
+    surface_sd_mm: Final[float]
+    focal_scale: Final[float]
 
 class Shaded:
-    @property
-    def depth(self) -> NDArray[np.float32]: ...
-    @property
-    def normals(self) -> NDArray[np.float32]: ...
-    @property
-    def confidence(self) -> NDArray[np.float32]: ...
-    @property
-    def tissue(self) -> NDArray[np.bool_]: ...
-    @property
-    def intrinsics(self) -> Tuple[float, float, float, float]: ...
-    @property
-    def metric(self) -> bool: ...
-    @property
-    def verdict(self) -> str: ...
-    @property
-    def reason(self) -> str: ...
-    @property
-    def support(self) -> float: ...
+    depth: Final[NDArray[np.float32]]
+    normals: Final[NDArray[np.float32]]
+    confidence: Final[NDArray[np.float32]]
+    tissue: Final[NDArray[np.bool_]]
+    intrinsics: Final[Tuple[float, float, float, float]]
+    metric: Final[bool]
+    verdict: Final[str]
+    reason: Final[str]
+    support: Final[float]
 
 def surface(voxels: ArrayLike, spacing_mm: ArrayLike, *, origin_mm: ArrayLike = (0, 0, 0),
             direction: Optional[ArrayLike] = None, level: Optional[float] = None,
@@ -108,8 +71,7 @@ def capture(vertices_mm: ArrayLike, faces: ArrayLike, proxy_vertices_mm: ArrayLi
             rays_per_texel_side: int = 0, base_step_mm: float = 1.5) -> List[Maps]: ...
 def register(vertices_mm: ArrayLike, faces: ArrayLike, image: NDArray[np.uint8],
              intrinsics: ArrayLike, *, start: Optional[ArrayLike] = None,
-             mask: Optional[ArrayLike] = None, light: str = "auto",
-             light_direction: ArrayLike = (0, 0, -1), similarity: str = "radiance",
+             mask: Optional[ArrayLike] = None, light: str = "auto", similarity: str = "radiance",
              free_focal: bool = False, closed_outline: bool = False) -> Pose: ...
 def shade(image: NDArray[np.uint8], intrinsics: Optional[ArrayLike] = None, *,
           field_of_view_rad: float = 1.2217304763960306, range_mm: float = 0.0, albedo: float = 0.0,

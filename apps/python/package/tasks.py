@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a learner is asked to do with an organ: press a place to a force, grasp and lift it, cut
 along a line. Each task has a scripted expert. Millimetres (LPS) and newtons; a step is 1/60 s."""
+import math
 from typing import Any, Dict, Optional
 
 import numpy as np
 
-from ._organplay import Player, Step, View
+from ._organplay import Player, Step
 
 MOTION_MM = 2.0  # of the tip in a step, for an action of 1
 HELD_STEPS = 10  # that a task must be solved for without a break
@@ -21,15 +22,20 @@ class World:
     a task keeps for itself.
     """
 
-    def __init__(self, player: Player, view: View) -> None:
-        self.player, self.view = player, view
+    def __init__(self, player: Player, width: int, height: int) -> None:
+        self.player, self.size = player, (width, height)
         mesh = player.mesh()
         # Tissue that hangs on something moves little, and where it hangs, not at all.
         self._held_mm = mesh.vertices_mm[mesh.vertex_anchors]
         self._free_mm = min(15.0, 0.06 * float(np.linalg.norm(np.ptp(mesh.vertices_mm, axis=0))))
         self.random = np.random.default_rng()
         self.look: Dict[str, Any] = {}  # of this episode's pictures
+        self.look_from()
         self.begin()
+
+    def look_from(self, *angles_and_distance: float) -> None:
+        """The view, as Player.orbit() takes it."""
+        self.view = self.player.orbit(*angles_and_distance, width=self.size[0], height=self.size[1])
 
     def begin(self) -> None:
         """Back to rest; a task then says what is wanted."""
@@ -85,7 +91,7 @@ class World:
 
 def _moved(by_mm: np.ndarray, most_mm: float = MOTION_MM) -> np.ndarray:
     """(3,): the action that moves the tip so far, or towards it at most so much."""
-    length = np.linalg.norm(by_mm)
+    length = math.hypot(*by_mm)
     return by_mm * min(1.0, most_mm / max(length, 1e-12)) / MOTION_MM
 
 
@@ -124,7 +130,7 @@ class Task:
         if world.solved:
             return 1.0
         missing = abs(world.wanted - world.measured) / max(world.wanted, 1e-9)
-        away = float(np.linalg.norm(world.tip_mm - world.target_mm))
+        away = math.dist(world.tip_mm, world.target_mm)
         return -0.01 * min(missing, 1.0) - 0.0005 * min(away, 20.0)
 
 
@@ -149,21 +155,20 @@ class Press(Task):
         return {"radius_mm": self.radius_mm}
 
     def measure(self, world: World) -> float:
-        return float(np.linalg.norm(world.force_n))
+        return math.hypot(*world.force_n)
 
     def reached(self, world: World) -> bool:
-        aside = np.linalg.norm(world.split(world.target_mm)[1])
-        return aside <= self.aside_mm and (
-            abs(world.measured - world.wanted) <= self.within * world.wanted)
+        return (abs(world.measured - world.wanted) <= self.within * world.wanted
+                and math.hypot(*world.split(world.target_mm)[1]) <= self.aside_mm)
 
     def expert(self, world: World) -> np.ndarray:
         height, aside = world.split(world.target_mm)
-        if np.linalg.norm(aside) > 1 and world.measured == 0:
+        if math.hypot(*aside) > 1 and world.measured == 0:
             return _moved(-aside)
         if world.measured == 0:  # down to where the skin was, then slowly
             return _moved(-max(0.5, height - self.radius_mm - 1) * world.out)
         # Tissue yields some millimetres to a newton; by half of what is missing it swings not.
-        inwards = np.clip(1.5 * (world.wanted - world.measured), -0.5, 0.5)
+        inwards = min(max(1.5 * (world.wanted - world.measured), -0.5), 0.5)
         return _moved(-0.2 * aside - inwards * world.out)
 
 
@@ -190,16 +195,16 @@ class Lift(Task):
     def measure(self, world: World) -> float:
         points = world.step.contact_points
         held = points["depth_mm"][points["carried"]]
-        aside = np.linalg.norm(world.split(world.target_mm)[1])
+        aside = math.hypot(*world.split(world.target_mm)[1])
         return float(np.median(held)) if len(held) and aside <= 2 * self.radius_mm else 0.0
 
     def expert(self, world: World) -> np.ndarray:
         height, aside = world.split(world.target_mm)
         carries = world.step is not None and world.step.contact_points["carried"].any()
         if carries:
-            left = np.clip(world.wanted + 0.5 - world.measured, 0, 0.5)
+            left = min(max(world.wanted + 0.5 - world.measured, 0), 0.5)
             return np.append(_moved(left * world.out), 1.0)
-        if np.linalg.norm(aside) > 1 and height > self.radius_mm:
+        if math.hypot(*aside) > 1 and height > self.radius_mm:
             return np.append(_moved(-aside), -1.0)
         if height > self.radius_mm - 1:
             return np.append(_moved((self.radius_mm - 1.2 - height) * world.out), -1.0)
@@ -268,7 +273,7 @@ class Cut(Task):
         beyond = line[-1] - line[-2]
         way = np.vstack([line, line[-1] + 2 * beyond / np.linalg.norm(beyond)])
         way = way - self.depth_mm * world.out
-        if at < len(way) - 1 and np.linalg.norm(way[at] - world.tip_mm) < 0.2:
+        if at < len(way) - 1 and math.dist(way[at], world.tip_mm) < 0.2:
             at = world.notes["next"] = at + 1
         return _moved(way[at] - world.tip_mm, 2.0 if at == 0 else 1.5)
 
