@@ -132,7 +132,7 @@ Rgb8Image sheet_of(const Command& command, Player& player, const RunContext& con
   options.keep_depth = true;
   return contact_sheet(player, kWidth_px, kHeight_px, options, context,
                        [organs = rest_bounds(player)](const Frame& frame, const View& view) {
-                         Rgb8Image seen = frame.color;
+                         Rgb8Image seen;
                          paint_cavity_wall({frame, view, organs}, DrawOptions::kCavity, seen);
                          return seen;
                        });

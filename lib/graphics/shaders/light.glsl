@@ -172,7 +172,8 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
                            : at_most_1(positive((near - scope.w) / (kFade * (1.0 - scope.w)))) *
                                  at_most_1(8.0 * positive(facing));
   if (scope.w < 1.0 && shows > 0.0)
-    sum += white * shows * gloss_by_film(n, h, skin, depth, share);
+    sum += shows * gloss_by_film(n, h, skin, depth, share) *
+           max(white - (drops.z > 0.0 ? sum : vec3(0.0)), 0.0);
   return sum;
 }
 

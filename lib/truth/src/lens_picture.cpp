@@ -261,7 +261,7 @@ void LensPicture::prepare(DrawOptions& options) const {
 void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
   const ScopePicture& scope = scope_.picture;
   if (scope.surroundings) {
-    Rgb8Image drawn = scene.frame.color;
+    Rgb8Image drawn;
     paint_cavity_wall(scene, DrawOptions::kCavity, drawn);
     resample(drawn, seen);
   } else {

@@ -272,7 +272,7 @@ TEST(CavityWall, StaysInTheWorldBehindTheOrganAndOutOfTheFrame) {
   const Bounds organs = rest_bounds(player);
   const auto painted = [&](const View& view, Frame& frame) {
     player.draw(view, options, frame);
-    Rgb8Image picture = frame.color;
+    Rgb8Image picture;
     paint_cavity_wall({frame, view, organs}, DrawOptions::kCavity, picture);
     return picture;
   };

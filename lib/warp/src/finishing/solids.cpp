@@ -132,8 +132,8 @@ void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hi
 
 // Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
 // line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
-// about. By the light at the scope in a cavity: darker, the line as narrow as the lamp, and the rim
-// as red as the tissue that it mirrors.
+// about. By the light at the scope in a cavity: nearly black where it mirrors neither, the line as
+// narrow as the lamp, and the rim as red as the tissue that it mirrors.
 Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d, bool in_cavity) {
   const double cosine = std::max(0.0, -hit.normal.dot(d.normalized()));
   const float facing = static_cast<float>(cosine);
@@ -146,7 +146,8 @@ Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& 
     const Eigen::Vector3f tissue(kTissueMirrored[0], kTissueMirrored[1], kTissueMirrored[2]);
     const float lamp = 0.03f + 0.4f * middle * squared * facing;
     const float line = (0.25f + shine) * (by_32 * by_32) * (by_32 * by_32) * lit;
-    return (solid.color * lamp + shine * aside * squared * tissue + line * Eigen::Vector3f::Ones())
+    return (solid.color.cwiseAbs2() * lamp + shine * aside * squared * tissue +
+            line * Eigen::Vector3f::Ones())
         .cwiseMin(1.0f);
   }
   const float lamp = 0.06f + (0.35f + 0.55f * facing) * middle * squared + 0.35f * rim;

@@ -257,7 +257,7 @@ inline float wetness(float hills) {
 }
 
 struct FilmPlanes {
-  const float *share, *shows, *white, *depth, *bend;
+  const float *share, *shows, *depth, *bend;
   SkinVectors normal, half_way, rest_normal, rest_mm;
 };
 
@@ -287,11 +287,12 @@ inline __attribute__((always_inline)) FilmPoint film_point(const FilmPlanes& in,
   return at;
 }
 
-// Some whole vectors from pixel `first` on; white: what is added to all three channels.
+// Some whole vectors from pixel `first` on; mirrored: the share of full exposure, of drops with
+// that of the pixel that they cover.
 ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm::Drops& of_drops,
                                         const Wave* hills, const ShineLobe& of_film,
                                         float inverse_pixel, std::size_t first, int count,
-                                        float* __restrict white) {
+                                        float* __restrict mirrored) {
   const FilmPlanes in = planes;
   const WetFilm::Drops drops = of_drops;
   const ShineLobe film = of_film;
@@ -307,8 +308,8 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
       // A drop as soft as larger pixels would reach beyond the cubes that are asked.
       const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
       const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, pixel);
-      white[j] = in.white[i] * in.shows[i] * WetFilm::kBlown *
-                 at_most_1(in.share[i] * film.strength) * (mean + seen * (each - mean));
+      mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
+                    (mean + seen * (each - mean));
     }
     return;
   }
@@ -318,8 +319,8 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
     const FilmPoint at = film_point(in, hills, inverse_pixel, i);
     // Water bridges a crease, and a pixel shows no less than its own size of it.
     const float bent = in.bend[i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
-    white[j] = in.white[i] * in.shows[i] * WetFilm::kBlown *
-               light_of_film(film, in.share[i], at.hill.lost + bent * bent, at.lacks.squared);
+    mirrored[j] = in.shows[i] * WetFilm::kBlown *
+                  light_of_film(film, in.share[i], at.hill.lost + bent * bent, at.lacks.squared);
   }
 }
 
@@ -330,17 +331,22 @@ void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, in
   const ScopeLit& lit = span.lit;
   const FilmPlanes planes = {lit.share,
                              lit.shows,
-                             colors.white,
                              span.skin.depth_mm,
                              span.at_rest.bends,
                              SkinVectors(span.skin.normals),
                              SkinVectors(lit.half_way),
                              SkinVectors(span.at_rest.normals),
                              SkinVectors(span.at_rest.places_mm)};
-  alignas(64) float white[kSpan];
-  film_pixels(planes, drops_, hills_.data(), lobe_, inverse_pixel, first, count, white);
-  for (float* const plane : colors.planes)
-    for (unsigned j = 0; j < whole_vectors(count); ++j) plane[first + j] += white[j];
+  alignas(64) float mirrored[kSpan];
+  film_pixels(planes, drops_, hills_.data(), lobe_, inverse_pixel, first, count, mirrored);
+  const float* const white = colors.white + first;
+  // The skin that a pixel shows beside a drop is all that adds to its light: a drop alone is blown.
+  const float covers = drops_.inverse_lit2 > 0 ? 1 : 0;
+  for (float* const of_span : colors.planes) {
+    float* const plane = of_span + first;
+    for (unsigned j = 0; j < whole_vectors(count); ++j)
+      plane[j] += mirrored[j] * positive(white[j] - covers * plane[j]);
+  }
 }
 
 void WetFilm::describe(ScopeShading& shading) const {

@@ -32,8 +32,8 @@ Bounds rest_bounds(const Player& player);
 
 // Paints what lies behind the organs in an operation: the wall of a cavity, a sphere about the
 // organs that stays where it is when the view moves, dim, red-brown and folded, with fat here and
-// there, lit by the light at the scope as its range asks. Only pixels of Cover::background that
-// have the colour `behind` change, in `picture`, a copy of the frame's: frames and truth never
+// there, lit by the light at the scope as its range asks. `picture` becomes the frame's with the
+// wall in those pixels of Cover::background that have the colour `behind`: frames and truth never
 // show it. The same scene gives the same bytes.
 void paint_cavity_wall(const DrawnScene& scene, const std::array<std::uint8_t, 3>& behind,
                        Rgb8Image& picture);
