@@ -21,11 +21,13 @@ using Eigen::Vector3f;
 const std::vector<Lighting::Lobe> kWet = {{26, 750}, {0.013, 12}};
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 1200}, {0.05, 40}};
 const std::vector<Lighting::Lobe> kGreasy = {{8, 1000}, {0.05, 40}};
+const std::vector<Lighting::Lobe> kCapsule = {{12, 500}, {0.06, 25}};
 // One wide, blown highlight with a soft rim on skin without bumps.
 const std::vector<Lighting::Lobe> kSmooth = {{3, 300}, {0.5, 30}, {0.08, 10}};
 
-// A camera that sees dark organs sees brighter tissue beside them, for which it exposes.
-constexpr double kBesideBright = 0.6;
+// A camera shows of a liver what is not in the dark with a median lightness of 26 (CIE Lab; 21 to
+// 27 in six frames of the clip), though brighter tissue lies beside it; all of a liver is darker.
+constexpr double kOfLiver = 1.1;
 
 // Red light goes farthest below the surface before it comes out again.
 const Vector3d kSoft(0.32, 0.12, 0.1);
@@ -42,17 +44,17 @@ const Vector3d kSoft(0.32, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.148f, 0.029f, 0.0285f},  // (a), by hue as it is drawn
-          .tint = {-0.02f, 0.1f, 0.17f},
-          .mottle = 0.11,
+  return {.albedo = {0.148f, 0.036f, 0.038f},  // (a), by hue as it is drawn at that lightness
+          .tint = {-0.01f, 0.05f, 0.08f},
+          .mottle = 0.155,
           .mottle_mm = 13,
-          .grain = {0.05f, 0.022f, 0.022f},
-          .grain_mm = 1.3,
+          .grain = {0.042f, 0.018f, 0.018f},
+          .grain_mm = 1.1,
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 1.4, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6},
-          .exposure = kBesideBright};
+          .finish = {0.16, 2, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6},
+          .exposure = kOfLiver};
 }
 
 TissueLook gallbladder() {
@@ -68,19 +70,26 @@ TissueLook gallbladder() {
           .finish = {0.045, 2.2, kSoft, 0.12, {0.005, 0.007, 0.008}, 0.5}};
 }
 
+// Dark, matt and fine.
 TissueLook spleen() {
   TissueLook look = liver();
-  look.albedo = {0.125f, 0.028f, 0.044f};  // (b)
+  look.albedo = {0.098f, 0.020f, 0.033f};  // (b)
   look.grain = {0.02f, 0.009f, 0.011f};
   look.grain_mm = 0.8;
+  look.mottle = 0.05;
   look.large.share = 0.1;
+  look.gloss = kMoist;
   return look;
 }
 
+// Under a smooth, shining capsule.
 TissueLook kidney() {
   TissueLook look = liver();
   look.albedo = {0.235f, 0.072f, 0.055f};                     // (b)
   look.small = {{0.16f, 0.03f, 0.03f}, 3.5, 0.35, 0.6, 0.5};  // stellate veins
+  look.large.share = 0;
+  look.gloss = kCapsule;
+  look.finish.relief_slope = 0.045, look.finish.relief_mm = 2.2;
   return look;
 }
 
@@ -91,7 +100,7 @@ TissueLook stomach() {
           .mottle_mm = 18,
           .grain = {0.04f, 0.035f, 0.03f},
           .grain_mm = 1.3,
-          .large = {{0.36f, 0.09f, 0.1f}, 16, 1.1, 0.5, 0.6},
+          .large = {{0.36f, 0.09f, 0.1f}, 22, 1.5, 0.5, 0.6},  // from its two curvatures
           .small = {{0.5f, 0.2f, 0.17f}, 6, 0.4, 0.5, 0.45},
           .gloss = kWet,
           .finish = {0.16, 2.2, kSoft, 0.12, {0.02, 0.035, 0.035}, 0.6}};
@@ -101,8 +110,9 @@ TissueLook stomach() {
 TissueLook bowel() {
   TissueLook look = stomach();
   look.albedo = {0.60f, 0.30f, 0.24f};  // (c)
-  look.large = {{0.38f, 0.07f, 0.08f}, 8, 0.8, 0.7, 0.6};
-  look.small = {{0.5f, 0.17f, 0.15f}, 3.5, 0.3, 0.7, 0.45};
+  look.large = {{0.36f, 0.06f, 0.07f}, 7, 0.9, 0.9, 0.7};
+  look.small = {{0.48f, 0.15f, 0.13f}, 2.8, 0.3, 0.85, 0.5};
+  look.gloss = kGreasy;
   return look;
 }
 
@@ -110,7 +120,8 @@ TissueLook fat() {
   return {.albedo = {0.66f, 0.30f, 0.155f},  // (a), where it is lit
           .tint = {-0.02f, 0.08f, 0.14f},
           .mottle = 0.13,
-          .mottle_mm = 7,
+          .mottle_mm = 8,
+          .seams = 0.5,
           .grain = {0.175f, 0.117f, 0.072f},
           .grain_mm = 2.4,
           .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
@@ -301,6 +312,8 @@ double level_of(double share) {
   return kNoiseDeviation * 0.5513 * std::log((1 - kept) / kept);
 }
 
+const Vector3f kBetweenLobules(0.45f, 0.75f, 0.85f);  // what is missing of RGB amid the widest
+
 // Pale grains on a darker ground, as lobules and fibres are, rather than dark stains: of deviation
 // and mean like the noise's own.
 double skewed(double grain) {
@@ -356,15 +369,19 @@ Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
   constexpr double kUnit = 1 / kNoiseDeviation;
   // Vessels wind: their place is bent by a noise of a few millimetres.
   const Vector3d bent = point + 1.2 * bend_.value(point) * Vector3d(1.3, -0.9, 1.1);
-  const double tone = look_.mottle * kUnit *
-                      (0.5 * mottles_[0].value(point) + 0.3 * mottles_[1].value(point) +
-                       0.6 * mottles_[2].value(point));
+  const double large = kUnit * mottles_[0].value(point);
+  const double tone =
+      look_.mottle *
+      (0.5 * large + kUnit * (0.3 * mottles_[1].value(point) + 0.6 * mottles_[2].value(point)));
   const double tint = kUnit * tint_.value(bent);
   const double grain = kUnit * (0.8 * grain_.value(point) + 0.4 * fine_grain_.value(point));
   const auto share = static_cast<float>(std::exp(tone));
   Vector3f color = look_.albedo * share;
   color = color.cwiseProduct(Vector3f::Ones() + static_cast<float>(tint) * look_.tint);
   color += static_cast<float>(0.5 * skewed(grain)) * look_.grain;
+  // Lobules end where the largest mottles do; light that comes out between them is redder.
+  const double seam = look_.seams * std::exp(-3 * large * large);
+  color = color.cwiseProduct(Vector3f::Ones() - static_cast<float>(seam) * kBetweenLobules);
   for (const Vessels* vessels : {&small_, &large_}) {
     const float cover = cover_of(*vessels, bent, normal);
     color += cover * (vessels->look.color - color);
