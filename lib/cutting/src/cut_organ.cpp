@@ -252,7 +252,8 @@ Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t fac
     at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
     share += weights[k] * corner.light;
   }
-  return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
+  const bool alive = lighting_ && !lighting_->finish.grain.isZero(0);  // tissue, not a cast
+  return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_, alive);
 }
 
 // The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
