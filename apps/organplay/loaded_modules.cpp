@@ -15,8 +15,7 @@
 namespace organbake {
 
 void* load_door(const LoadedModule& module, const char* door) {
-  const std::filesystem::path file =
-      (program_folder() / ".." / "lib" / "organbake" / module.file).lexically_normal();
+  const std::filesystem::path file = module_folder() / module.file;
   const std::string instead = "; " + module.instead;
   if (!std::filesystem::exists(file))
     throw UsageError(module.missing + " (" + file.string() + " is missing)" + instead);

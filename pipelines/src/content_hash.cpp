@@ -3,7 +3,6 @@
 // (XXH3-128).
 #include "organbake/pipelines/cache.h"
 
-#define XXH_INLINE_ALL
 #include <fcntl.h>
 #include <unistd.h>
 #include <xxhash.h>

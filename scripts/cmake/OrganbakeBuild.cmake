@@ -79,13 +79,10 @@ install(TARGETS organbake_build_flags EXPORT organplay COMPONENT liborganplay-de
 set(ORGANBAKE_UNFUSED -ffp-contract=off)
 set(ORGANBAKE_FUSED -ffp-contract=fast)
 if(ORGANBAKE_PRECOMPILE)
-  foreach(kind precompiled runtime_precompiled)
-    add_library(organbake_${kind} STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
-    target_link_libraries(organbake_${kind} PRIVATE
-      organbake_build_flags $<BUILD_INTERFACE:organbake_warnings> Eigen3::Eigen nlohmann_json::nlohmann_json)
-    target_precompile_headers(organbake_${kind} PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
-  endforeach()
-  target_compile_options(organbake_runtime_precompiled PRIVATE ${ORGANBAKE_UNFUSED})
+  add_library(organbake_precompiled STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
+  target_link_libraries(organbake_precompiled PRIVATE
+    organbake_build_flags $<BUILD_INTERFACE:organbake_warnings> Eigen3::Eigen nlohmann_json::nlohmann_json)
+  target_precompile_headers(organbake_precompiled PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
 endif()
 
 # What of a target's options makes other code, those too that it inherits from the targets which it
@@ -107,6 +104,7 @@ function(organbake_code_flags out target property)
     endif()
   endforeach()
   list(REMOVE_DUPLICATES flags)
+  list(SORT flags)
   set(${out} ${flags} PARENT_SCOPE)
 endfunction()
 
@@ -154,7 +152,11 @@ endfunction()
 # For code that only calls other code: compiled for a quick build, not for a quick run.
 # A linker keeps the first of equal template functions: where -O0 is among them, all code would run
 # by its Eigen, which fuzzing has no time for.
-set(ORGANBAKE_BUILD_TIME_FLAGS $<IF:$<AND:$<CONFIG:Debug>,$<NOT:$<BOOL:${ORGANBAKE_FUZZ}>>>,-O0,-O1>)
+# g++ fuses nothing at -O1, whether it may or not: said here, such code of the runtime and of all else shares
+# one precompiled header. At -O1 g++ 12 takes a std::vector's memory for an object that was not allocated.
+set(ORGANBAKE_BUILD_TIME_FLAGS
+  $<IF:$<AND:$<CONFIG:Debug>,$<NOT:$<BOOL:${ORGANBAKE_FUZZ}>>>,-O0,-O1> ${ORGANBAKE_UNFUSED}
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-free-nonheap-object>)
 function(organbake_optimize_for_build_time target)
   target_compile_options(${target} PRIVATE ${ORGANBAKE_BUILD_TIME_FLAGS})
 endfunction()
@@ -162,7 +164,7 @@ endfunction()
 # The same for single files of a target that is otherwise built to run fast.
 function(organbake_optimize_files_for_build_time)
   set_source_files_properties(${ARGN} PROPERTIES
-    COMPILE_OPTIONS ${ORGANBAKE_BUILD_TIME_FLAGS} SKIP_PRECOMPILE_HEADERS ON
+    COMPILE_OPTIONS "${ORGANBAKE_BUILD_TIME_FLAGS}" SKIP_PRECOMPILE_HEADERS ON
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
@@ -186,6 +188,44 @@ function(organbake_own_flags module name flags)
   organbake_unity_build(${target})
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 4)
   target_sources(organbake_${module} PRIVATE $<TARGET_OBJECTS:${target}>)
+endfunction()
+
+# organbake_cold_files(<module> FILES...): files of a module that is otherwise built to run fast.
+function(organbake_cold_files module)
+  if(ORGANBAKE_PRECOMPILE AND NOT ORGANBAKE_WEB)
+    organbake_own_flags(${module} cold "${ORGANBAKE_BUILD_TIME_FLAGS}" ${ARGN})
+    set_target_properties(organbake_${module}_cold PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+    organbake_precompile(organbake_${module}_cold organbake_precompiled)
+  endif()
+endfunction()
+
+# organbake_part(<name> <module> <folder> LINK ...): a part of a module that not all who use it need: organbake::<name>,
+# of what lies in a folder beside its src.
+function(organbake_part name module folder)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX _module.cpp$)
+  add_library(organbake_${name} STATIC ${sources})
+  add_library(organbake::${name} ALIAS organbake_${name})
+  target_include_directories(organbake_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} src)
+  target_link_libraries(organbake_${name} PUBLIC organbake::${module} PRIVATE organbake_warnings ${arg_LINK})
+  organbake_unity_build(organbake_${name})
+  organbake_precompile(organbake_${name} organbake_precompiled)
+endfunction()
+
+# organbake_loaded_module(<name> <component> FILES... LINK...): what most runs have no use for, loaded when it
+# is asked for: <name>.so in lib/organbake, which module_door() finds. Its door alone is exported: fewer symbols
+# to bind, and none for other modules. No target waits for it.
+function(organbake_loaded_module name component)
+  cmake_parse_arguments(arg "" "" "FILES;LINK" ${ARGN})
+  add_library(${name} MODULE ${arg_FILES})
+  set_target_properties(${name} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden)
+  target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_link_libraries(${name} PRIVATE organbake_warnings ${arg_LINK})
+  organbake_unity_build(${name})
+  organbake_precompile(${name} organbake_precompiled)
+  target_link_options(${name} PRIVATE -Wl,--exclude-libs,ALL -Wl,--as-needed)
+  install(TARGETS ${name} LIBRARY DESTINATION lib/organbake COMPONENT ${component})
 endfunction()
 
 # organbake_module(<name> [RUNTIME [NOT_INSTALLED]] [ROOMS ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
@@ -218,11 +258,10 @@ function(organbake_module name)
     PUBLIC organbake_build_flags ${arg_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:organbake_warnings> ${arg_PRIVATE})
   organbake_unity_build(${target})
+  organbake_precompile(${target} organbake_precompiled)
   if(NOT arg_RUNTIME)
-    organbake_precompile(${target} organbake_precompiled)
     return()
   endif()
-  organbake_precompile(${target} organbake_runtime_precompiled)
   # Which of several products an addition is fused with is the compiler's choice, another one on
   # another processor: pictures would differ by a level here and there. Files of plain loops over
   # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).

@@ -17,7 +17,7 @@ struct ComparisonTexts {
 }  // namespace organbake
 
 // The door of the module: compare_with_truth(), and what it found in both forms.
-extern "C" void organplay_compare(organbake::Player& player, const organbake::TriangleMesh& surface,
-                                  const organbake::CompareOptions& options,
-                                  const organbake::RunContext& context,
-                                  organbake::ComparisonTexts& found);
+extern "C" __attribute__((visibility("default"))) void organplay_compare(
+    organbake::Player& player, const organbake::TriangleMesh& surface,
+    const organbake::CompareOptions& options, const organbake::RunContext& context,
+    organbake::ComparisonTexts& found);

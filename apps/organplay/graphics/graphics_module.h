@@ -16,4 +16,5 @@ struct OpenedGraphics {
 }  // namespace organbake
 
 // The door of the module: the program loads OpenGL only when it is asked to draw with it.
-extern "C" void organplay_open_graphics(organbake::OpenedGraphics& opened);
+extern "C" __attribute__((visibility("default"))) void organplay_open_graphics(
+    organbake::OpenedGraphics& opened);

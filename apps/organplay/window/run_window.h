@@ -33,5 +33,5 @@ void run_window(const WindowCommand& command, const RunContext& context);
 
 }  // namespace organbake
 // The door of the module: the program loads OpenGL only when it opens a window.
-extern "C" void organplay_run_window(const organbake::WindowCommand& command,
-                                     const organbake::RunContext& context);
+extern "C" __attribute__((visibility("default"))) void organplay_run_window(
+    const organbake::WindowCommand& command, const organbake::RunContext& context);

@@ -21,6 +21,7 @@
 #include "organbake/core/scalar_type.h"
 #include "organbake/core/sha256.h"
 #include "organbake/core/temporary_files.h"
+#include "support/error_message.h"
 
 namespace organbake {
 namespace {
@@ -172,6 +173,21 @@ class Files : public testing::Test {
   TemporaryFolder folder_;
   fs::path at(const char* name) const { return folder_.path() / name; }
 };
+
+// In a folder of programs, beside a module, and where Debian's and the build's Python have theirs;
+// a program that stands alone names where one would lie.
+TEST_F(Files, ModulesLieInTheNextFolderAboveTheCode) {
+  const fs::path prefix = folder_.path() / "usr", modules = prefix / "lib/organbake";
+  fs::create_directories(modules);
+  for (const char* code : {"bin/organbake", "lib/organbake/stage_isosurface.so",
+                           "lib/python3/dist-packages/organbake.so", "python/organbake.so"})
+    EXPECT_EQ(module_folder_above(prefix / code), modules) << code;
+  EXPECT_EQ(module_folder_above(folder_.path() / "alone/bin/organbake"),
+            folder_.path() / "alone/lib/organbake");
+  EXPECT_EQ(message_of(ExitCode::internal, [] { module_door("no_such", "door"); })
+                .rfind(module_folder().string() + "/no_such.so: cannot be loaded", 0),
+            0U);
+}
 
 TEST_F(Files, WrittenTextIsReadBack) {
   write_file_atomically(at("a.txt"), "one\ntwo");

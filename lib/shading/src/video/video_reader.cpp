@@ -2,8 +2,6 @@
 // Videos are decoded in a module of their own (lib/shading/video), loaded with the first of them.
 //   Of a clip's frames those that are worth shading are chosen: each n-th, or the sharpest of n,
 // without duplicates. In: a path, or frames. Out: frames in order, one in memory at a time.
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -16,25 +14,9 @@
 #include "video_module.h"
 
 namespace organbake {
-namespace {
-
-// Never closed: what libav registers is not made to be unloaded.
-decltype(&organbake_open_video) module_door() {
-  const std::filesystem::path file =
-      (program_folder() / ".." / "lib" / "organbake" / "organbake_video.so").lexically_normal();
-  void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  void* door = module ? ::dlsym(module, "organbake_open_video") : nullptr;
-  if (!door)
-    throw Error(ExitCode::internal, file.string() + ": cannot be loaded: " + ::dlerror() +
-                                        "; without it no video can be read: the installation is "
-                                        "incomplete");
-  return reinterpret_cast<decltype(&organbake_open_video)>(door);
-}
-
-}  // namespace
-
 VideoReader::VideoReader(const std::filesystem::path& path) {
-  static const auto open = module_door();
+  static const auto open = reinterpret_cast<decltype(&organbake_open_video)>(
+      module_door("organbake_video", "organbake_open_video"));
   decoder_.reset(open(path));
 }
 VideoReader::~VideoReader() = default;

@@ -173,8 +173,6 @@ StageOptions make_options() {
 // throws; a missing module or one of another build is an internal error.
 StageReport run_in_module(const Stage& stage, const StageCall& call);
 
-// Where modules lie: ../lib/organbake beside the folder of the running program.
-std::filesystem::path module_folder();
 std::filesystem::path module_file(const std::string& stage);
 
 }  // namespace organbake

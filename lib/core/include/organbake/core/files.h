@@ -71,6 +71,14 @@ class AtomicFolder {
 // Where the running program lies. Throws IoError (reading).
 std::filesystem::path program_folder();
 
+// Where the modules lie that are loaded when something asks for them: the next lib/organbake above
+// the code that asks, be it of a program in bin, of a module, or of Python's below lib/python3.
+std::filesystem::path module_folder();
+std::filesystem::path module_folder_above(const std::filesystem::path& code);
+// Loads lib/organbake/<name>.so until the program ends, for the libraries behind it are not made to
+// be unloaded, and returns its function `door`. Throws Error (internal) where one is missing.
+void* module_door(const std::string& name, const char* door);
+
 // All regular files below `folder`, relative, in byte order of their generic names.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
 // The same with all else that is no folder: links, pipes, devices.
