@@ -181,6 +181,17 @@ std::string UnzippedFolder::about_the_zip(const std::string& message) const {
 
 namespace {
 
+// Loaded with the first DICOM file: its libraries are heavier than all else that reads volumes.
+const DicomReaders& dicom() {
+  static const DicomReaders readers = [] {
+    DicomReaders found;
+    reinterpret_cast<decltype(&organbake_dicom)>(module_door("organbake_dicom", "organbake_dicom"))(
+        found);
+    return found;
+  }();
+  return readers;
+}
+
 bool starts_nifti(std::string_view first) {
   // The header's own size, 348 (or 540 in NIfTI-2), in either byte order.
   for (const std::string_view size :
@@ -219,16 +230,7 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   const bool pair = ending == ".img" && fs::exists(fs::path(path).replace_extension(".hdr"));
   if (first.rfind("\x1f\x8b", 0) == 0 || starts_nifti(first) || pair)
     return read_nifti(path, options);
-  if (is_dicom) {
-    switch (dicom_mask_kind(path)) {
-      case DicomMaskKind::segmentation:
-        return read_dicom_segmentation(path, options);
-      case DicomMaskKind::contours:
-        return read_dicom_contours(path, options);
-      default:
-        return read_dicom(path, options, context);
-    }
-  }
+  if (is_dicom) return dicom().read(path, options, context);
   if (ending == ".vti" || first.find("<VTKFile") != first.npos) return read_vti(path, options);
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
   if (first.starts_with("# vtk DataFile"))
@@ -254,17 +256,6 @@ std::vector<fs::path> files_in(const fs::path& folder, const Takes& takes) {
 std::vector<fs::path> dicom_files_in(const fs::path& folder) {
   return files_in(folder,
                   [](const fs::path& file) { return starts_dicom(read_beginning(file, 132)); });
-}
-
-// The segmentation or the contours in a folder that is given as a mask; empty when it holds none.
-fs::path mask_file_in(const fs::path& folder) {
-  std::vector<fs::path> found = dicom_files_in(folder);
-  std::erase_if(found,
-                [](const fs::path& file) { return dicom_mask_kind(file) == DicomMaskKind::none; });
-  if (found.empty()) return {};
-  if (found.size() == 1) return found.front();
-  throw BadDataError(folder, "holds " + std::to_string(found.size()) + " masks (" +
-                                 named_files(found) + "); give one of these files");
 }
 
 constexpr std::string_view kVolumeEndings[] = {".nii.gz", ".nii", ".nrrd", ".mha", ".vti"};
@@ -332,12 +323,13 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   if (!fs::exists(status)) throw NoInputError(path, "does not exist");
   const bool folder = fs::is_directory(status);
   if (folder && options.is_mask) {
-    if (const fs::path mask = mask_file_in(path); !mask.empty())
-      return read_volume(mask, options, context);
+    const std::vector<fs::path> files = dicom_files_in(path);
+    const fs::path mask = files.empty() ? fs::path() : dicom().mask(files, path);
+    if (!mask.empty()) return read_volume(mask, options, context);
   }
   const bool masks = folder && options.is_mask && is_folder_of_masks(path);
   Volume volume = masks    ? read_folder_of_masks(path, options, context)
-                  : folder ? read_dicom(path, options, context)
+                  : folder ? dicom().read(path, options, context)
                            : read_file_by_content(path, options, context);
   if (!options.grid_only) check_volume(volume, path.string());
   if (options.is_mask && !options.grid_only) take_as_labels(volume, path);
@@ -346,6 +338,8 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
     choose_label(volume, options, path.string());
   return volume;
 }
+
+DicomContents dicom_contents(const fs::path& folder) { return dicom().contents(folder); }
 
 Volume read_volume(const fs::path& path, const RunContext& context) {
   return read_volume(path, VolumeReadOptions{}, context);

@@ -174,6 +174,11 @@ DicomStack stack_of(const fs::path& folder, const VolumeReadOptions& options) {
 
 Volume read_dicom(const fs::path& folder, const VolumeReadOptions& options,
                   const RunContext& context) {
+  if (!fs::is_directory(folder)) {
+    const DicomMaskKind kind = dicom_mask_kind(folder);
+    if (kind == DicomMaskKind::segmentation) return read_dicom_segmentation(folder, options);
+    if (kind == DicomMaskKind::contours) return read_dicom_contours(folder, options);
+  }
   const DicomStack stack = stack_of(folder, options);
   const Volume scanned = scanned_grid(stack, folder);
   Volume volume = stack.regular()

@@ -108,6 +108,9 @@ struct DicomFolder {
   std::vector<ScannedFile> others;  // DICOM files that are no image, or damaged
 };
 
+// Its series and its other files, as dicom_contents() tells them.
+DicomContents contents_of(const std::filesystem::path& folder);
+
 // Reads the headers of all files in a folder (of its subfolders only those that a DICOMDIR in it
 // lists). Throws NoInputError when it
 // is empty or holds no DICOM image, BadDataError when none of its DICOM files can be read.
@@ -220,15 +223,16 @@ inline constexpr std::int16_t kAir_hu = -1000;
 void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
                    const RunContext& context, bool real = false);
 
-// The CT volume of a folder of DICOM files (not of its subfolders), of a file of several frames, of
-// the series that one slice belongs to, or of a DICOMDIR, in Hounsfield units. Files that are not
+// The segmentation or the contours in a file, or the CT volume of a folder of DICOM files (not of
+// its subfolders), of a file of several frames, of the series that one slice belongs to, or of a
+// DICOMDIR, in Hounsfield units. Files that are not
 // DICOM are passed over. Of several series options.series is taken, or the one that is a CT volume,
 // and `warnings` says which, why, and what was passed over. The grid comes from
 // ImagePositionPatient alone; gantry tilt and uneven spacing are resampled to a regular grid, with
 // a warning. Throws NoInputError when the folder holds no DICOM, BadDataError for anything that
 // cannot be a trustworthy CT volume.
-Volume read_dicom(const std::filesystem::path& path, const VolumeReadOptions& options = {},
-                  const RunContext& context = {});
+Volume read_dicom(const std::filesystem::path& path, const VolumeReadOptions& options,
+                  const RunContext& context);
 
 using Polygon2 = std::vector<Eigen::Vector2d>;
 // Stretches of a row, in increasing order and apart: from, to.
@@ -281,4 +285,20 @@ Volume read_dicom_contours(const std::filesystem::path& file, const VolumeReadOp
 void warn_of_other_space(const std::string& frame_of_reference_uid,
                          const VolumeReadOptions& options, std::vector<std::string>& warnings);
 
+// The only segmentation or contours among the DICOM files of a folder; empty where there are none.
+// Throws BadDataError where there are several.
+std::filesystem::path mask_among(std::vector<std::filesystem::path> files,
+                                 const std::filesystem::path& folder);
+
+// What the rest of the module volume calls of the loaded one.
+struct DicomReaders {
+  decltype(&read_dicom) read;
+  decltype(&mask_among) mask;
+  decltype(&contents_of) contents;
+};
+
 }  // namespace organbake
+
+// The door of the module organbake_dicom, which alone links vtk-dicom, VTK and GDCM.
+extern "C" __attribute__((visibility("default"))) void organbake_dicom(
+    organbake::DicomReaders& readers);

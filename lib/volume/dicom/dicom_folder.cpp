@@ -361,7 +361,7 @@ DicomSeries choose_series(const DicomFolder& folder, const std::string& wanted,
   return chosen;
 }
 
-DicomContents dicom_contents(const fs::path& folder) {
+DicomContents contents_of(const fs::path& folder) {
   const DicomFolder found = scan_dicom_folder(folder);
   DicomContents contents;
   for (const DicomSeries& one : list_series(found)) contents.series.push_back(one.line());

@@ -164,6 +164,16 @@ DicomMaskKind dicom_mask_kind(const std::filesystem::path& file) {
   return kind == "1.2.840.10008.5.1.4.1.1.481.3" ? DicomMaskKind::contours : DicomMaskKind::none;
 }
 
+std::filesystem::path mask_among(std::vector<std::filesystem::path> files,
+                                 const std::filesystem::path& folder) {
+  std::erase_if(files,
+                [](const auto& file) { return dicom_mask_kind(file) == DicomMaskKind::none; });
+  if (files.size() > 1)
+    throw BadDataError(folder, "holds " + std::to_string(files.size()) + " masks (" +
+                                   named_files(files) + "); give one of these files");
+  return files.empty() ? std::filesystem::path() : files.front();
+}
+
 namespace {
 
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
