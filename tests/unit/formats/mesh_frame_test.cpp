@@ -14,7 +14,7 @@
 
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/exports.h"
+#include "organbake/exchange/exports.h"
 #include "organbake/geometry/ply.h"
 #include "support/files.h"
 #include "support/meshes.h"

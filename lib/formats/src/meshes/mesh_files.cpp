@@ -36,13 +36,6 @@ void check_readable(const fs::path& path) {
   if (fs::file_size(path) == 0) throw BadDataError(path, "is empty");
 }
 
-template <typename Parse>
-TriangleMesh parsed(const fs::path& path, const Parse& parse) {
-  return parse(read_text_file(path), path.string());
-}
-
-enum class MeshFormat { ply, stl, obj, off, legacy_vtk, vtk_polydata, vtk_grid, gltf };
-
 struct FormatName {
   MeshFormat format;
   const char *ending, *words;
@@ -103,25 +96,32 @@ MeshFormat format_of(const fs::path& path, std::string_view head, const RunConte
   return found;
 }
 
+// Most organs are of the first four; what reads the others is loaded with the first of them.
 WrittenMesh read_as(MeshFormat format, const fs::path& path, std::string_view head,
                     const RunContext& context) {
-  if (format == MeshFormat::vtk_polydata) return read_vtp(path);
-  if (format == MeshFormat::vtk_grid) return read_vtu(path);
-  const MeshFrame frame = frame_in_header(head, path.string());
+  const bool xml = format == MeshFormat::vtk_polydata || format == MeshFormat::vtk_grid;
+  WrittenMesh read;
+  if (!xml) read.frame = frame_in_header(head, path.string());
+  const auto text = [&] { return read_text_file(path); };
   switch (format) {
     case MeshFormat::ply:
-      return {read_ply(path), frame};
+      read.mesh = read_ply(path);
+      break;
     case MeshFormat::stl:
-      return {parsed(path, parse_stl), frame};
+      read.mesh = parse_stl(text(), path.string());
+      break;
     case MeshFormat::obj:
-      return {parsed(path, parse_obj), frame};
+      read.mesh = parse_obj(text(), path.string());
+      break;
     case MeshFormat::off:
-      return {parsed(path, parse_off), frame};
-    case MeshFormat::legacy_vtk:
-      return {read_legacy_vtk(path), frame};
+      read.mesh = parse_off(text(), path.string());
+      break;
     default:
-      return {read_gltf(path, context), frame};
+      static const auto read_by_module = reinterpret_cast<decltype(&organbake_meshes)>(
+          module_door("organbake_meshes", "organbake_meshes"));
+      read_by_module(format, path, context, read);
   }
+  return read;
 }
 
 // What a file says of one thing outranks what its reader was told.

@@ -38,6 +38,8 @@ TriangleMesh parse_stl(std::string_view bytes, const std::string& name);
 // outside of unstructured grids.
 TriangleMesh read_legacy_vtk(const std::filesystem::path& path);
 
+enum class MeshFormat { ply, stl, obj, off, legacy_vtk, vtk_polydata, vtk_grid, gltf };
+
 // The numbers of a file as they are written, and what it says of them.
 struct WrittenMesh {
   TriangleMesh mesh;
@@ -138,3 +140,9 @@ class GltfDocument {
 };
 
 }  // namespace organbake
+
+// The door of the module organbake_meshes, which reads VTK's formats and glTF. Of those but VTK's
+// XML the frame stays as it is.
+extern "C" __attribute__((visibility("default"))) void organbake_meshes(
+    organbake::MeshFormat format, const std::filesystem::path& path,
+    const organbake::RunContext& context, organbake::WrittenMesh& read);

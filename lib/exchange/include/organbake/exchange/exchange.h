@@ -13,8 +13,8 @@
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/core/run_context.h"
+#include "organbake/exchange/exports.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/exports.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bundle as a layer of USD's text format, with a deformable body by the proposal for UsdPhysics
 // (OpenUSD-proposals 111), at rest or as time samples of a recorded interaction.
-#include "organbake/formats/exports.h"
+#include "organbake/exchange/exports.h"
 
 #include <algorithm>
 #include <numeric>
 #include <vector>
 
-#include "meshes/asset_text.h"
+#include "asset_text.h"
 
 namespace organbake {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "meshes/asset_text.h"
-#include "organbake/formats/exports.h"
+#include "asset_text.h"
+#include "organbake/exchange/exports.h"
 
 namespace organbake {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/formats/exports.h"
+#include "organbake/exchange/exports.h"
 #include "organbake/image/png.h"
 
 namespace organbake {
