@@ -64,7 +64,10 @@ int note_library(dl_phdr_info* info, std::size_t, void* versions) {
 std::vector<UnloadableModule> unloadable_modules() {
   std::vector<std::string> names = {"inspect", "export", "swatches"};
   for (const Stage& stage : all_stages()) names.push_back(stage.name);
-  std::vector<std::filesystem::path> files = {module_folder() / "organbake_video.so"};
+  std::vector<std::filesystem::path> files;
+  for (const char* name : {"organbake_contouring.so", "organbake_dicom.so", "organbake_meshes.so",
+                           "organbake_video.so"})
+    files.push_back(module_folder() / name);
   for (const std::string& name : names) files.push_back(module_file(name));
   std::vector<UnloadableModule> unloadable;
   for (const std::filesystem::path& file : files) {

@@ -89,6 +89,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # else it stands before each of them
 
 # What is only started, or read by CMake, no linker tells. The suffix is where CPack looks.
 set(CPACK_DEBIAN_ORGANBAKE_PACKAGE_RECOMMENDS "organplay")
+set(CPACK_DEBIAN_ORGANBENCH_PACKAGE_DEPENDS "organbake (= ${PROJECT_VERSION}-${debian_revision})")
 set(CPACK_DEBIAN_ORGANPLAY_PACKAGE_SUGGESTS "organplay-window, organbake, ffmpeg")
 set(CPACK_DEBIAN_ORGANPLAY-WINDOW_PACKAGE_DEPENDS "organplay (= ${PROJECT_VERSION}-${debian_revision})")
 set(CPACK_DEBIAN_ORGANPLAY-WINDOW_PACKAGE_RECOMMENDS "fonts-dejavu-core")

@@ -73,7 +73,7 @@ for name in ("organbake", "VTK", "CGAL"):
 PY
 mkdir -p broken/bin broken/lib/organbake
 cp "$BIN/organbake" broken/bin/
-ln -s "$BIN"/../lib/organbake/{stage_*,organbake_video}.so broken/lib/organbake/
+ln -s "$BIN"/../lib/organbake/{stage_,organbake_}*.so broken/lib/organbake/
 expect 0 broken/bin/organbake doctor
 rm broken/lib/organbake/stage_place.so
 expect 70 broken/bin/organbake doctor

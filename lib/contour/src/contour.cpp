@@ -1,122 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Isosurfaces by VTK's flying edges (Schroeder, Maynard, Geveci 2015) or marching cubes (Lorensen,
-// Cline 1987). Crossings are kept off the grid points: where a value equals the level, marching
-// cubes makes triangles without area, on which normals and binding fail.
 #include "organbake/contour/contour.h"
-
-#include <vtkCellArray.h>
-#include <vtkFloatArray.h>
-#include <vtkFlyingEdges3D.h>
-#include <vtkImageData.h>
-#include <vtkMarchingCubes.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
-#include <vtkShortArray.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
-#include "organbake/core/error.h"
-#include "organbake/core/parallel.h"
+#include "contour_door.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {
 
-// Of an edge of the grid. Moves one crossing in 128, by 0.4 % of a voxel at most; without it some
-// triangles have areas near the square of single precision.
-constexpr float kLeastShare = 1.0f / 256;
-
-// A crossing lies on one edge, so at most one coordinate is between two grid planes.
-float away_from_grid_point(float x) {
-  const float plane = std::floor(x), share = x - plane;
-  return share == 0 ? x : plane + std::clamp(share, kLeastShare, 1 - kLeastShare);
-}
-
-template <typename Body>
-void for_each_block(std::size_t count, const Body& body) {
-  constexpr std::size_t kGrain = 16384;
-  parallel_pieces(std::size_t{0}, count, kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) body(i);
-  });
-}
-
-TriangleMesh mesh_from(vtkPolyData& surface) {
-  TriangleMesh mesh;
-  const vtkIdType points = surface.GetNumberOfPoints(), faces = surface.GetNumberOfPolys();
-  if (points == 0 || faces == 0) return mesh;
-  if (points > std::numeric_limits<std::uint32_t>::max())
-    throw BadDataError("the surface has " + std::to_string(points) +
-                       " points, more than a mesh can index; crop or resample the volume");
-  auto* coordinates = vtkFloatArray::SafeDownCast(surface.GetPoints()->GetData());
-  auto* corners =
-      surface.GetPolys()->IsStorage64Bit() ? surface.GetPolys()->GetConnectivityArray64() : nullptr;
-  if (!coordinates || !corners) throw std::logic_error("VTK changed its output types");
-  const float* xyz = coordinates->GetPointer(0);
-  const auto* ids = corners->GetPointer(0);
-  mesh.vertices.resize(static_cast<std::size_t>(points));
-  for_each_block(mesh.vertices.size(), [&](std::size_t v) {
-    for (int c = 0; c < 3; ++c) mesh.vertices[v][c] = away_from_grid_point(xyz[3 * v + c]);
-  });
-  mesh.faces.resize(static_cast<std::size_t>(faces));
-  for_each_block(mesh.faces.size(), [&](std::size_t f) {
-    for (int c = 0; c < 3; ++c) mesh.faces[f][c] = static_cast<std::uint32_t>(ids[3 * f + c]);
-  });
-  return mesh;
-}
-
-template <typename Filter>
-TriangleMesh run_filter(Filter& filter, vtkImageData& image, double level) {
-  filter.SetInputData(&image);
-  filter.SetValue(0, level);
-  filter.ComputeNormalsOff();
-  filter.ComputeGradientsOff();
-  filter.ComputeScalarsOff();
-  filter.Update();
-  return mesh_from(*filter.GetOutput());
-}
-
-template <typename Array, typename Value>
-TriangleMesh contour_values(std::span<const Value> values, const std::array<int, 3>& size,
-                            double level, IsosurfaceMethod method) {
+TriangleMesh by_module(const ContouredGrid& grid) {
   // VTK reports a grid without cells as an error.
-  if (std::min({size[0], size[1], size[2]}) < 2) return {};
-  vtkNew<Array> array;
-  constexpr int kKeepOwnership = 1;
-  // VTK knows no const arrays; the filter only reads.
-  array->SetArray(const_cast<Value*>(values.data()), static_cast<vtkIdType>(values.size()),
-                  kKeepOwnership);
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(size.data());
-  image->GetPointData()->SetScalars(array);
-  if (method == IsosurfaceMethod::marching_cubes) {
-    vtkNew<vtkMarchingCubes> filter;
-    return run_filter(*filter, *image, level);
-  }
-  // VTK's own threads are TBB's here, and its point numbers do not depend on how many there are.
-  vtkNew<vtkFlyingEdges3D> filter;
-  filter->InterpolateAttributesOff();
-  return run_filter(*filter, *image, level);
+  if (std::ranges::min(grid.size) < 2) return {};
+  static const auto door = reinterpret_cast<decltype(&organbake_contour)>(
+      module_door("organbake_contouring", "organbake_contour"));
+  TriangleMesh surface;
+  door(grid, surface);
+  return surface;
 }
 
 }  // namespace
 
 double least_distance_to_level(const std::array<int, 3>& size) {
-  const auto side = static_cast<unsigned>(std::max({size[0], size[1], size[2]}));
+  const auto side = static_cast<unsigned>(std::ranges::max(size));
   // The spacing of single-precision numbers just below the next power of two; half as much again.
   return 1.5 * std::ldexp(static_cast<double>(std::bit_ceil(side)), -24);
 }
 
 TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int, 3>& size,
                      double level, IsosurfaceMethod method) {
-  return contour_values<vtkShortArray>(values, size, level, method);
+  return by_module({values, {}, size, level, method});
 }
 
 TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
                      IsosurfaceMethod method) {
-  return contour_values<vtkFloatArray>(values, size, level, method);
+  return by_module({{}, values, size, level, method});
 }
 
 }  // namespace organbake

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,8 +48,11 @@ std::optional<Eigen::Matrix3d> written_rotation(const Eigen::Matrix3d& r) {
   constexpr double kRounding = 1e-12, kWritten = 1e-4;
   if (!is_rotation(r, kWritten)) return std::nullopt;
   if (is_rotation(r, kRounding)) return r;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  // The nearest one, by Newton's steps (Higham 1986), which square what is left of 1e-4.
+  Eigen::Matrix3d nearest = r;
+  for (int step = 0; step < 4; ++step)
+    nearest = nearest * (1.5 * Eigen::Matrix3d::Identity() - 0.5 * nearest.transpose() * nearest);
+  return nearest;
 }
 
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
