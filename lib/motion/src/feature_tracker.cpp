@@ -5,6 +5,7 @@
 // seen. In: frames one after another. Out: tracks, and where the clip was cut.
 #include "organbake/motion/feature_tracker.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -43,6 +44,50 @@ namespace {
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
 
+// The centre of the circle that a field's border inside the picture lies on (Kåsa 1976); nothing
+// where it lies on none, or on too short an arc to tell.
+std::optional<Eigen::Vector2d> circle_center(const Mask& field) {
+  constexpr double kOn = 0.015, kNearlyAll = 0.8;  // of the radius; of the border
+  // Least eigenvalue of what directions tell of centre and radius; half a circle has 0.09.
+  constexpr double kTold = 0.1;
+  std::vector<Eigen::Vector2d> border;
+  for (int y = 1; y + 1 < field.height; ++y)
+    for (int x = 1; x + 1 < field.width; ++x)
+      if (field.at(x, y) && (!field.at(x - 1, y) || !field.at(x + 1, y) || !field.at(x, y - 1) ||
+                             !field.at(x, y + 1)))
+        border.emplace_back(x + 0.5, y + 0.5);
+  std::vector<Eigen::Vector2d> on = border;
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  Eigen::Matrix3d told = Eigen::Matrix3d::Zero();
+  // Twice more without what dark tissue and letters break out of the circle.
+  for (int pass = 0; pass < 3 && on.size() >= 3; ++pass) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector2d& p : on) {
+      const Eigen::Vector3d row(p.x(), p.y(), 1);
+      normal += row * row.transpose();
+      right += p.squaredNorm() * row;
+    }
+    const Eigen::Vector3d circle = normal.ldlt().solve(right);
+    center = 0.5 * circle.head<2>();
+    const double radius = std::sqrt(std::max(0.0, circle.z() + center.squaredNorm()));
+    on.clear();
+    told.setZero();
+    for (const Eigen::Vector2d& p : border) {
+      if (std::abs((p - center).norm() - radius) > kOn * radius) continue;
+      on.push_back(p);
+      const Eigen::Vector2d direction = (p - center).normalized();
+      const Eigen::Vector3d row(direction.x(), direction.y(), 1);
+      told += row * row.transpose();
+    }
+  }
+  const auto size = static_cast<double>(on.size());
+  if (on.size() < 3 || size < kNearlyAll * double(border.size())) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(told / size);
+  if (eigen.eigenvalues()[0] < kTold) return std::nullopt;
+  return center;
+}
+
 }  // namespace
 
 UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_every_(look_every) {
@@ -52,6 +97,11 @@ UsablePixels::UsablePixels(std::size_t look_every, const Mask& insets) : look_ev
 
 void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   field_ = field_of_view(half, 2);
+  ++looked_;
+  if (const auto center = circle_center(field_)) {
+    centers_ += *center;
+    ++round_;
+  }
   // Their border is as far to keep from as the stop's.
   if (insets_.size() > 0) field_ = without(std::move(field_), insets_);
   const std::optional<Mask> found = find_instruments(half, field_);
@@ -59,6 +109,11 @@ void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   const Mask instruments = found.value_or(Mask(half.width, half.height));
   instruments_now_ = share_of(instruments);
   slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, 4));
+}
+
+std::optional<Eigen::Vector2d> UsablePixels::stop_center() const {
+  if (2 * round_ <= looked_) return std::nullopt;
+  return 2 * centers_ / static_cast<double>(round_);
 }
 
 Mask UsablePixels::next(const Rgb8Image& frame) {

@@ -85,6 +85,7 @@ class Following {
         .run(kAtOnce, [this] { return take(); });
     views_.end(tracker_.clip(), clip_.sharpness);
     clip_.tracks = tracker_.take();
+    clip_.stop_center = usable_.stop_center();
     return std::move(clip_);
   }
 

@@ -35,12 +35,13 @@ class ClipPictures {
 // A clip that was followed from its first frame to its last.
 struct FollowedClip {
   ClipTracks tracks;
-  std::vector<double> sharpness;   // of each frame
-  std::vector<double> brightness;  // likewise: the mean of its green levels
-  std::vector<std::string> names;  // likewise
-  std::optional<Intrinsics> lens;  // nothing = none is given
-  Mask insets;                     // of the frames' size, where there are any
-  std::string damage;              // what ended it early
+  std::vector<double> sharpness;               // of each frame
+  std::vector<double> brightness;              // likewise: the mean of its green levels
+  std::vector<std::string> names;              // likewise
+  std::optional<Intrinsics> lens;              // nothing = none is given
+  std::optional<Eigen::Vector2d> stop_center;  // UsablePixels
+  Mask insets;                                 // of the frames' size, where there are any
+  std::string damage;                          // what ended it early
 };
 
 // Reads the frames one after another, and keeps those in `pictures` that choose_views() will take:

@@ -189,9 +189,13 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
                      const MotionStageOptions& options, const PictureLoader& load) {
   MotionOptions search;
   if (!clip.lens) search.lens = {.focal = true, .distortion = true};
-  const Intrinsics lens =
+  Intrinsics lens =
       clip.lens ? *clip.lens
                 : assumed_camera(clip.tracks.width, clip.tracks.height, options.field_of_view_rad);
+  if (!clip.lens && clip.stop_center) {
+    lens.cx = clip.stop_center->x();
+    lens.cy = clip.stop_center->y();
+  }
   if (const fs::path* poses = call.input("poses")) {
     if (!clip.lens)
       throw UsageError("poses need the lens that they were found with: give --intrinsics " +

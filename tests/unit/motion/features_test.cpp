@@ -59,6 +59,36 @@ TEST(FeatureTracker, KeepsToWhatIsUsable) {
     for (const Eigen::Vector2f& pixel : track.pixels) EXPECT_LT(pixel.x(), 161);
 }
 
+// Tissue seen through a round stop, or through a window that is not round; black beside it.
+Rgb8Image seen_through(const Eigen::Vector2d& center, double radius_px, bool round) {
+  Rgb8Image picture(320, 240);
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const Eigen::Array2d off = (Eigen::Vector2d(x + 0.5, y + 0.5) - center).array().abs();
+      if ((round ? off.matrix().norm() : off.maxCoeff()) > radius_px) continue;
+      picture.at(x, y)[0] = 160, picture.at(x, y)[1] = 70, picture.at(x, y)[2] = 60;
+    }
+  return picture;
+}
+
+TEST(UsablePixels, TellTheMiddleOfARoundStop) {
+  const Eigen::Vector2d middle(171.5, 112);
+  const auto told = [](const Rgb8Image& picture) {
+    UsablePixels usable;
+    usable.next(picture);
+    return usable.stop_center();
+  };
+  // Whole, and cut off above and below by the picture's edge.
+  for (const double radius_px : {95.0, 140.0}) {
+    const auto center = told(seen_through(middle, radius_px, true));
+    ASSERT_TRUE(center) << radius_px;
+    EXPECT_LT((*center - middle).norm(), 1) << radius_px;
+  }
+  EXPECT_FALSE(told(seen_through(middle, 90, false))) << "a square";
+  EXPECT_FALSE(told(seen_through(middle, 400, true))) << "no border in sight";
+  EXPECT_FALSE(told(seen_through({-60, 120}, 300, true))) << "an arc on one side tells little";
+}
+
 std::size_t followed_in(const ClipTracks& clip, std::size_t frame) {
   return static_cast<std::size_t>(
       std::count_if(clip.tracks.begin(), clip.tracks.end(),

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "organbake/image/channel_image.h"
@@ -57,11 +58,15 @@ class UsablePixels {
   // was as grey then as no tissue is.
   double instruments_now() const { return instruments_now_; }
   bool is_colourless_now() const { return colourless_; }
+  // The middle of the endoscope's round stop, on which its lens's axis lies (pixels; the mean of
+  // the frames looked at); nothing where most of them show none.
+  std::optional<Eigen::Vector2d> stop_center() const;
 
  private:
   void look_for_what_is_slow(const Rgb8Image& half);
 
-  std::size_t look_every_, count_ = 0;
+  std::size_t look_every_, count_ = 0, looked_ = 0, round_ = 0;
+  Eigen::Vector2d centers_ = Eigen::Vector2d::Zero();  // their sum, at half size
   double instruments_now_ = 0;
   bool colourless_ = false;
   Mask insets_, field_, slow_;  // at half size; no insets = of no size
