@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Python's View, Picture and Mesh: arrays over memory of theirs that keep them alive, so that
 // nothing is copied.
-#include <pybind11/numpy.h>
+#include <pybind11/eigen.h>
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include "array_arguments.h"
-#include "organbake/core/error.h"
-#include "organbake/geometry/rigid_transform.h"
 #include "organbake/player/embedded_player.h"
 #include "organbake/warp/view.h"
 #include "player_bindings.h"
@@ -25,12 +22,7 @@ View view_from(int width, int height, double fx, double fy, const py::object& cx
   k.width = width, k.height = height, k.fx = fx, k.fy = fy;
   k.cx = cx.is_none() ? 0.5 * width : numbers_from(cx, "cx", 1).front();
   k.cy = cy.is_none() ? 0.5 * height : numbers_from(cy, "cy", 1).front();
-  const auto pose = pose_matrix_from(camera_from_world, "camera_from_world");
-  if (!pose.allFinite()) throw UsageError("camera_from_world is not finite");
-  const auto rotation = written_rotation(pose.leftCols<3>());
-  if (!rotation)
-    throw UsageError("camera_from_world holds no proper rotation (RᵀR must be I and det R = +1)");
-  view.camera.camera_from_world = {*rotation, pose.col(3)};
+  view.camera.camera_from_world = pose_from(camera_from_world, "camera_from_world");
   view.near_mm = near_mm;
   view.check();
   return view;
@@ -97,12 +89,8 @@ void bind_view(py::module_& m) {
       .def_property_readonly(
           "camera_from_world",
           [](const View& v) {
-            py::array_t<double> pose({3, 4});
-            auto at = pose.mutable_unchecked<2>();
-            for (int r = 0; r < 3; ++r) {
-              for (int c = 0; c < 3; ++c) at(r, c) = v.camera.camera_from_world.rotation(r, c);
-              at(r, 3) = v.camera.camera_from_world.translation[r];
-            }
+            Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose;
+            pose << v.camera.camera_from_world.rotation, v.camera.camera_from_world.translation;
             return pose;
           },
           "(3, 4), mm.");
@@ -137,20 +125,10 @@ void def_plane(PictureClass& picture, const char* name, int of, First first, con
       doc);
 }
 
-// One of each pixel's numbers by its place in BoundPixel.
 py::object skin(const py::object& self) {
   const auto& p = py::cast<const DrawnPicture&>(self);
   if (!p.layers.id) return py::none();
-  py::list names, formats, offsets;
-  const auto field = [&](const char* name, const char* format, std::size_t at) {
-    names.append(name), formats.append(format), offsets.append(at);
-  };
-  field("face", "u4", offsetof(BoundPixel, face));
-  field("b1", "f4", offsetof(BoundPixel, b1));
-  field("b2", "f4", offsetof(BoundPixel, b2));
-  field("height_mm", "f4", offsetof(BoundPixel, height_mm));
-  const py::dtype type(names, formats, offsets, sizeof(BoundPixel));
-  return py::array(type, {height_of(p), width_of(p)}, p.truth.bound.data(), self);
+  return py::array_t<BoundPixel>({height_of(p), width_of(p)}, p.truth.bound.data(), self);
 }
 
 py::object weight(const py::object& self) {
@@ -185,6 +163,7 @@ void def_flow(PictureClass& picture) {
 
 void bind_picture(py::module_& m) {
   using Picture = const DrawnPicture&;
+  PYBIND11_NUMPY_DTYPE(BoundPixel, face, b1, b2, height_mm);
   PictureClass picture(
       m, "Picture",
       "A drawn picture and the layers that were asked for; the others are None. All are arrays "

@@ -92,22 +92,17 @@ struct ContactRow {
   bool carried;
 };
 
-py::array_t<ContactRow> rows_of(const std::vector<ContactPoint>& points) {
+py::array_t<ContactRow> contact_rows(const std::vector<ContactPoint>& points) {
   const auto numbers = [](const Eigen::Vector3d& v) {
     return std::array<double, 3>{v.x(), v.y(), v.z()};
   };
-  py::array_t<ContactRow> rows(static_cast<py::ssize_t>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const ContactPoint& p = points[i];
-    rows.mutable_at(static_cast<py::ssize_t>(i)) = {static_cast<std::uint32_t>(p.instrument),
-                                                    static_cast<std::uint32_t>(p.organ),
-                                                    numbers(p.position_mm),
-                                                    numbers(p.normal),
-                                                    numbers(p.force_n),
-                                                    p.depth_mm,
-                                                    p.carried};
-  }
-  return rows;
+  std::vector<ContactRow> rows;
+  for (const ContactPoint& p : points)
+    rows.push_back({static_cast<std::uint32_t>(p.instrument), static_cast<std::uint32_t>(p.organ),
+                    numbers(p.position_mm), numbers(p.normal), numbers(p.force_n), p.depth_mm,
+                    p.carried});
+  const auto count = static_cast<py::ssize_t>(rows.size());
+  return array_of<ContactRow>(std::move(rows), {count});
 }
 
 StepReport step(SharedPlayer& player, const std::vector<Instrument>& instruments) {
@@ -120,13 +115,13 @@ void bind_step_class(py::module_& m) {
                        carried);
   py::class_<StepReport>(m, "Step", "What one time step did.")
       .def_property_readonly(
-          "forces_n", [](const StepReport& s) { return array_of(s.tip_force_n); },
+          "forces_n", [](const StepReport& s) { return rows_of(s.tip_force_n); },
           "(n, 3): on each tip, from the tissue, world.")
       .def_property_readonly(
-          "positions_mm", [](const StepReport& s) { return array_of(s.tip_position_mm); },
+          "positions_mm", [](const StepReport& s) { return rows_of(s.tip_position_mm); },
           "(n, 3): where each tip was held; tools hold each other off.")
       .def_property_readonly(
-          "contact_points", [](const StepReport& s) { return rows_of(s.contact_points); },
+          "contact_points", [](const StepReport& s) { return contact_rows(s.contact_points); },
           "(contacts,) of instrument, organ, position_mm (3; of the skin, world), normal (3; unit, "
           "from the tissue to the instrument), force_n (3; on the instrument: a tip's force is "
           "their sum), depth_mm (of the skin below its place at rest), carried (by a grasper).")
@@ -175,41 +170,22 @@ struct Pictures {
              flow_back = py::none(), flow_back_seen = py::none();
 };
 
-// Room for numbers: in the caller's array, if there is one, else in a new one.
-template <class Number>
-Number* make_plane(py::object& array, const char* name, const std::vector<py::ssize_t>& shape) {
-  if (array.is_none()) array = py::array_t<Number>(shape);
-  auto given = py::reinterpret_borrow<py::array>(array);
-  const bool fits = py::isinstance<py::array_t<Number>>(array) && given.writeable() &&
-                    (given.flags() & py::array::c_style) != 0 &&
-                    std::vector<py::ssize_t>(given.shape(), given.shape() + given.ndim()) == shape;
-  if (!fits) {
-    std::string wanted;
-    for (const py::ssize_t side : shape)
-      wanted += (wanted.empty() ? "" : ", ") + std::to_string(side);
-    throw UsageError(std::string("out: ") + name + " must be a writeable, C-contiguous " +
-                     std::string(py::str(py::dtype::of<Number>())) + " array of shape (" + wanted +
-                     ")");
-  }
-  return static_cast<Number*>(given.mutable_data());
-}
-
 BatchPlanes make_planes(Pictures& pictures, py::ssize_t count, const View& view,
                         const LayerSet& layers) {
   const py::ssize_t height = view.camera.intrinsics.height, width = view.camera.intrinsics.width;
   BatchPlanes planes;
-  planes.rgb = make_plane<std::uint8_t>(pictures.rgb, "rgb", {count, height, width, 3});
+  planes.rgb = room_in<std::uint8_t>(pictures.rgb, "out: rgb", {count, height, width, 3});
   if (layers.depth)
-    planes.depth_mm = make_plane<float>(pictures.depth_mm, "depth_mm", {count, height, width});
+    planes.depth_mm = room_in<float>(pictures.depth_mm, "out: depth_mm", {count, height, width});
   if (layers.normals)
-    planes.normals = make_plane<float>(pictures.normals, "normals", {count, height, width, 3});
+    planes.normals = room_in<float>(pictures.normals, "out: normals", {count, height, width, 3});
   if (layers.mask)
-    planes.mask = make_plane<std::uint8_t>(pictures.mask, "mask", {count, height, width});
+    planes.mask = room_in<std::uint8_t>(pictures.mask, "out: mask", {count, height, width});
   if (layers.flow) {
     planes.flow_back =
-        make_plane<float>(pictures.flow_back, "flow_back", {count, height, width, 2});
+        room_in<float>(pictures.flow_back, "out: flow_back", {count, height, width, 2});
     planes.flow_seen = reinterpret_cast<std::uint8_t*>(
-        make_plane<bool>(pictures.flow_back_seen, "flow_back_seen", {count, height, width}));
+        room_in<bool>(pictures.flow_back_seen, "out: flow_back_seen", {count, height, width}));
   }
   return planes;
 }
@@ -276,7 +252,7 @@ void set_state(SharedPlayer& player, StateOf of, const py::object& positions_mm,
 
 py::object contact_forces(SharedPlayer& player, const std::vector<Instrument>& instruments,
                           std::size_t organ, bool nodes) {
-  return array_of(player.with([&](Player& open) {
+  return rows_of(player.with([&](Player& open) {
     const auto forces = open.contact_force_n(instruments, organ);
     return nodes ? forces_on_nodes(open.bundle_now(organ), forces) : forces;
   }));

@@ -86,21 +86,6 @@ double number_within(const char* name, double value, double low, double high) {
   return value;
 }
 
-// The caller's array, if a picture of the view fits in.
-std::uint8_t* room_in(const py::object& out, const View& view) {
-  if (out.is_none()) return nullptr;
-  const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
-  const std::string wanted = "out must be a writeable, C-contiguous uint8 array of shape (" +
-                             std::to_string(height) + ", " + std::to_string(width) + ", 3)";
-  if (!py::isinstance<py::array>(out)) throw UsageError(wanted);
-  auto array = py::reinterpret_borrow<py::array>(out);
-  const bool fits = array.ndim() == 3 && array.shape(0) == height && array.shape(1) == width &&
-                    array.shape(2) == 3 && array.dtype().kind() == 'u' && array.itemsize() == 1 &&
-                    array.writeable() && (array.flags() & py::array::c_style);
-  if (!fits) throw UsageError(wanted);
-  return static_cast<std::uint8_t*>(array.mutable_data());
-}
-
 DrawnPicture draw(SharedPlayer& player, const View& view, const py::object& layers, bool tools,
                   const py::object& out, Scope* scope, const std::optional<std::string>& light,
                   double gain, double noise, std::uint64_t seed, std::optional<double> stereo_mm) {
@@ -115,7 +100,10 @@ DrawnPicture draw(SharedPlayer& player, const View& view, const py::object& laye
   how.stereo_mm = stereo_mm;
   if (stereo_mm) check_baseline(*stereo_mm);
   if (scope) how.lens = scope->lens(view.camera.intrinsics.width, view.camera.intrinsics.height);
-  std::uint8_t* const pixels = room_in(out, view);
+  const py::ssize_t height = view.camera.intrinsics.height, width = view.camera.intrinsics.width;
+  py::object room = out;
+  std::uint8_t* const pixels =
+      out.is_none() ? nullptr : room_in<std::uint8_t>(room, "out", {height, width, 3});
   DrawnPicture picture;
   {
     const py::gil_scoped_release release;
@@ -154,11 +142,14 @@ void bind_player(py::module_& m) {
            py::arg("threads") = py::none(),
            "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem; "
            "None: fem where every organ has tetrahedra, else springs. "
-           "light: baked, world or scope; None: what the organs are made for. threads: as long "
-           "as the player is open no more than so many work for this process's players; None: as "
-           "many as there are processors. Raises OSError for a file that is missing, ValueError "
+           "light: baked, world or scope; None: what the organs are made for. threads: 1: each "
+           "call's own does all its work; more: as long as the player is open no more than so "
+           "many work for this process's players; None: as many as there are processors. Raises "
+           "OSError for a file that is missing, ValueError "
            "for one that is damaged.")
-      .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
+      .def("reset", &SharedPlayer::reset, py::arg("stiffness") = py::none(), released,
+           "Back to rest; flow begins anew. stiffness: of the tissue from now on, in multiples of "
+           "what was baked, 0.05 to 20; None: as it is.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")
       .def(
@@ -192,20 +183,15 @@ void bind_player(py::module_& m) {
       .def(
           "proxy_mm",
           [](SharedPlayer& self, std::size_t organ) {
-            return array_of(
+            return rows_of(
                 self.with([&](const Player& player) { return player.proxy_positions(organ); }));
           },
           py::arg("organ") = 0, "(n, 3): the vertices of an organ's proxy as they lie now.")
       .def(
           "proxy_faces",
           [](SharedPlayer& self, std::size_t organ) {
-            const std::vector<Face> faces = self.with(
-                [&](const Player& player) { return player.bundle_now(organ).proxy.faces; });
-            py::array_t<std::uint32_t> array({py::ssize_t(faces.size()), py::ssize_t(3)});
-            auto at = array.mutable_unchecked<2>();
-            for (std::size_t f = 0; f < faces.size(); ++f)
-              for (int k = 0; k < 3; ++k) at(f, k) = faces[f][k];
-            return array;
+            return rows_of(self.with(
+                [&](const Player& player) { return player.bundle_now(organ).proxy.faces; }));
           },
           py::arg("organ") = 0, "(m, 3) uint32: its faces, counter-clockwise from outside.")
       .def(

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "organbake/core/one_thread.h"
 #include "organbake/core/parallel.h"
 #include "organbake/instruments/instrument.h"
 #include "organbake/player/embedded_player.h"
@@ -67,7 +68,7 @@ class SharedPlayer {
   void restore_state(const State& state);
   StepReport step(const std::vector<Instrument>& instruments);
   void place_tools(const std::vector<Instrument>& instruments);  // for pictures alone
-  void reset();
+  void reset(std::optional<double> stiffness);
   void close();
   // `pixels`: room for the picture in the caller's memory instead of the result's own, or nullptr.
   DrawnPicture draw(View view, const TakenPicture& how, std::uint8_t* pixels);
@@ -79,17 +80,26 @@ class SharedPlayer {
   template <class Work>
   auto with(const Work& work) {
     const pybind11::gil_scoped_release release;
-    const std::lock_guard lock(mutex_);
+    const Turn turn(*this);
     return work(open());
   }
 
  private:
-  Player& open();  // with the lock held
+  // One call after the other; of a player with one thread by the caller's own.
+  struct Turn {
+    explicit Turn(SharedPlayer& player) : lock(player.mutex_) {
+      if (player.alone_) alone.emplace();
+    }
+    std::lock_guard<std::mutex> lock;
+    std::optional<OneThread> alone;
+  };
+  Player& open();  // in a turn
   void take_picture(const View& view, const DrawOptions& options, const TakenPicture& how,
                     std::uint64_t item, Frame& drawn, Rgb8Image& seen);
 
   std::mutex mutex_;
   std::optional<ThreadLimit> threads_;
+  bool alone_ = false;
   std::unique_ptr<Player> player_;
   std::optional<DrawnLight> light_;
   std::vector<Instrument> instruments_;  // of the last step, where they were held

@@ -29,7 +29,8 @@ SharedPlayer::SharedPlayer(const std::vector<std::filesystem::path>& bundles,
   options.check();
   if (threads && *threads < 1)
     throw UsageError("threads is " + std::to_string(*threads) + "; it must be 1 or more");
-  if (threads) threads_.emplace(*threads);
+  alone_ = threads == 1;
+  if (threads && !alone_) threads_.emplace(*threads);
   player_ = std::make_unique<Player>(bundles, options);
   player_->light_for(light_);  // throws for one in which the organs cannot be shown
 }
@@ -40,7 +41,7 @@ Player& SharedPlayer::open() {
 }
 
 StepReport SharedPlayer::step(const std::vector<Instrument>& instruments) {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   StepReport report = open().step(instruments);
   time_s_ += time_step_s_;
   instruments_ = instruments;
@@ -51,25 +52,25 @@ StepReport SharedPlayer::step(const std::vector<Instrument>& instruments) {
 
 void SharedPlayer::place_tools(const std::vector<Instrument>& instruments) {
   check_instruments(instruments);
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   open();
   instruments_ = instruments;
 }
 
-void SharedPlayer::reset() {
-  const std::lock_guard lock(mutex_);
-  open().reset();
+void SharedPlayer::reset(std::optional<double> stiffness) {
+  const Turn turn(*this);
+  stiffness ? open().set_stiffness(*stiffness) : open().reset();
   instruments_.clear();
   tracker_.reset();
 }
 
 SharedPlayer::State SharedPlayer::save_state() {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   return {open().save_state(), instruments_, time_s_};
 }
 
 void SharedPlayer::restore_state(const State& state) {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   open().restore_state(state.moment);
   instruments_ = state.instruments;
   time_s_ = state.time_s;
@@ -77,7 +78,7 @@ void SharedPlayer::restore_state(const State& state) {
 }
 
 void SharedPlayer::close() {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   threads_.reset();
   batches_.clear();
   player_.reset();
@@ -101,7 +102,7 @@ void SharedPlayer::take_picture(const View& view, const DrawOptions& options,
 }
 
 DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t* pixels) {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   Player& player = open();
   const LayerSet& layers = how.layers;
   DrawOptions options;
@@ -153,7 +154,7 @@ DrawnPicture SharedPlayer::draw(View view, const TakenPicture& how, std::uint8_t
 
 void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& views,
                              std::size_t organ, const BatchPlanes& planes) {
-  const std::lock_guard lock(mutex_);
+  const Turn turn(*this);
   const Player& player = open();
   if (player.is_cut(organ)) batches_.erase(organ);
   std::unique_ptr<BatchDrawing>& batch = batches_[organ];

@@ -92,7 +92,7 @@ class GymTest(unittest.TestCase):
 
     def test_the_same_bytes_for_seeds_and_any_threads(self):
         looks = gym.Looks(azimuth_rad=(-0.3, 0.3), distance=(0.9, 1.2), gain=(0.7, 1.3),
-                          noise=(0, 6), lights=("scope", "world"))
+                          noise=(0, 6), stiffness=(0.5, 2), lights=("scope", "world"))
         for task in TASKS:
             runs = []
             for threads, seed in ((1, 4), (3, 4), (3, 9)):
@@ -102,6 +102,19 @@ class GymTest(unittest.TestCase):
             self.assertEqual(runs[0], runs[1], task)
             self.assertEqual(runs[0], runs[2], task)
             self.assertNotEqual(runs[0], runs[4], task)
+
+    def test_worlds_are_as_stiff_as_their_seeds_say(self):
+        forces = []
+        for times in (0.999, 4.0):
+            with make(size=None, looks=gym.Looks(stiffness=(times, times))) as env:
+                env.reset(seed=6)
+                for world in env.worlds:  # as deep in the one as in the other
+                    world.tip_mm = world.target_mm + 3 * world.out
+                for step in range(20):  # 2 mm down, then still
+                    down = [-0.5 * world.out * (step < 2) for world in env.worlds]
+                    told = env.step(down)[4]["force_n"]
+                forces.append(told)
+        self.assertTrue((forces[0] > 0).all() and (forces[1] > 2 * forces[0]).all(), forces)
 
     def test_bad_actions_move_nothing(self):
         with make(size=None) as env:

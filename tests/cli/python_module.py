@@ -276,6 +276,22 @@ class PlayerTest(PlayerCase):
         with self.assertRaises(ValueError):
             organplay.Player(BUNDLE).restore_state(saved)
 
+    def test_tissue_is_as_stiff_as_it_is_asked_to_be(self):
+        soft = self.poke(3).forces_n[0]
+        self.player.reset(stiffness=2)
+        stiff = self.poke(3).forces_n[0]
+        self.assertGreater(stiff @ self.out, 1.5 * soft @ self.out)
+        saved = self.player.save_state()
+        self.player.reset(1)
+        np.testing.assert_array_equal(self.poke(3).forces_n[0], soft)
+        self.player.restore_state(saved)  # as stiff as it was then
+        self.player.reset()
+        np.testing.assert_array_equal(self.poke(3).forces_n[0], stiff)
+        with self.assertRaisesRegex(ValueError, "stiffness is 0; it must be 0.05 to 20"):
+            self.player.reset(0)
+        self.player.reset()
+        np.testing.assert_array_equal(self.poke(3).forces_n[0], stiff)  # nothing was changed
+
     def test_threads_and_version(self):
         one = organplay.Player(BUNDLE, threads=1)
         np.testing.assert_array_equal(one.draw(self.view).rgb, self.player.draw(self.view).rgb)

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <pybind11/stl.h>
-
-#include <optional>
+#include <array>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "array_arguments.h"
 #include "exchange.h"
 #include "organbake/capture/capture.h"
 #include "organbake/viewpoints/placement.h"
@@ -16,22 +15,15 @@ namespace {
 using Cameras = std::vector<PosedCamera>;
 
 py::array_t<double> intrinsics_of(const Cameras& cameras) {
-  py::array_t<double> array({py::ssize_t(cameras.size()), py::ssize_t(4)});
-  auto at = array.mutable_unchecked<2>();
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const Intrinsics& k = cameras[i].intrinsics;
-    const double row[] = {k.fx, k.fy, k.cx, k.cy};
-    for (int c = 0; c < 4; ++c) at(static_cast<py::ssize_t>(i), c) = row[c];
-  }
-  return array;
+  std::vector<std::array<double, 4>> rows;
+  for (const auto& [name, k, pose] : cameras) rows.push_back({k.fx, k.fy, k.cx, k.cy});
+  return rows_of(std::move(rows));
 }
 
 py::array_t<double> poses_of(const Cameras& cameras) {
-  py::array_t<double> array({py::ssize_t(cameras.size()), py::ssize_t(4), py::ssize_t(4)});
-  double* to = array.mutable_data();
-  for (const PosedCamera& camera : cameras)
-    to = std::copy_n(matrix_of(camera.camera_from_world).data(), 16, to);
-  return array;
+  std::vector<RowMatrix4d> poses;
+  for (const PosedCamera& camera : cameras) poses.push_back(matrix_of(camera.camera_from_world));
+  return array_of<double>(std::move(poses), {py::ssize_t(cameras.size()), 4, 4});
 }
 
 Placement place(const py::object& vertices, const py::object& faces, int count, int map_size,
@@ -61,14 +53,7 @@ void bind_place(py::module_& m) {
           "camera_from_world", [](const Placement& p) { return poses_of(p.cameras); },
           "(n, 4, 4), mm.")
       .def_property_readonly(
-          "triangles",
-          [](const Placement& p) {
-            py::array_t<std::uint32_t> array(
-                {py::ssize_t(p.manifold.triangles.size()), py::ssize_t(3)});
-            std::uint32_t* to = array.mutable_data();
-            for (const auto& t : p.manifold.triangles) to = std::copy(t.begin(), t.end(), to);
-            return array;
-          },
+          "triangles", [](const Placement& p) { return rows_of(p.manifold.triangles); },
           "(t, 3) uint32: the viewing projection manifold, by cameras.");
   m.def("place", &place, py::arg("vertices_mm"), py::arg("faces"), py::kw_only(),
         py::arg("count") = 8, py::arg("map_size") = 512, py::arg("field_of_view_rad") = 0.6,
@@ -109,28 +94,24 @@ std::vector<py::ssize_t> shape_of(const CameraMaps& maps) { return {maps.height,
 void bind_capture(py::module_& m) {
   py::class_<CameraMaps>(m, "Maps", "What one virtual camera baked; (h, w), top row first.")
       .def_property_readonly(
-          "depth_mm", [](const CameraMaps& c) { return plane_of<float>(c.depth_mm, shape_of(c)); },
+          "depth_mm", [](const CameraMaps& c) { return array_of<float>(c.depth_mm, shape_of(c)); },
           "float32: planar z, +inf where there is nothing.")
       .def_property_readonly(
           "color",
           [](const CameraMaps& c) {
-            std::vector<float> values;
-            values.reserve(3 * c.color.size());
-            for (const Eigen::Vector3f& v : c.color)
-              values.insert(values.end(), v.data(), v.data() + 3);
-            return plane_of<float>(std::move(values), {c.height, c.width, 3});
+            return array_of<float>(c.color, {c.height, c.width, 3});
           },
           "(h, w, 3) float32, scene-linear.")
       .def_property_readonly(
           "height_mm",
-          [](const CameraMaps& c) { return plane_of<float>(c.height_mm, shape_of(c)); },
+          [](const CameraMaps& c) { return array_of<float>(c.height_mm, shape_of(c)); },
           "float32: the microstructure over the proxy's face.")
       .def_property_readonly(
-          "face", [](const CameraMaps& c) { return plane_of<std::uint32_t>(c.face, shape_of(c)); },
+          "face", [](const CameraMaps& c) { return array_of<std::uint32_t>(c.face, shape_of(c)); },
           "uint32: of the proxy; 4294967295 at the background.")
       .def_property_readonly(
           "confidence",
-          [](const CameraMaps& c) { return plane_of<float>(c.confidence, shape_of(c)); },
+          [](const CameraMaps& c) { return array_of<float>(c.confidence, shape_of(c)); },
           "float32, 0 to 1.");
   m.def(
       "capture",

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <pybind11/stl.h>
-
-#include <array>
-#include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 
-#include "array_arguments.h"
 #include "exchange.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_depth.h"
@@ -15,19 +9,6 @@
 namespace organbake {
 namespace py = pybind11;
 namespace {
-
-LightModel light_from(const std::string& name) {
-  for (const LightModel light :
-       {LightModel::automatic, LightModel::camera, LightModel::beam, LightModel::estimated})
-    if (name == name_of(light)) return light;
-  throw UsageError("light '" + name + "' is none; take auto, camera, beam or estimated");
-}
-
-Similarity similarity_from(const std::string& name) {
-  if (name == "radiance") return Similarity::radiance;
-  if (name == "silhouette") return Similarity::silhouette;
-  throw UsageError("similarity '" + name + "' is none; take radiance or silhouette");
-}
 
 RegisteredPhoto find_pose(const py::object& vertices, const py::object& faces,
                           const py::object& image, const py::object& intrinsics,
@@ -40,8 +21,14 @@ RegisteredPhoto find_pose(const py::object& vertices, const py::object& faces,
   photo.mask = mask_from(mask, "mask");
   if (!start.is_none()) photo.start = pose_from(start, "start");
   RegistrationOptions options;
-  options.light = light_from(light);
-  options.similarity = similarity_from(similarity);
+  options.light = chosen<LightModel>("light", light,
+                                     {{"auto", LightModel::automatic},
+                                      {"camera", LightModel::camera},
+                                      {"beam", LightModel::beam},
+                                      {"estimated", LightModel::estimated}});
+  options.similarity = chosen<Similarity>(
+      "similarity", similarity,
+      {{"radiance", Similarity::radiance}, {"silhouette", Similarity::silhouette}});
   options.free_focal = free_focal;
   options.check();
   return run_released([&](const RunContext& context) {
@@ -127,27 +114,23 @@ void bind_shade(py::module_& m) {
   py::class_<Shaded>(m, "Shaded", "The depth of a picture; planes are (h, w), top row first.")
       .def_property_readonly(
           "depth",
-          [shape](const Shaded& s) { return plane_of<float>(s.depth.depth.values, shape(s)); },
+          [shape](const Shaded& s) { return array_of<float>(s.depth.depth.values, shape(s)); },
           "float32: planar z, mm or of median 1 (see metric); +inf where there is no tissue.")
       .def_property_readonly(
           "normals",
           [](const Shaded& s) {
-            std::vector<float> values;
-            values.reserve(3 * s.depth.normals.size());
-            for (const Eigen::Vector3f& v : s.depth.normals)
-              values.insert(values.end(), v.data(), v.data() + 3);
-            return plane_of<float>(std::move(values),
+            return array_of<float>(s.depth.normals,
                                    {s.frame.tissue.height, s.frame.tissue.width, 3});
           },
           "(h, w, 3) float32, camera axes, unit.")
       .def_property_readonly(
           "confidence",
-          [shape](const Shaded& s) { return plane_of<float>(s.depth.confidence.values, shape(s)); },
+          [shape](const Shaded& s) { return array_of<float>(s.depth.confidence.values, shape(s)); },
           "float32, 0 to 1.")
       .def_property_readonly(
           "tissue",
           [shape](const Shaded& s) {
-            return plane_of<std::uint8_t>(s.frame.tissue.values, shape(s)).attr("astype")("bool");
+            return array_of<std::uint8_t>(s.frame.tissue.values, shape(s)).attr("astype")("bool");
           },
           "bool: where there is depth.")
       .def_property_readonly(

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The module organbake: surfaces of volumes and their proxies, and the door to the other stages.
-#include <pybind11/stl.h>
-
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <span>
 
-#include "array_arguments.h"
 #include "exchange.h"
-#include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/isosurface/isosurface.h"
 
@@ -21,12 +15,12 @@ namespace {
 Volume volume_from(const py::object& voxels, const py::object& spacing, const py::object& origin,
                    const py::object& direction) {
   const std::string wanted = "an array of real numbers of shape (nz, ny, nx)";
-  const py::array any = array_from(voxels, "voxels", wanted);
-  if (any.ndim() != 3 || any.size() == 0 || !holds_real_numbers(any)) refuse(any, "voxels", wanted);
-  const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
+  const RealNumbers numbers = real_numbers(voxels, "voxels", wanted);
+  if (numbers.ndim() != 3 || numbers.size() == 0) refuse(numbers, "voxels", wanted);
   Volume volume;
-  for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(any.shape(2 - axis));
-  set_values(volume, std::span(numbers.data(), static_cast<std::size_t>(any.size())));
+  for (int axis = 0; axis < 3; ++axis)
+    volume.size[axis] = static_cast<int>(numbers.shape(2 - axis));
+  set_values(volume, std::span(numbers.data(), static_cast<std::size_t>(numbers.size())));
   volume.spacing_mm = vector_from(spacing, "spacing_mm");
   volume.origin_mm = vector_from(origin, "origin_mm");
   if (!direction.is_none()) {
@@ -40,11 +34,9 @@ Volume volume_from(const py::object& voxels, const py::object& spacing, const py
 
 SurfaceCap cap_from(const py::object& cap) {
   if (py::isinstance<py::bool_>(cap)) return cap.cast<bool>() ? SurfaceCap::flat : SurfaceCap::open;
-  const auto name = cap.cast<std::string>();
-  if (name == "flat") return SurfaceCap::flat;
-  if (name == "round") return SurfaceCap::round;
-  if (name == "open") return SurfaceCap::open;
-  throw UsageError("cap '" + name + "' is none; take flat, round or open");
+  return chosen<SurfaceCap>(
+      "cap", cap.cast<std::string>(),
+      {{"flat", SurfaceCap::flat}, {"round", SurfaceCap::round}, {"open", SurfaceCap::open}});
 }
 
 py::tuple surface(const py::object& voxels, const py::object& spacing, const py::object& origin,
@@ -66,7 +58,7 @@ py::tuple surface(const py::object& voxels, const py::object& spacing, const py:
     return label ? extract_label_surface(volume, options, context)
                  : extract_isosurface(volume, options, context);
   });
-  return py::make_tuple(vertices_of(found.mesh), faces_of(found.mesh));
+  return py::make_tuple(rows_of(found.mesh.vertices), rows_of(found.mesh.faces));
 }
 
 void bind_surface(py::module_& m) {
@@ -86,25 +78,20 @@ void bind_surface(py::module_& m) {
         "outside. Raises ValueError for a level outside the volume's values or an absent label.");
 }
 
-DecimateMethod method_from(const std::string& name) {
-  if (name == "fitted") return DecimateMethod::fitted;
-  if (name == "lindstrom_turk") return DecimateMethod::lindstrom_turk;
-  if (name == "quadric") return DecimateMethod::quadric;
-  if (name == "cluster") return DecimateMethod::cluster;
-  throw UsageError("method '" + name +
-                   "' is none; take fitted, lindstrom_turk, quadric or cluster");
-}
-
 DecimateResult reduce(const py::object& vertices, const py::object& faces, std::size_t count,
                       double max_error_mm, const std::string& method, const std::string& objective,
                       bool flips) {
   const TriangleMesh mesh = mesh_from(vertices, faces);
   DecimateOptions options;
   options.faces = count, options.max_error_mm = max_error_mm, options.flips = flips;
-  options.method = method_from(method);
-  if (objective != "rms" && objective != "max")
-    throw UsageError("objective '" + objective + "' is none; take rms or max");
-  options.objective = objective == "max" ? DecimateObjective::max : DecimateObjective::rms;
+  using Method = DecimateMethod;
+  options.method = chosen<Method>("method", method,
+                                  {{"fitted", Method::fitted},
+                                   {"lindstrom_turk", Method::lindstrom_turk},
+                                   {"quadric", Method::quadric},
+                                   {"cluster", Method::cluster}});
+  options.objective = chosen<DecimateObjective>(
+      "objective", objective, {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}});
   options.check();
   return run_released([&](const RunContext& context) { return decimate(mesh, options, context); });
 }
@@ -114,9 +101,10 @@ void bind_decimate(py::module_& m) {
   py::class_<Summary>(m, "Proxy",
                       "A decimated surface, and how far it lies from the one it stands for.")
       .def_property_readonly(
-          "vertices_mm", [](const Summary& s) { return vertices_of(s.proxy); }, "(n, 3) float64.")
+          "vertices_mm", [](const Summary& s) { return rows_of(s.proxy.vertices); },
+          "(n, 3) float64.")
       .def_property_readonly(
-          "faces", [](const Summary& s) { return faces_of(s.proxy); }, "(m, 3) uint32.")
+          "faces", [](const Summary& s) { return rows_of(s.proxy.faces); }, "(m, 3) uint32.")
       .def_readonly("rms_mm", &Summary::rms_mm, "From the surface to the proxy.")
       .def_readonly("max_mm", &Summary::max_mm, "The largest of all points.")
       .def_readonly("reverse_rms_mm", &Summary::reverse_rms_mm, "From the proxy to the surface.")

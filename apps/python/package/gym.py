@@ -61,15 +61,17 @@ class EnvironmentBusy(RuntimeError):
 
 @dataclass(frozen=True)
 class Looks:
-    """What an episode's pictures are drawn from, by the world's own seed. Each range is (low, high):
-    the view's angles about that from virtual camera 0, its distance in multiples of that camera's,
-    the gain of linear light, and the noise in levels of 255."""
+    """What an episode's pictures and tissue are drawn from, by the world's own seed. Each range is
+    (low, high): the view's angles about that from virtual camera 0, its distance in multiples of
+    that camera's, the gain of linear light, the noise in levels of 255, and the tissue's stiffness
+    in multiples of what was baked."""
 
     azimuth_rad: Tuple[float, float] = (0.0, 0.0)
     elevation_rad: Tuple[float, float] = (0.0, 0.0)
     distance: Tuple[float, float] = (1.0, 1.0)
     gain: Tuple[float, float] = (1.0, 1.0)
     noise: Tuple[float, float] = (0.0, 0.0)
+    stiffness: Tuple[float, float] = (1.0, 1.0)
     lights: Sequence[Optional[str]] = (None,)  # baked, world, scope; None: the organ's own
     scopes: Sequence[Optional[Scope]] = (None,)
 
@@ -80,7 +82,7 @@ class OrganVectorEnv(VectorEnv):  # type: ignore[misc,valid-type]
     bundles: a folder made by organbake bake, or a list that the worlds take in turn. task: press,
     lift, cut, or a tasks.Task. size: width and height of pictures, px; None: no pictures, which is
     many times as fast. layers: of depth, mask and flow. reward: of a World after a step, a number;
-    None: the task's own. looks: how pictures differ. threads: that worlds are shared out to; None:
+    None: the task's own. looks: how episodes differ. threads: that worlds are shared out to; None:
     as many as there are processors. The same seeds and actions give the same bytes for any number.
 
     Actions: (num_envs, task.actions) float, -1 to 1: the tip moves 2 mm a step along x, y and z of
@@ -121,8 +123,10 @@ class OrganVectorEnv(VectorEnv):  # type: ignore[misc,valid-type]
         self.num_envs, self.size, self.layers = num_envs, size, tuple(layers)
         self.reward, self.looks = reward or self.task.reward, looks
         self.max_steps = max_steps or self.task.most_steps
-        self._worlds = [World(Player(folders[i % len(folders)], solver=solver), *(size or (64, 64)))
-                        for i in range(num_envs)]
+        # Worlds have a thread each, but a single one has all of them.
+        each = None if num_envs == 1 else 1
+        self._worlds = [World(Player(folders[i % len(folders)], solver=solver, threads=each),
+                              *(size or (64, 64))) for i in range(num_envs)]
         self._ended = np.ones(num_envs, bool)
         self._begun = False
         self._lock = threading.Lock()
@@ -193,7 +197,8 @@ class OrganVectorEnv(VectorEnv):  # type: ignore[misc,valid-type]
     def _begin(self, i: int, observations: Dict[str, np.ndarray]) -> None:
         world, looks = self._worlds[i], self.looks
         draw = world.random.uniform
-        world.begin()
+        # Where all tissue is alike no number is drawn: episodes are what they were without.
+        world.begin(draw(*looks.stiffness) if looks.stiffness != (1, 1) else 1.0)
         world.look_from(draw(*looks.azimuth_rad), draw(*looks.elevation_rad), draw(*looks.distance))
         world.look = {"gain": draw(*looks.gain), "noise": draw(*looks.noise),
                       "light": looks.lights[world.random.integers(len(looks.lights))],

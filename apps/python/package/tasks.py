@@ -37,9 +37,9 @@ class World:
         """The view, as Player.orbit() takes it."""
         self.view = self.player.orbit(*angles_and_distance, width=self.size[0], height=self.size[1])
 
-    def begin(self) -> None:
+    def begin(self, stiffness: float = 1.0) -> None:
         """Back to rest; a task then says what is wanted."""
-        self.player.reset()
+        self.player.reset(stiffness)
         self.tip_mm, self.target_mm, self.end_mm = np.zeros((3, 3))
         self.out, self.force_n = np.zeros((2, 3))
         self.wanted, self.measured = 0.0, 0.0

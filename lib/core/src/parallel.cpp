@@ -4,6 +4,7 @@
 // more threads could help (Brent 1974).
 #include "organbake/core/parallel.h"
 
+#include "organbake/core/one_thread.h"
 #include "thread_order.h"
 
 #ifndef ORGANBAKE_NO_THREADS
@@ -26,6 +27,10 @@ namespace {
 thread_local
 #endif
     WorkMeter* metering = nullptr;
+#ifndef ORGANBAKE_NO_THREADS
+thread_local
+#endif
+    bool working_alone = false;
 
 // The processor time that this thread has taken, or without threads the time of a steady clock.
 double processor_ms() {
@@ -39,6 +44,9 @@ double processor_ms() {
 }
 
 }  // namespace
+
+OneThread::OneThread() : before_(std::exchange(working_alone, true)) {}
+OneThread::~OneThread() { working_alone = before_; }
 
 WorkMeter::WorkMeter() : outer_(std::exchange(metering, this)), start_ms_(processor_ms()) {}
 WorkMeter::~WorkMeter() { metering = outer_; }
@@ -113,6 +121,7 @@ void run_pieces(std::size_t count, std::size_t grain, const auto& run, const Par
 
 void share_out(std::size_t count, std::size_t grain, Work work, const void* body) {
   MeteredPieces pieces;
+  if (working_alone) return pieces.run(work, body, 0, count);
   const auto run = [&](std::size_t first, std::size_t last) {
     pieces.run(work, body, first, last);
   };
@@ -127,6 +136,7 @@ void share_out_in_order(std::size_t count, Work work, const void* body) {
     for (std::size_t i = next++; i < count; i = next++) pieces.run(work, body, i, i + 1);
   };
   const auto takers = std::min(count, static_cast<std::size_t>(allowed_threads()));
+  if (working_alone) return take(0, takers);
   run_pieces(takers, 1, take, tbb::simple_partitioner());
 }
 
@@ -161,6 +171,7 @@ ThreadLimit::ThreadLimit(int threads)
     : impl_(new Impl{
           {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)}}) {}
 int allowed_threads() {
+  if (working_alone) return 1;
   return static_cast<int>(
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }

@@ -131,6 +131,7 @@ DatasetClip make_clip(const DatasetSpec& spec, const Bundle& bundle, std::size_t
   if (!spec.lights.empty()) script.light = spec.lights[random.below(spec.lights.size())];
   clip.gain = drawn_from(spec.gain, random);
   clip.noise = drawn_from(spec.noise, random);
+  clip.stiffness = drawn_from(spec.stiffness, random);
   return clip;
 }
 
@@ -174,7 +175,8 @@ Json clip_json(const DatasetClip& clip, int first_frame, DrawnLight light) {
           {"instruments", clip.script.instruments.size()},
           {"light", to_string(light)},
           {"gain", clip.gain},
-          {"noise", clip.noise}};
+          {"noise", clip.noise},
+          {"stiffness", clip.stiffness}};
 }
 
 // Names a picture among all of a data set.
@@ -205,6 +207,7 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
   const Bounds organs = rest_bounds(player);
   for (int c = 0; c < shard.clips; ++c) {
     const DatasetClip clip = make_clip(spec, player.bundle(), shard.organ, shard.first_clip + c);
+    player.set_stiffness(clip.stiffness);
     draw.light = player.light_for(clip.script.light);
     TruthClip part;
     part.first_frame = c * spec.clip_frames;

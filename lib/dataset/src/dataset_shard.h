@@ -44,10 +44,10 @@ struct DatasetPlan {
 DatasetPlan plan_dataset(const DatasetSpec& spec,
                          const std::vector<std::filesystem::path>& bundles);
 
-// A piece of a data set: what happens, and how its pictures are exposed.
+// A piece of a data set: what happens to which tissue, and how its pictures are exposed.
 struct DatasetClip {
   Script script;
-  double gain = 1, noise = 0;
+  double gain = 1, noise = 0, stiffness = 1;
 };
 
 // The clip of an organ, by both numbers and the spec's seed alone. Pokes come from directions in

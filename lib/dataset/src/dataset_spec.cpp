@@ -162,9 +162,10 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
   document.require_schema(kDatasetSchema);
-  document.allow_only({"schema", "name", "seed", "frames", "clip_frames", "shard_frames", "size",
-                       "layers", "tracks", "stereo_mm", "scope", "lens", "test_share",
-                       "time_step_s", "views", "pokes", "lights", "gain", "noise"});
+  document.allow_only({"schema",       "name",   "seed",       "frames",      "clip_frames",
+                       "shard_frames", "size",   "layers",     "tracks",      "stereo_mm",
+                       "scope",        "lens",   "test_share", "time_step_s", "views",
+                       "pokes",        "lights", "gain",       "noise",       "stiffness"});
   DatasetSpec spec;
   const Keys keys(document);
   if (const auto named = document.find("name")) spec.name = named->text();
@@ -200,6 +201,7 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   if (const auto lights = document.find("lights")) read_lights(*lights, spec);
   keys.range("gain", 0.01, 100, spec.gain);
   keys.range("noise", 0, 255, spec.noise);
+  keys.range("stiffness", DeformOptions::kSoftest, DeformOptions::kStiffest, spec.stiffness);
   return spec;
 }
 
@@ -235,6 +237,7 @@ std::string dataset_spec_to_json(const DatasetSpec& s) {
                {"gain", range_json(s.gain)},
                {"noise", range_json(s.noise)}};
   if (s.tracks > 0) json["tracks"] = s.tracks;
+  if (s.stiffness.low != 1 || s.stiffness.high != 1) json["stiffness"] = range_json(s.stiffness);
   if (s.baseline_mm) json["stereo_mm"] = *s.baseline_mm;
   if (s.lens) json["lens"] = parse_json(scope_lens_to_json(*s.lens), "lens");
   return json_text(json);

@@ -41,7 +41,7 @@ struct Deformer::Impl {
       positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
       faces_up_to.push_back((faces_up_to.empty() ? 0 : faces_up_to.back()) +
                             body.proxy.faces.size());
-      half_space.push_back(half_space_mn_per_mm2(body.mechanics));
+      half_space.push_back(options.stiffness * half_space_mn_per_mm2(body.mechanics));
     }
     to_rest();
   }

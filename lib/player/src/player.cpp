@@ -159,9 +159,11 @@ void Player::reset() {
   take_positions();
 }
 
-void Player::set_solver(TissueSolver solver) {
+void Player::play_by(TissueSolver solver, double stiffness) {
+  if (solver == this->solver() && stiffness == options_.stiffness) return reset();
   DeformOptions options = options_;
-  options.solver = solver;
+  options.solver = solver, options.stiffness = stiffness;
+  options.check();
   make_whole();  // of springs it changes nothing: they cannot be cut
   deformer_ = Deformer(deform_bodies(organs_), options);
   options_ = options;

@@ -221,7 +221,7 @@ struct Player::State::Data {
     StateOf placed_of = StateOf::vertices;
   };
   std::weak_ptr<const void> of;
-  TissueSolver solver = TissueSolver::springs;
+  DeformOptions played;
   std::size_t steps = 0;
   CuttingEdges cutting_edges;
   std::vector<Organ> organs;
@@ -254,7 +254,7 @@ std::size_t Player::State::bytes_beside(const State& other) const {
 Player::State Player::save_state(const State& earlier) const {
   const auto data = std::make_shared<State::Data>();
   data->of = mark_;
-  data->solver = solver();
+  data->played = options_;
   data->steps = steps_;
   data->cutting_edges = cutting_edges_;
   for (const Organ& organ : organs_) {
@@ -276,7 +276,7 @@ Player::State Player::save_state(const State& earlier) const {
 }
 
 bool Player::hang_together_as_in(const State::Data& state) const {
-  bool same = solver() == state.solver;
+  bool same = solver() == state.played.solver && options_.stiffness == state.played.stiffness;
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     const bool cut = organs_[o].cut_warper.has_value();
     same = same && cut == state.organs[o].cut &&
@@ -292,7 +292,7 @@ void Player::restore_state(const State& state) {
     throw UsageError("a state of another player cannot be restored: save one of this player");
   pending_cut_.reset();  // its thread reads what changes now
   const bool remake = !hang_together_as_in(saved);
-  options_.solver = saved.solver;
+  options_ = saved.played;
   steps_ = saved.steps;
   cutting_edges_ = saved.cutting_edges;
   for (std::size_t o = 0; o < organs_.size(); ++o) {

@@ -36,6 +36,9 @@ std::optional<Crossing> farthest_crossing(const Bundle& bundle, const Eigen::Vec
   const BaseLayer& base = bundle.base;
   const std::uint32_t n = base.steps;
   const double extent_mm = bounds(shell).diagonal();
+  double highest_mm = 0;
+  for (const float height_mm : base.height_mm)
+    highest_mm = std::max(highest_mm, std::abs(double(height_mm)));
   std::optional<Crossing> farthest;
   const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                         const Eigen::Vector3d& c) {
@@ -46,6 +49,11 @@ std::optional<Crossing> farthest_crossing(const Bundle& bundle, const Eigen::Vec
       farthest = {*distance, (b - a).cross(c - a).dot(d) > 0};
   };
   for (std::uint32_t f = 0; f < base.face_count; ++f) {
+    const Eigen::Vector3d& corner = shell.vertices[shell.faces[f][0]];
+    double reach_mm = highest_mm;  // of the face from a corner of its
+    for (const std::uint32_t v : shell.faces[f])
+      reach_mm = std::max(reach_mm, highest_mm + (shell.vertices[v] - corner).norm());
+    if (d.cross(corner - center).norm() > (1 + 1e-6) * reach_mm) continue;  // beside the line
     const ShellMatrix m = shell_matrix(shell, normals, f);
     const float* heights = &base.height_mm[std::size_t(f) * base.nodes_per_face()];
     const auto node = [&](std::uint32_t i, std::uint32_t j) {

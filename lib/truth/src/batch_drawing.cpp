@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One thread a picture instead of all threads on each: small pictures have too little in them to
-// share out. Runs of pictures go to whoever is free; where flow is asked for a run begins with the
-// picture before its first.
+// share out. Pictures go to whoever is free; where flow is asked for, runs of them, each of which
+// begins with the picture before its first.
 #include "organbake/truth/batch_drawing.h"
 
 #include <algorithm>
@@ -11,19 +11,19 @@
 #include <utility>
 
 #include "organbake/core/error.h"
+#include "organbake/core/one_thread.h"
 #include "organbake/core/parallel.h"
 #include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {
 
-constexpr std::size_t kRunsPerThread = 4;
-
 // What one thread draws with.
 struct Desk {
   Warper warper;
   Frame frame;
   OrganState state;
+  TruthTracker truth;
   Flow flow;
 };
 
@@ -108,7 +108,8 @@ std::unique_ptr<Desk> BatchDrawing::Impl::take_desk() {
       return desk;
     }
   }
-  return std::make_unique<Desk>(Desk{player.warper_beside(organ), {}, {}, {}});
+  return std::make_unique<Desk>(
+      Desk{player.warper_beside(organ), {}, {}, TruthTracker(LayerSet()), {}});
 }
 
 void BatchDrawing::Impl::pose(const StateBatch& states, std::size_t i, OrganState& state) const {
@@ -124,7 +125,9 @@ void BatchDrawing::Impl::pose(const StateBatch& states, std::size_t i, OrganStat
 
 void BatchDrawing::Impl::draw_run(const Batch& batch, std::size_t first, std::size_t last,
                                   Desk& desk) const {
-  TruthTracker truth(batch.layers);
+  TruthTracker& truth = desk.truth;
+  if (!(truth.layers() == batch.layers)) truth = TruthTracker(batch.layers);
+  truth.forget();
   const std::size_t begin = batch.layers.flow && first > 0 ? first - 1 : first;
   for (std::size_t i = begin; i < last; ++i) {
     pose(batch.states, i, desk.state);
@@ -155,15 +158,22 @@ void BatchDrawing::draw(const StateBatch& states, std::span<const View> views, D
   batch.options.light = light;
   batch.options.keep_bound = batch.layers.any();
   batch.options.bind_as_drawn = !batch.layers.flow && !batch.layers.normals;
-  const std::size_t threads = static_cast<std::size_t>(allowed_threads()),
-                    wanted = threads * (batch.layers.flow ? 1 : kRunsPerThread),
-                    runs = std::min(states.count, wanted);
+  const auto threads = static_cast<std::size_t>(allowed_threads());
+  const std::size_t runs = batch.layers.flow ? std::min(states.count, threads) : states.count,
+                    shared_from = runs - runs % threads;
   parallel_in_order(runs, [&](std::size_t run) {
     std::unique_ptr<Desk> desk = impl_->take_desk();
-    // While it waits for parts of its own picture a thread begins no other run.
-    isolated([&] {
+    const auto draw = [&] {
       impl_->draw_run(batch, run * states.count / runs, (run + 1) * states.count / runs, *desk);
-    });
+    };
+    // All threads have pictures of their own, but for the last few, which they share; while one
+    // waits for parts of its picture it begins no other.
+    if (run < shared_from) {
+      const OneThread alone;
+      draw();
+    } else {
+      isolated(draw);
+    }
     const std::lock_guard lock(impl_->hiring);
     impl_->free.push_back(std::move(desk));
   });

@@ -38,7 +38,7 @@ TEST(DatasetSpec, ReadsEverything) {
         "views": {"cone_deg": 30, "distance": 1, "roll_rad": 0.1, "motion_deg": 12.5},
         "pokes": {"count": [1, 2], "depth_mm": [1, 3], "radius_mm": 4, "cone_deg": 5,
                   "tools": ["poke", "grab", "cut"]},
-        "lights": ["world", "scope"], "gain": [0.5, 2], "noise": 3)"),
+        "lights": ["world", "scope"], "gain": [0.5, 2], "noise": 3, "stiffness": [0.5, 2])"),
       "d.json");
   EXPECT_TRUE(spec.layers.depth && spec.layers.mask && !spec.layers.flow);
   EXPECT_EQ(spec.most_pokes, 2);
@@ -47,6 +47,7 @@ TEST(DatasetSpec, ReadsEverything) {
   EXPECT_EQ(spec.lights.size(), 2u);
   EXPECT_NEAR(spec.cone_rad, std::numbers::pi / 6, 1e-12);
   EXPECT_EQ(spec.roll_rad, 0.1);
+  EXPECT_EQ(spec.stiffness.high, 2);
   EXPECT_EQ(spec.tools.size(), 3u);
   const std::string text = dataset_spec_to_json(spec);
   EXPECT_EQ(dataset_spec_to_json(dataset_spec_from_json(text, "again.json")), text);
@@ -76,6 +77,7 @@ TEST(DatasetSpec, NamesWhatIsWrong) {
                       [&] { dataset_spec_from_json(spec_with(more), "d.json"); });
   };
   EXPECT_TRUE(refusal(R"(, "gain": [2, 1])").starts_with("d.json: /gain"));
+  EXPECT_TRUE(refusal(R"(, "stiffness": 0)").starts_with("d.json: /stiffness"));
   EXPECT_TRUE(refusal(R"(, "layers": ["deep"])").starts_with("d.json: /layers"));
   EXPECT_TRUE(refusal(R"(, "lights": ["sun"])").starts_with("d.json: /lights/0"));
   EXPECT_TRUE(refusal(R"(, "pokes": {"count": 1.5})").starts_with("d.json: /pokes/count"));
@@ -158,6 +160,7 @@ DatasetSpec spec_of_clips() {
   spec.fewest_pokes = 1, spec.most_pokes = 3;
   spec.gain = {0.5, 2};
   spec.noise = {1, 4};
+  spec.stiffness = {0.5, 2};
   return spec;
 }
 
@@ -186,6 +189,7 @@ TEST(Clip, StaysWithinItsSpec) {
     EXPECT_LE(clip.script.instruments.size(), 3u);
     EXPECT_GE(clip.gain, 0.5);
     EXPECT_LE(clip.noise, 4);
+    EXPECT_TRUE(clip.stiffness >= 0.5 && clip.stiffness <= 2);
   }
   EXPECT_GT(widest, 0.9 * spec.cone_rad);
 }

@@ -26,6 +26,8 @@ TEST(DeformOptions, EachBoundIsChecked) {
   refuses([](DeformOptions& o) { o.iterations = 1001; });
   refuses([](DeformOptions& o) { o.friction = -0.1; });
   refuses([](DeformOptions& o) { o.friction = std::nan(""); });
+  refuses([](DeformOptions& o) { o.stiffness = 0; });
+  refuses([](DeformOptions& o) { o.stiffness = std::nan(""); });
 }
 
 TEST(Deformer, RefusesTipsThatMakeNoSense) {

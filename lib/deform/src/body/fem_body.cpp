@@ -23,8 +23,8 @@ struct Moduli {
   double shear, bulk;  // 2 μ and λ, mN/mm²
 };
 
-Moduli moduli_of(const MechanicsModel& mechanics) {
-  const double e = mechanics.young_modulus_kpa, nu = mechanics.body->poisson_ratio;
+Moduli moduli_of(const MechanicsModel& mechanics, double stiffness) {
+  const double e = stiffness * mechanics.young_modulus_kpa, nu = mechanics.body->poisson_ratio;
   return {e / (1 + nu), e * nu / ((1 + nu) * (1 - 2 * nu))};
 }
 
@@ -40,12 +40,13 @@ struct Element {
 
 // All organs' tetrahedra as one solid, the nodes of one after those of the other.
 struct FemBody::Solid {
-  Solid(const DeformBodies& bodies, double time_step_s) {
-    for (const DeformBody& body : bodies) add(body.proxy, body.mechanics, time_step_s);
+  Solid(const DeformBodies& bodies, double time_step_s, double stiffness) {
+    for (const DeformBody& body : bodies) add(body.proxy, body.mechanics, time_step_s, stiffness);
   }
 
-  void add(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s);
-  void add_give(const TetrahedralBody& body, double time_step_s);
+  void add(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s,
+           double stiffness);
+  void add_give(const TetrahedralBody& body, double time_step_s, double stiffness);
   std::vector<double> node_masses_kg() const;
   std::vector<Coefficient> matrix(double time_step_s,
                                   const std::vector<std::uint32_t>& free_of_node) const;
@@ -63,7 +64,7 @@ struct FemBody::Solid {
 };
 
 void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechanics,
-                         double time_step_s) {
+                         double time_step_s, double stiffness) {
   if (!mechanics.body) {
     throw UsageError(
         "this bundle has no tetrahedra for the solver fem; bake it anew without --set "
@@ -80,7 +81,7 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
   nodes_mm.insert(nodes_mm.end(), body.nodes_mm.begin(), body.nodes_mm.end());
   vertices_mm.insert(vertices_mm.end(), proxy.vertices.begin(), proxy.vertices.end());
   for (const std::uint32_t anchor : body.anchors) anchors.push_back(first_node + anchor);
-  const Moduli moduli = moduli_of(mechanics);
+  const Moduli moduli = moduli_of(mechanics, stiffness);
   for (const Tetrahedron& t : body.tetrahedra) {
     const double volume_mm3 = t.fill * volume_of(body, t);
     elements.push_back({nodes_of(t), gradients_of(body, t), moduli.shear * volume_mm3,
@@ -93,7 +94,7 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
       carriers.push_back({first_node + node, weight});
     });
   }
-  add_give(body, time_step_s);
+  add_give(body, time_step_s, stiffness);
   for (const Face& f : proxy.faces)
     faces.push_back({first_vertex + f[0], first_vertex + f[1], first_vertex + f[2]});
   organ_of_node.resize(nodes_mm.size(), organs);
@@ -102,11 +103,11 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
 }
 
 // Adds the skin's own springs, damped as the tissue is (Kelvin and Voigt), for an implicit step.
-void FemBody::Solid::add_give(const TetrahedralBody& body, double time_step_s) {
+void FemBody::Solid::add_give(const TetrahedralBody& body, double time_step_s, double stiffness) {
   const auto first = static_cast<std::uint32_t>(gives.size());
   const double damping_steps = body.damping_s / time_step_s;
   for (const double mm_per_n : body.give_mm_per_n)
-    gives.push_back({mm_per_n / kMilliNewtonPerNewton / (1 + damping_steps),
+    gives.push_back({mm_per_n / stiffness / kMilliNewtonPerNewton / (1 + damping_steps),
                      damping_steps / (1 + damping_steps)});
   for (std::uint32_t v = 0; v < body.vertices.size(); ++v) {
     std::vector<Carrier>& shares = give_shares.emplace_back();
@@ -146,8 +147,8 @@ std::vector<Coefficient> FemBody::Solid::matrix(
   return entries;
 }
 
-FemBody::FemBody(const DeformBodies& bodies, double time_step_s) {
-  const Solid solid(bodies, time_step_s);
+FemBody::FemBody(const DeformBodies& bodies, double time_step_s, double stiffness) {
+  const Solid solid(bodies, time_step_s, stiffness);
   const auto free_of_node = number_free(solid.nodes_mm.size(), solid.anchors);
   factor_ = SparseFactor(count_free(free_of_node), solid.matrix(time_step_s, free_of_node));
   place_slots(solid, free_of_node);

@@ -142,8 +142,8 @@ double Tissue::twice_kinetic_energy(const PaddedVectors& x, const PaddedVectors&
 std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies,
                                           const DeformOptions& options) {
   if (options.solver == TissueSolver::fem)
-    return std::make_unique<FemBody>(bodies, options.time_step_s);
-  return std::make_unique<SpringNetwork>(bodies, options.time_step_s);
+    return std::make_unique<FemBody>(bodies, options.time_step_s, options.stiffness);
+  return std::make_unique<SpringNetwork>(bodies, options.time_step_s, options.stiffness);
 }
 
 }  // namespace organbake::deform
@@ -170,6 +170,9 @@ void DeformOptions::check() const {
   }
   if (!(friction >= 0 && friction <= 10)) {
     throw UsageError("friction is " + to_text(friction) + "; it must be 0 to 10");
+  }
+  if (!(stiffness >= kSoftest && stiffness <= kStiffest)) {
+    throw UsageError("stiffness is " + to_text(stiffness) + "; it must be 0.05 to 20");
   }
 }
 

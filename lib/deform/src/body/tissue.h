@@ -230,7 +230,7 @@ class ElementStress {
 class FemBody final : public Tissue {
  public:
   // Throws UsageError when one's mechanics hold no tetrahedra.
-  FemBody(const DeformBodies& bodies, double time_step_s);
+  FemBody(const DeformBodies& bodies, double time_step_s, double stiffness = 1);
 
   void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
                   const PaddedVectors& x_coasted, PaddedVectors& force) const override;
@@ -263,7 +263,7 @@ class FemBody final : public Tissue {
 // would creep. Every point is a proxy vertex.
 class SpringNetwork final : public Tissue {
  public:
-  SpringNetwork(const DeformBodies& bodies, double time_step_s);
+  SpringNetwork(const DeformBodies& bodies, double time_step_s, double stiffness = 1);
 
   // The forces of inertia, springs and dampers.
   void local_step(const PaddedVectors& x, const PaddedVectors& x_start,

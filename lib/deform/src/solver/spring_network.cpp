@@ -39,11 +39,11 @@ std::vector<std::uint32_t> number_free_in_order(std::size_t points,
 
 // All organs' springs as one net, the vertices of one after those of the other.
 struct SpringNetwork::Net {
-  explicit Net(const DeformBodies& bodies) {
-    for (const DeformBody& body : bodies) add(body.proxy, body.mechanics);
+  Net(const DeformBodies& bodies, double stiffness) {
+    for (const DeformBody& body : bodies) add(body.proxy, body.mechanics, stiffness);
   }
 
-  void add(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
+  void add(const TriangleMesh& proxy, const MechanicsModel& mechanics, double stiffness) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     vertices.insert(vertices.end(), proxy.vertices.begin(), proxy.vertices.end());
     organ_of_vertex.resize(vertices.size(), organs++);
@@ -53,6 +53,7 @@ struct SpringNetwork::Net {
     for (const std::uint32_t v : mechanics.elimination_order) order.push_back(first + v);
     for (Spring spring : mechanics.springs) {
       spring.a += first, spring.b += first;
+      spring.stiffness_n_per_mm *= stiffness, spring.damping_n_s_per_mm *= stiffness;
       springs.push_back(spring);
     }
   }
@@ -73,8 +74,8 @@ struct SpringNetwork::Net {
   }
 };
 
-SpringNetwork::SpringNetwork(const DeformBodies& bodies, double time_step_s) {
-  const Net net(bodies);
+SpringNetwork::SpringNetwork(const DeformBodies& bodies, double time_step_s, double stiffness) {
+  const Net net(bodies, stiffness);
   const auto free_of_vertex = net.free_of_vertex();
   factor_ =
       SparseFactor(count_free(free_of_vertex), matrix_of_free(net, time_step_s, free_of_vertex),

@@ -51,6 +51,7 @@ struct DatasetSpec {
   std::vector<DrawnLight> lights;  // one a clip; none: what each organ is made for
   SampledRange gain{1, 1};         // of linear light, one a clip
   SampledRange noise{0, 0};        // standard deviation in steps of 8 bits, one a clip
+  SampledRange stiffness{1, 1};    // of the tissue, in multiples of what was baked, one a clip
 };
 
 // Throws BadDataError naming `name` and the key.

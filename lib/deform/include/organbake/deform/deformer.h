@@ -41,9 +41,11 @@ struct DeformOptions {
   double time_step_s = 1.0 / 60;
   int iterations = 4;     // local/global iterations a step
   double friction = 0.3;  // of instruments on tissue; wet tissue slides on tissue
+  double stiffness = 1;   // of the tissue, in multiples of what its mechanics say
   // Tissue holds off tissue: organs each other, and folds of an organ themselves.
   bool tissue_contacts = true;
 
+  static constexpr double kSoftest = 0.05, kStiffest = 20;
   void check() const;
   // The same with the solver named that these bodies are played by.
   DeformOptions chosen_for(const DeformBodies& bodies) const;

@@ -138,7 +138,9 @@ class Player {
   void reset();
   // The same, and from now on played by another solver. Throws UsageError, and changes nothing, for
   // finite elements where an organ was baked without tetrahedra.
-  void set_solver(TissueSolver solver);
+  void set_solver(TissueSolver solver) { play_by(solver, options_.stiffness); }
+  // The same, and from now on of tissue that is so many times as stiff as the bundles say.
+  void set_stiffness(double times) { play_by(solver(), times); }
 
   std::size_t organ_count() const { return organs_.size(); }
   // Of one organ by its number; each throws UsageError where there is none.
@@ -200,6 +202,7 @@ class Player {
   bool hang_together_as_in(const State::Data& state) const;
   static void save_placed(const Organ& organ, std::optional<OrganState>& state, StateOf& of);
   static void restore_placed(Organ& organ, const std::optional<OrganState>& state, StateOf of);
+  void play_by(TissueSolver solver, double stiffness);
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);
