@@ -77,7 +77,9 @@ class TrocarChooser::Scene {
  public:
   Scene(const TrocarChooser& organs, const std::vector<ToolMoment>& moments) : organs_(organs) {
     // Where a tool of one moment came from nothing tells: it may be pressed in as deep as it is.
-    side_ = moments.size() > 1 && is_clear_behind(moments.front().tool) ? -1 : 1;
+    // One with an axis comes from where that ends, be its tip before the sheet or behind it.
+    const Instrument& first = moments.front().tool;
+    side_ = moments.size() > 1 && is_clear_behind(first.end_mm(), first.radius_mm) ? -1 : 1;
     for (const ToolMoment& moment : moments) sights_.push_back(sight(moment));
   }
 
@@ -109,12 +111,12 @@ class TrocarChooser::Scene {
                             }) -
            skin.begin();
   }
-  // Whether it lies behind an open sheet and does not touch it. Inside a closed skin there is
+  // Whether a joint lies behind an open sheet and does not touch it. Inside a closed skin there is
   // tissue, whose tools were pressed in from outside.
-  bool is_clear_behind(const Instrument& tool) const {
-    const std::size_t near = nearest_to(tool.position_mm);
-    const Vector3d from_tool = organs_.skin_.vertices[near] - tool.position_mm;
-    return organs_.open_[near] && from_tool.dot(organs_.normals_[near]) > tool.radius_mm;
+  bool is_clear_behind(const Vector3d& joint, double radius_mm) const {
+    const std::size_t near = nearest_to(joint);
+    const Vector3d from_joint = organs_.skin_.vertices[near] - joint;
+    return organs_.open_[near] && from_joint.dot(organs_.normals_[near]) > radius_mm;
   }
   Sight sight(const ToolMoment& moment) const {
     const Instrument& tool = moment.tool;
