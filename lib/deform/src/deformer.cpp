@@ -164,10 +164,10 @@ const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
   std::vector<InstrumentSweep> sweeps = sweeps_between(held, tips);
   std::erase_if(sweeps, [](const InstrumentSweep& s) { return has_blade(s.to.kind); });
   solver.let_go(sweeps);
-  const std::size_t closed_in_vain = solver.let_in(sweeps);
+  solver.let_in(sweeps);
   held = tips;
   report = {};
-  report.closed_in_vain = closed_in_vain;
+  report.closed_in_vain = solver.closed_in_vain();
   report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
   report_positions(tips);
   if (!solver.near_skin(sweeps) && asleep && !was_held) {
@@ -181,6 +181,7 @@ const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
   report.tissue_penetration_mm = deepest.in_tissue;
   report.tip_too_fast = solver.tip_too_fast();
   report.slipped = solver.slipped();
+  report.closed_in_vain = solver.closed_in_vain();
   finish_step(still);
   report.collision_ms = solver.take_collision_ms();
   return report;

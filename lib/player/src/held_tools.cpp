@@ -89,8 +89,8 @@ class ToolDrawing {
   }
   void add(const Grasper&) {
     const Vector3d hinge = tool_.axis_mm.isZero(0) ? Vector3d(end_ + 3.2 * radius_ * along_) : end_;
-    const Vector3d tips = tip_ - 0.55 * radius_ * (hinge - tip_).normalized();
-    jaws(hinge, tips, (0.14 + 1.3 * open_) * radius_, 0.45 * radius_, 0.28 * radius_);
+    const Vector3d tips = tip_ - 0.9 * radius_ * (hinge - tip_).normalized();
+    jaws(hinge, tips, (0.3 + 1.1 * open_) * radius_, 0.55 * radius_, 0.28 * radius_);
     shaft(hinge, 0.65 * radius_, kDullSteel);
   }
   void add(const Blade& blade) {

@@ -161,8 +161,8 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     }
     if (entry.step.closed_in_vain > 0) {
       context.warn("frame " + std::to_string(frame) +
-                   ": a grasper closed deep in the tissue, where it holds nothing; let its path "
-                   "begin at the skin");
+                   ": a grasper closed deep in the tissue, or on skin that anchors hold, where it "
+                   "holds nothing; let its path begin at free skin");
     }
     if (entry.step.tip_too_fast) {
       context.warn("frame " + std::to_string(frame) +

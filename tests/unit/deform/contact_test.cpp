@@ -90,16 +90,19 @@ TEST(Contact, CapsulesAndNeedlesThatBeginDeepTouch) {
   EXPECT_EQ(through, 1u);
 }
 
-TEST(Contact, AGrasperThatClosesDeepInTissueIsCounted) {
+TEST(Contact, AGrasperThatClosesDeepInTissueOrOnAnchorsIsCounted) {
   const TriangleMesh mesh = test::geodesic_sphere(4, 20);
   Instrument grasper = poke_at({0, 0, 5}, 3);
   grasper.kind = Grasper{};
   Deformer deformer(mesh, test::spring_body(mesh), {});
   EXPECT_EQ(deformer.step({grasper}).closed_in_vain, 1u);
   EXPECT_EQ(deformer.step({grasper}).closed_in_vain, 0u);
-  grasper.position_mm.z() = 19;
-  Deformer other(mesh, test::spring_body(mesh), {});
-  EXPECT_EQ(other.step({grasper}).closed_in_vain, 0u);
+  for (const auto& [z_mm, in_vain] : {std::pair(19.0, 0u), std::pair(-20.0, 1u)}) {
+    grasper.position_mm.z() = z_mm;  // anchors hold what lies below -12
+    Deformer other(mesh, test::spring_body(mesh), {});
+    EXPECT_EQ(other.step({grasper}).closed_in_vain, in_vain);
+    EXPECT_EQ(other.step({grasper}).closed_in_vain, 0u);
+  }
 }
 
 TEST(Contact, SkinLiesOnTheInstrument) {

@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, NeedleInTissue,
                          testing::Values(TissueSolver::springs, TissueSolver::fem),
                          [](const auto& tissue) { return to_string(tissue.param); });
 
-constexpr double kFollows_mm = 0.1;
+constexpr double kFollows_mm = 0.1, kFold_mm = 7;
 
 struct Sphere {
   TriangleMesh mesh = test::geodesic_sphere(3, 40);
@@ -164,6 +164,30 @@ TEST(Grab, ReachesTheNearestSkinWithinTwoRadii) {
     const double lifted = (deformer.positions()[s.top] - s.mesh.vertices[s.top]).dot(up);
     // It keeps its distance from the tip; it does not jump to it.
     EXPECT_NEAR(lifted, gap_mm < 10 ? 5 : 0, kFollows_mm) << "gap " << gap_mm;
+  }
+}
+
+// Of a sphere so fine that jaws hold several of its vertices, as they close and after.
+TEST(Grab, DrawsWhatItHoldsTogether) {
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    HeldBall ball(solver);
+    const Vector3d top = ball.mesh.vertices[ball.top];
+    std::vector<std::uint32_t> held;
+    for (std::uint32_t v = 0; v < ball.mesh.vertices.size(); ++v)
+      if (v != ball.top && (ball.mesh.vertices[v] - top).norm() < kFold_mm) held.push_back(v);
+    ASSERT_GE(held.size(), 3u);
+    const auto width_mm = [&](const std::vector<Vector3d>& at) {
+      double sum = 0;
+      for (const std::uint32_t v : held) sum += (at[v] - at[ball.top]).norm();
+      return sum / double(held.size());
+    };
+    Instrument jaws = grasper_at(top);
+    jaws.radius_mm = kFold_mm;
+    for (int i = 0; i < 30; ++i) {
+      EXPECT_EQ(ball.deformer.step({jaws}).slipped, 0u);
+      EXPECT_LT((ball.deformer.positions()[ball.top] - top).norm(), 2 * kFollows_mm) << i;
+    }
+    EXPECT_NEAR(width_mm(ball.deformer.positions()) / width_mm(ball.mesh.vertices), 0.5, 0.1);
   }
 }
 

@@ -81,7 +81,8 @@ struct Pressed {
 
 // A grasper carries it: p = target.
 struct Carried {
-  PaddedVector offset = PaddedVector::Zero();  // from the tip's centre, mm
+  // From the tip's centre, mm; on its way there as the jaws draw their fold together.
+  PaddedVector offset = PaddedVector::Zero(), folded = PaddedVector::Zero();
   CarrierResponse response;
 };
 

@@ -128,8 +128,8 @@ bool ShapeSolver::tangled() const {
          });
 }
 
-std::size_t ShapeSolver::let_in(std::vector<InstrumentSweep>& sweeps) {
-  std::size_t closed_in_vain = 0;
+void ShapeSolver::let_in(std::vector<InstrumentSweep>& sweeps) {
+  closed_in_vain_ = 0;
   skin_.pose(x_);
   came_in_ = false;
   for (InstrumentSweep& sweep : sweeps) {
@@ -137,14 +137,13 @@ std::size_t ShapeSolver::let_in(std::vector<InstrumentSweep>& sweeps) {
     const Eigen::Vector3d way = search_.way_out(sweep.to);
     if (way.isZero(0)) continue;
     if (sweep.to.is<Grasper>()) {
-      ++closed_in_vain;
+      ++closed_in_vain_;
       continue;
     }
     sweep.from.position_mm += way;
     sweep.just_placed = false;
     came_in_ = true;
   }
-  return closed_in_vain;
 }
 
 void ShapeSolver::find_faces(const std::vector<InstrumentSweep>& sweeps) {
@@ -178,8 +177,10 @@ Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
   skin_.pose(x_);
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     if (sweeps[s].to.is<Grasper>() && sweeps[s].just_placed)
-      close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
+      closed_in_vain_ +=
+          !close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
   }
+  close_jaws(options_.time_step_s, contacts_);
   for (Contact& c : contacts_) c.touched_at = 0;
   tip_too_fast_ = touched_on_the_way_ = false;
   if (tissue_search_) tissue_search_->begin_step();

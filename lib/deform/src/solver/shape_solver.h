@@ -43,9 +43,10 @@ class ShapeSolver {
   bool tangled() const;
   void untangle() { tissue_search_->untangle(contacts_); }
 
-  // Lets tips that are just placed deep in tissue come in from outside, by the shortest way;
-  // returns how many graspers closed there, where no skin is to hold.
-  std::size_t let_in(std::vector<InstrumentSweep>& sweeps);
+  // Lets tips that are just placed deep in tissue come in from outside, by the shortest way.
+  void let_in(std::vector<InstrumentSweep>& sweeps);
+  // Graspers that have closed since where no skin is to hold, or on such as anchors hold.
+  std::size_t closed_in_vain() const { return closed_in_vain_; }
   // The skin that stops probes, in the shape of now.
   AnchoredSkin& anchored_skin() { return skin_.pose(x_), anchored_skin_; }
   // Whether a tip may come near the skin on its sweep. Has to precede the step.
@@ -138,7 +139,7 @@ class ShapeSolver {
   std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   bool tip_too_fast_ = false, touched_on_the_way_ = false, came_in_ = false;
-  std::size_t slipped_ = 0;
+  std::size_t slipped_ = 0, closed_in_vain_ = 0;
   double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

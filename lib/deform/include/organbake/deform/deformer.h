@@ -77,7 +77,8 @@ struct StepReport {
   bool tip_too_fast = false;
   // Graspers that lost what they held: they carry nothing until they close again.
   std::size_t slipped = 0;
-  // Graspers that closed deep in tissue, where there is no skin to hold.
+  // Graspers that closed deep in tissue, where there is no skin to hold, or on skin that anchors
+  // do.
   std::size_t closed_in_vain = 0;
   bool recovered = false;            // a non-finite state was reset to rest, and said
   double penetration_mm = 0;         // deepest skin point left inside a tip
