@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What instruments do to skin by the light at the scope, before they are drawn: they throw shadows,
-// darken what they nearly touch, and are mirrored in its wet film: finishing/tool_shadows.cpp.
+// What instruments do to skin before they are drawn: they darken what they nearly touch and the dents
+// that they press, and by the light at the scope they throw shadows and are mirrored in its wet film:
+// finishing/tool_shadows.cpp.
 uniform highp sampler2D solids;  // as solids.frag has them
 uniform int solid_count;
 uniform vec4 solid_box;  // pixels, with their shadows
 uniform vec4 view_lens;
+uniform int at_scope;
 uniform vec3 light_mm;  // from the eye, the view's frame
 uniform float reach;
 
@@ -14,6 +16,7 @@ struct Skin {
 struct Capsule {
   vec3 from, to;
   float radius, color;
+  vec3 pressed;
 };
 
 vec3 place_at(ivec2 at) {
@@ -48,18 +51,30 @@ float rising(float low, float high, float value) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-// What is kept of the skin's light (x), and what is mirrored in it (y).
-void shade_by(Capsule capsule, Skin skin, inout vec2 shade) {
+float kept_in_dent(vec3 place, Capsule capsule, float gap) {
+  float depth = length(capsule.pressed), along = dot(capsule.to - capsule.from, capsule.to - capsule.from);
+  vec3 inward = capsule.pressed / depth, axis = capsule.to - capsule.from;
+  float t = along > 0.0 ? clamp(dot(place - capsule.from, axis) / along, 0.0, 1.0) : 0.0;
+  vec3 way = place - (capsule.from + t * axis);
+  float below = clamp((dot(way, inward) - capsule.radius) / depth + 1.0, 0.0, 1.0);
+  float shade = kDarkestDent * depth / (depth + capsule.radius) * below;
+  return 1.0 - shade * rising(kDentReach * (capsule.radius + depth), 0.0, gap);
+}
+
+// What is kept of the skin's light (x), and what is mirrored in it (y); what a dent keeps (z).
+void shade_by(Capsule capsule, Skin skin, inout vec3 shade) {
   float gap = max(0.0, passing(skin.place, vec3(0.0), 0.0, capsule).x);
+  if (capsule.pressed != vec3(0.0)) shade.z = min(shade.z, kept_in_dent(skin.place, capsule, gap));
   if (gap >= kShadeReach_mm) return;
   vec3 way = light_mm - skin.place;
   float range = max(length(way), 1.0);
   vec2 shadow = passing(skin.place, way / range, range, capsule);
   float soft = kLeastSoft_mm + kLampRadius_mm * shadow.y / range;
   float touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
-  float kept = 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x);
+  float kept = at_scope == 1 ? 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x) : 1.0;
   float near = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
   shade.x = min(shade.x, kept * (1.0 - kOccluded * touches * exp(-gap / near)));
+  if (at_scope == 0) return;
   vec3 sight = normalize(skin.place);
   float facing = -dot(sight, skin.normal);
   if (!(facing > 0.0)) return;
@@ -73,16 +88,17 @@ void finish(ivec2 at) {
   if (any(lessThan(gl_FragCoord.xy, solid_box.xy)) || any(greaterThan(gl_FragCoord.xy, solid_box.zw))) return;
   if (is_open(shown) || depth_at(at) >= 1.0) return;
   Skin skin = Skin(place_at(at), normal_at(at));
-  vec2 shade = vec2(1.0, 0.0);
+  vec3 shade = vec3(1.0, 0.0, 1.0);
   for (int k = 0; k < solid_count; ++k) {
     vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
     vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
     float color = dot(texelFetch(solids, table_at(4 * k + 3), 0).rgb, vec3(1.0 / 3.0));
-    shade_by(Capsule(a.xyz, b.xyz, a.w, color), skin, shade);
+    shade_by(Capsule(a.xyz, b.xyz, a.w, color, b.w == 0.0 ? c.xyz : vec3(0.0)), skin, shade);
     if (b.w == 0.0) continue;
-    shade_by(Capsule(b.xyz, c.xyz, a.w, color), skin, shade);
-    shade_by(Capsule(c.xyz, a.xyz, a.w, color), skin, shade);
+    shade_by(Capsule(b.xyz, c.xyz, a.w, color, vec3(0.0)), skin, shade);
+    shade_by(Capsule(c.xyz, a.xyz, a.w, color, vec3(0.0)), skin, shade);
   }
+  shade.x *= shade.z;
   if (shade.x > 0.995 && shade.y < 0.001) return;
   shown.rgb = floor(srgb_of(shade.x * linear_of(shown.rgb) + shade.y) * 255.0 + 0.5) / 255.0;
 }

@@ -96,7 +96,7 @@ void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
     };
     add(pose * solid.from, static_cast<float>(solid.radius_mm));
     add(pose * solid.to, solid.corner ? 1.0f : 0.0f);
-    add(solid.corner ? Eigen::Vector3d(pose * *solid.corner) : Eigen::Vector3d::Zero(), 0);
+    add(solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
     add(solid.color.cast<double>(), 0);
   }
   solid_table_.fill(solid_numbers_);
@@ -120,9 +120,10 @@ void Finishing::pass_solids(const Program& program, const View& view,
 void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                             Targets& targets) {
   set_solids(view, solids);
-  if (scale.scope_light_mm) {
+  if (scale.relit) {
     shadows_.use();
-    shadows_.set("light_mm", *scale.scope_light_mm);
+    shadows_.set("at_scope", scale.scope_light_mm ? 1 : 0);
+    shadows_.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
     pass_solids(shadows_, view, with_shadows(solids), scale, targets);
   }
   solids_.use();

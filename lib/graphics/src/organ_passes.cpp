@@ -198,6 +198,7 @@ void OrganPasses::set_scale(const View& view) {
     const double away = (view.camera.center_world_mm() - rest.center()).norm();
     scale_.reach_mm = std::max(scale_.reach_mm, static_cast<float>(away + rest.diagonal()));
     scale_.texel_mm = std::max(scale_.texel_mm, static_cast<float>(organ.texel_mm));
+    scale_.relit |= organ.light != DrawnLight::baked;
     if (organ.light == DrawnLight::scope && !scale_.scope_light_mm)
       scale_.scope_light_mm =
           organ.source.lighting->scope.value_or(ScopeLight()).offset_mm.cast<float>();

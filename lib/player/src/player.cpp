@@ -201,15 +201,32 @@ std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
   return drawn;
 }
 
-DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {
+// What a picture's options leave to the player: the light, and how deep tools have pressed skin in.
+// Of a tool's parts the first is its tip.
+void Player::complete(DrawOptions& options) const {
   options.light = light_for(options.light);
+  if (options.solids.empty()) return;
+  std::vector<Eigen::Vector3d> inward(kMostInstruments, Eigen::Vector3d::Zero());
+  std::vector<double> depth_mm(kMostInstruments, 0);
+  for (const ContactPoint& point : deformer_.contact_points()) {
+    if (point.carried) continue;
+    inward[point.instrument] -= point.force_n.norm() * point.normal;
+    depth_mm[point.instrument] = std::max(depth_mm[point.instrument], point.depth_mm);
+  }
+  for (Solid& solid : options.solids)
+    solid.pressed_mm =
+        std::exchange(depth_mm[solid.instrument], 0) * inward[solid.instrument].stableNormalized();
+}
+
+DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {
+  complete(options);
   if (drawing_)
     if (const auto report = draw_otherwise(view, options, frame)) return *report;
   return draw_by_processor(view, options, frame);
 }
 
 DrawReport Player::draw_by_processor(const View& view, DrawOptions options, Frame& frame) {
-  options.light = light_for(options.light);
+  complete(options);
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   return organ.shown().draw(organ.drawn_positions(), view, options, frame);

@@ -40,6 +40,8 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kOccluded", kOccluded},
                                      {"kOccludedNear_mm", kOccludedNear_mm},
                                      {"kOccludedByRadius", kOccludedByRadius},
+                                     {"kDarkestDent", kDarkestDent},
+                                     {"kDentReach", kDentReach},
                                      {"kMirrorReach_mm", kMirrorReach_mm},
                                      {"kWaterMirror", kWaterMirror},
                                      {"kTissueRed", kTissueMirrored[0]},

@@ -156,7 +156,8 @@ std::vector<Solid> rod_before_skin(double gap_mm) {
 Frame shaded(const std::vector<Solid>& solids, const Eigen::Vector3d& light_mm) {
   Frame frame = wall_of_skin();
   const View view = straight();
-  shade_skin_by_solids(solids, solid_blocks(with_shadows(solids), view), view, light_mm, frame);
+  shade_skin_by_solids(
+      solids, view, light_mm, [](PixelBox) {}, frame);
   return frame;
 }
 
@@ -191,6 +192,27 @@ TEST(ToolShadows, FadeAsTheToolLeavesTheSkin) {
   EXPECT_EQ(shaded(rod_before_skin(9), {4, -3, 0}).color.pixels, wall_of_skin().color.pixels);
 }
 
+// Below its rim a dent is the darker the deeper it is; skin at the rim and away from it is as it
+// was.
+TEST(ToolShadows, ADentIsDarkerTheDeeperItIs) {
+  Solid ball;
+  ball.radius_mm = 4, ball.from = ball.to = Eigen::Vector3d(0, 0, kSkin_mm - ball.radius_mm);
+  const Frame touched = shaded({ball}, {4, -3, 0});
+  int last = green_at(touched, 6);
+  for (const double depth_mm : {2.0, 5.0, 10.0}) {
+    ball.pressed_mm = Eigen::Vector3d(0, 0, depth_mm);
+    const Frame pressed = shaded({ball}, {4, -3, 0});
+    EXPECT_LT(green_at(pressed, 6), last - 4) << depth_mm << " mm";
+    last = green_at(pressed, 6);
+    EXPECT_GE(green_at(pressed, 30), 149);
+  }
+  // Skin that lies where it lay.
+  ball.from.z() = ball.to.z() = kSkin_mm - ball.radius_mm + 10;
+  const Frame at_rim = shaded({ball}, {4, -3, 0});
+  ball.pressed_mm.setZero();
+  EXPECT_EQ(at_rim.color.pixels, shaded({ball}, {4, -3, 0}).color.pixels);
+}
+
 // Seen aslant, wet skin shows the rod that stands on it.
 TEST(ToolShadows, WetSkinMirrorsWhatTouchesIt) {
   Frame frame = wall_of_skin();
@@ -207,7 +229,8 @@ TEST(ToolShadows, WetSkinMirrorsWhatTouchesIt) {
   rod.from = Eigen::Vector3d(0, 19, 90);
   rod.to = Eigen::Vector3d(0, -20, 90);
   rod.radius_mm = 2;
-  shade_skin_by_solids({rod}, solid_blocks(with_shadows({rod}), view), view, {4, -3, 0}, frame);
+  shade_skin_by_solids(
+      {rod}, view, Eigen::Vector3d(4, -3, 0), [](PixelBox) {}, frame);
   // The image of the rod's foot lies before it: nearer to the eye.
   int brightest = 0;
   for (int y = kShadowedSide_px / 2 + 56; y < kShadowedSide_px / 2 + 70; ++y)

@@ -264,13 +264,14 @@ void PostProcess::keep(const PixelBox& box, const Frame& frame) {
 }
 
 void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame& frame) {
-  const bool shadows = options.light == DrawnLight::scope;
+  const bool at_scope = options.light == DrawnLight::scope;
   const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
-  const std::vector<SolidBlock> shaded =
-      shadows ? solid_blocks(with_shadows(options.solids), view) : std::vector<SolidBlock>();
-  for (const SolidBlock& block : shadows ? shaded : blocks) keep(block.box, frame);
-  shade_skin_by_solids(options.solids, shaded, view, light_mm_, frame);
-  draw_solids(options.solids, blocks, view, shadows, frame);
+  for (const SolidBlock& block : blocks) keep(block.box, frame);
+  if (options.relights())
+    shade_skin_by_solids(
+        options.solids, view, at_scope ? std::optional(light_mm_) : std::nullopt,
+        [&](PixelBox box) { keep(box, frame); }, frame);
+  draw_solids(options.solids, blocks, view, at_scope, frame);
 }
 
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,

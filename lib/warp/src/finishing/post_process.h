@@ -5,6 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "drawing/tile_drawing.h"
@@ -127,17 +129,22 @@ inline constexpr double kLampRadius_mm = 1.5, kLeastSoft_mm = 0.25, kDarkestShad
 // What a solid that touches skin keeps off it, and in what gap that falls to 1/e: of a thick one,
 // which hides more of what lies round about, farther away by this share of its radius.
 inline constexpr double kOccluded = 0.75, kOccludedNear_mm = 1.5, kOccludedByRadius = 0.5;
+// A dent's floor keeps so much light off itself at its darkest, the deeper the darker; it is as
+// wide as so many of its tool's radii and depths together.
+inline constexpr double kDarkestDent = 0.8, kDentReach = 2;
 // How near a mirror image must be, and what water mirrors straight down.
 inline constexpr double kMirrorReach_mm = 12, kWaterMirror = 0.03;
 // Normals from depths: over so many pixels each way, where depth changes by less than this share.
 inline constexpr int kNormalReach = 3;
 inline constexpr double kSteepestNormal = 0.1;
 
-// What solids do to skin by the light at the scope, in the blocks of a frame that keeps its depth,
-// before they are drawn: they throw shadows, darken what they nearly touch, and are mirrored in its
-// wet film. light_mm: of the light from the eye, camera axes. Triangles count by their edges.
-void shade_skin_by_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
-                          const View& view, const Eigen::Vector3d& light_mm, Frame& frame);
+// What solids do to skin in a frame that keeps its depth, before they are drawn: they darken what
+// they nearly touch and the dents that they press, and by the light at the scope they throw shadows
+// and are mirrored in its wet film. light_mm: of that light from the eye, camera axes; nothing by
+// another. Triangles count by their edges. keep: called for each box that may be changed, before.
+void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
+                          const std::optional<Eigen::Vector3d>& light_mm,
+                          const std::function<void(PixelBox)>& keep, Frame& frame);
 
 struct DrawOptions;
 struct DrawReport;

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // All of it from distances between segments: a shadow where the way to the light passes a capsule,
 // with a penumbra as wide as the light is (Quilez 2010, "Soft shadows in raymarched SDFs", by the
-// nearest point in the place of marching); ambient occlusion by the gap; a mirror image where the
-// mirrored ray passes a capsule within a few millimetres.
+// nearest point in the place of marching); ambient occlusion by the gap, and in a dent by how far
+// below its rim skin lies; a mirror image where the mirrored ray passes a capsule within a few
+// millimetres.
 #include "finishing/post_process.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "organbake/core/parallel.h"
@@ -23,12 +25,18 @@ struct Capsule {
   Vector3d from, to;  // camera axes
   double radius;
   float color;
+  Vector3d pressed = Vector3d::Zero();
 };
+
+double dent_reach(double radius_mm, const Vector3d& pressed_mm) {
+  return pressed_mm.isZero(0) ? 0 : kDentReach * (radius_mm + pressed_mm.norm());
+}
 
 std::vector<Capsule> capsules_of(const Solid& solid, const RigidTransform& pose) {
   const Vector3d a = pose * solid.from, b = pose * solid.to;
   const float color = solid.color.mean();
-  std::vector<Capsule> capsules = {{a, b, solid.radius_mm, color}};
+  std::vector<Capsule> capsules = {
+      {a, b, solid.radius_mm, color, pose.rotation * solid.pressed_mm}};
   if (!solid.corner) return capsules;
   const Vector3d c = pose * *solid.corner;
   capsules.push_back({b, c, solid.radius_mm, color});
@@ -39,6 +47,7 @@ std::vector<Capsule> capsules_of(const Solid& solid, const RigidTransform& pose)
 struct Passing {
   double gap;    // between the ray and the capsule's surface, mm; below 0: through it
   double along;  // the ray, mm
+  double share;  // of the capsule's axis
 };
 
 // Where a ray from p along the unit direction d, `length` long, is nearest to a capsule (Ericson
@@ -50,7 +59,23 @@ Passing passing(const Vector3d& p, const Vector3d& d, double length, const Capsu
   double s = denominator > 1e-9 ? std::clamp((b * f - c * e) / denominator, 0.0, length) : 0;
   const double t = e > 1e-12 ? std::clamp((b * s + f) / e, 0.0, 1.0) : 0;
   s = std::clamp(b * t - c, 0.0, length);
-  return {(r + s * d - t * axis).norm() - capsule.radius, s};
+  return {(r + s * d - t * axis).norm() - capsule.radius, s, t};
+}
+
+// The gap to a place itself, 0 within the capsule.
+Passing nearest(const Vector3d& place, const Capsule& capsule) {
+  Passing near = passing(place, Vector3d::Zero(), 0, capsule);
+  near.gap = std::max(0.0, near.gap);
+  return near;
+}
+
+// What a capsule's dent leaves of the light on skin in it: all at its rim, where the skin lay.
+double kept_in_dent(const Vector3d& place, const Capsule& capsule, const Passing& near) {
+  const double depth = capsule.pressed.norm(), r = capsule.radius;
+  const Vector3d way = place - (capsule.from + near.share * (capsule.to - capsule.from));
+  const double below = std::clamp((way.dot(capsule.pressed) / depth - r) / depth + 1, 0.0, 1.0);
+  return 1 - kDarkestDent * depth / (depth + r) * below *
+                 smooth_step(dent_reach(r, capsule.pressed), 0, near.gap);
 }
 
 struct Skin {
@@ -59,26 +84,24 @@ struct Skin {
 
 // Of what the tools leave of a pixel's light, and what they add.
 struct ToolShade {
-  double kept = 1, mirrored = 0;
+  double kept = 1, in_dent = 1, mirrored = 0;
 };
 
-double gap_between(const Vector3d& place, const Capsule& capsule) {
-  return std::max(0.0, passing(place, Vector3d::Zero(), 0, capsule).gap);
-}
-
 // By a capsule within reach, `gap` mm away.
-void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector3d& light,
-              ToolShade& shade) {
-  const Vector3d way = light - skin.place;
-  const double range = std::max(way.norm(), 1.0);
-  const Passing shadow = passing(skin.place, way / range, range, capsule);
-  const double soft = kLeastSoft_mm + kLampRadius_mm * shadow.along / range;
+void shade_by(const Capsule& capsule, double gap, const Skin& skin,
+              const std::optional<Vector3d>& light, ToolShade& shade) {
   const double touches = smooth_step(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
-  double kept = 1 - kDarkestShadow * touches * smooth_step(soft, -soft, shadow.gap);
   const double near_mm = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
-  kept *= 1 - kOccluded * touches * std::exp(-gap / near_mm);
+  double kept = 1 - kOccluded * touches * std::exp(-gap / near_mm);
+  if (light) {
+    const Vector3d way = *light - skin.place;
+    const double range = std::max(way.norm(), 1.0);
+    const Passing shadow = passing(skin.place, way / range, range, capsule);
+    const double soft = kLeastSoft_mm + kLampRadius_mm * shadow.along / range;
+    kept *= 1 - kDarkestShadow * touches * smooth_step(soft, -soft, shadow.gap);
+  }
   shade.kept = std::min(shade.kept, kept);
-  if (skin.normal.isZero(0)) return;
+  if (!light || skin.normal.isZero(0)) return;
   const Vector3d sight = skin.place.normalized();
   const double facing = -sight.dot(skin.normal);
   if (!(facing > 0)) return;
@@ -93,12 +116,23 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin, const Vector
 
 class Shading {
  public:
-  Shading(const std::vector<Solid>& solids, const View& view, const Vector3d& light, Frame& frame)
+  Shading(const std::vector<Solid>& solids, const View& view, const std::optional<Vector3d>& light,
+          Frame& frame)
       : k_(view.camera.intrinsics), light_(light), frame_(frame) {
     for (const Solid& solid : solids)
       capsules_.push_back(capsules_of(solid, view.camera.camera_from_world));
   }
 
+  // Drops of a block the solids that reach none of its skin: most blocks of a shaft.
+  void keep_near(SolidBlock& block) const {
+    const Ball skin = ball_of(block.box);
+    std::erase_if(block.solids, [&](std::uint32_t s) {
+      return std::none_of(capsules_[s].begin(), capsules_[s].end(), [&](const Capsule& capsule) {
+        const double reach = std::max(kShadeReach_mm, dent_reach(capsule.radius, capsule.pressed));
+        return nearest(skin.middle, capsule).gap < skin.radius + reach;
+      });
+    });
+  }
   void shade(const SolidBlock& block) {
     const PixelBox& box = block.box;
     for (int y = box.y0; y < box.y1; ++y)
@@ -106,15 +140,37 @@ class Shading {
         const Cover cover = frame_.cover[std::size_t(y) * frame_.color.width + x];
         if (cover == Cover::background || !std::isfinite(depth(x, y))) continue;
         const ToolShade shade = shade_at(x, y, block.solids);
-        if (shade.kept > 0.995 && shade.mirrored < 0.001) continue;
+        const double kept = shade.kept * shade.in_dent;
+        if (kept > 0.995 && shade.mirrored < 0.001) continue;
         std::uint8_t* const rgb = frame_.color.at(x, y);
         for (int c = 0; c < 3; ++c)
-          rgb[c] = srgb8_from_linear(static_cast<float>(shade.kept) * linear_from_srgb8()[rgb[c]] +
+          rgb[c] = srgb8_from_linear(static_cast<float>(kept) * linear_from_srgb8()[rgb[c]] +
                                      static_cast<float>(shade.mirrored));
       }
   }
 
  private:
+  struct Ball {
+    Vector3d middle = Vector3d::Zero();
+    double radius = -std::numeric_limits<double>::infinity();  // of no skin
+  };
+  // That all skin of a box lies in.
+  Ball ball_of(const PixelBox& box) const {
+    float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        if (!std::isfinite(depth(x, y))) continue;
+        nearest = std::min(nearest, depth(x, y)), farthest = std::max(farthest, depth(x, y));
+      }
+    if (!(nearest <= farthest)) return {};
+    const Vector3d low = direction(box.x0, box.y0), high = direction(box.x1 - 1, box.y1 - 1);
+    const Vector3d across = direction(box.x1 - 1, box.y0), down = direction(box.x0, box.y1 - 1);
+    Ball ball{0.25 * (nearest + farthest) * (low + high), 0};
+    for (const Vector3d& corner : {low, high, across, down})
+      for (const double z : {nearest, farthest})
+        ball.radius = std::max(ball.radius, (z * corner - ball.middle).norm());
+    return ball;
+  }
   // Most skin of a block is out of every capsule's reach, and needs no normal.
   ToolShade shade_at(int x, int y, const std::vector<std::uint32_t>& solids) const {
     ToolShade shade;
@@ -122,10 +178,12 @@ class Shading {
     const Vector3d here = place(x, y);
     for (const std::uint32_t s : solids)
       for (const Capsule& capsule : capsules_[s]) {
-        const double gap = gap_between(here, capsule);
-        if (gap >= kShadeReach_mm) continue;
+        const Passing near = nearest(here, capsule);
+        if (!capsule.pressed.isZero(0))
+          shade.in_dent = std::min(shade.in_dent, kept_in_dent(here, capsule, near));
+        if (near.gap >= kShadeReach_mm) continue;
         if (!skin) skin = {here, normal(x, y)};
-        shade_by(capsule, gap, *skin, light_, shade);
+        shade_by(capsule, near.gap, *skin, light_, shade);
       }
     return shade;
   }
@@ -133,9 +191,10 @@ class Shading {
   float depth(int x, int y) const {
     return frame_.depth_mm[std::size_t(y) * frame_.color.width + x];
   }
-  Vector3d place(int x, int y) const {
-    return depth(x, y) * Vector3d((x + 0.5 - k_.cx) / k_.fx, (y + 0.5 - k_.cy) / k_.fy, 1);
+  Vector3d direction(int x, int y) const {
+    return {(x + 0.5 - k_.cx) / k_.fx, (y + 0.5 - k_.cy) / k_.fy, 1};
   }
+  Vector3d place(int x, int y) const { return depth(x, y) * direction(x, y); }
   // Toward the eye, over some pixels each way; 0 beside borders and edges.
   Vector3d normal(int x, int y) const {
     if (x < kNormalReach || y < kNormalReach || x + kNormalReach >= frame_.color.width ||
@@ -151,7 +210,7 @@ class Shading {
   }
 
   const Intrinsics& k_;
-  Vector3d light_;
+  std::optional<Vector3d> light_;
   Frame& frame_;
   std::vector<std::vector<Capsule>> capsules_;
 };
@@ -159,13 +218,19 @@ class Shading {
 }  // namespace
 
 std::vector<Solid> with_shadows(std::vector<Solid> solids) {
-  for (Solid& solid : solids) solid.radius_mm += kShadeReach_mm;
+  for (Solid& solid : solids)
+    solid.radius_mm += std::max(kShadeReach_mm, dent_reach(solid.radius_mm, solid.pressed_mm));
   return solids;
 }
 
-void shade_skin_by_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
-                          const View& view, const Vector3d& light_mm, Frame& frame) {
+void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
+                          const std::optional<Vector3d>& light_mm,
+                          const std::function<void(PixelBox)>& keep, Frame& frame) {
   Shading shading(solids, view, light_mm, frame);
+  std::vector<SolidBlock> blocks = solid_blocks(with_shadows(solids), view);
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.keep_near(blocks[b]); });
+  std::erase_if(blocks, [](const SolidBlock& block) { return block.solids.empty(); });
+  for (const SolidBlock& block : blocks) keep(block.box);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.shade(blocks[b]); });
 }
 

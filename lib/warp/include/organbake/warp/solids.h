@@ -22,6 +22,8 @@ struct Solid {
   std::optional<Eigen::Vector3d> corner = {};
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.35f);  // linear
   std::uint32_t instrument = 0;                              // that it is a part of
+  // How it has pressed skin in from rest, world mm: in what direction, and how deep.
+  Eigen::Vector3d pressed_mm = Eigen::Vector3d::Zero();
 
   bool operator==(const Solid& other) const = default;
 };
@@ -32,8 +34,8 @@ struct SolidBlock {
   std::vector<std::uint32_t> solids;
 };
 
-// The same solids, wider by how far from skin they still shade it by the light at the scope: for
-// solid_blocks().
+// The same solids, wider by how far from skin they still shade it by the light at the scope, and by
+// the dents that they press: for solid_blocks().
 std::vector<Solid> with_shadows(std::vector<Solid> solids);
 
 // All blocks that the solids may touch.
