@@ -16,6 +16,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
 
 namespace organbake {
@@ -119,6 +120,10 @@ class SiteChoice {
       anchors_.push_back(bundle.proxy.vertices[a]);
     if (const auto& body = bundle.mechanics.body)
       for (const std::uint32_t a : body->anchors) anchors_.push_back(body->nodes_mm[a]);
+    MeshEdges(bundle.proxy).for_each([&](std::span<const EdgeUse> uses) {
+      for (const std::uint32_t v : {uses[0].low, uses[0].high})
+        if (uses.size() == 1) anchors_.push_back(bundle.proxy.vertices[v]);
+    });
   }
 
   const TriangleMesh& skin() const { return skin_; }
@@ -214,7 +219,7 @@ class SiteChoice {
   const PosedCamera& camera_;
   const Vector3d eye_;
   const double near_mm_, edge_mm_;
-  std::vector<Vector3d> anchors_;
+  std::vector<Vector3d> anchors_;  // and the border of an open sheet, which would bend away
 };
 
 }  // namespace

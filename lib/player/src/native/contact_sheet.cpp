@@ -62,15 +62,20 @@ constexpr std::pair<char, std::string_view> kStrokes[] = {
     {'8', "13 02 01 10 30 41 42 33 13 04 05 16 36 45 44 33"},
     {'9', "42 33 13 02 01 10 30 41 44 36 16"},
     {'N', "06 00 46 40"},
+    {'a', "43 32 12 03 05 16 36 45,42 46"},
     {'c', "43 32 12 03 05 16 36 45"},
     {'d', "40 46,43 32 12 03 05 16 36 45"},
     {'e', "04 44 43 32 12 03 05 16 36 45"},
     {'f', "30 20 11 16,02 32"},
+    {'g', "43 32 12 03 05 16 36 45,42 47 38 18 07"},
     {'h', "00 06,03 12 32 43 46"},
+    {'i', "02 06,00 00"},
     {'m', "02 06,03 12 22 33 36,33 42 52 63 66"},
+    {'n', "02 06,03 12 32 43 46"},
     {'o', "12 32 43 45 36 16 05 03 12"},
     {'p', "02 08,03 12 32 43 45 36 16 05"},
     {'r', "02 06,04 12 32"},
+    {'s', "42 12 03 14 34 45 36 06"},
     {'t', "10 15 26 36,02 32"},
     {'.', "06 06"},
 };
@@ -205,6 +210,10 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
     pictures.push_back(picture(player, pose, tile_width, tile_height, options, seen));
     context.progress(double(pictures.size()) / kPictures);
   };
+  const auto write_below = [&](const std::string& text) {
+    const double unit_px = tile_height / 160.0;
+    Caption(pictures.back(), {6 * unit_px, tile_height - 14 * unit_px}, unit_px).write(text);
+  };
   const double radius = bundle.mechanics.instrument_radius_mm;
   const auto add_poke = [&](const OrbitPose& pose, double share) {
     const PokeSite site =
@@ -212,20 +221,22 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
     player.reset();
     const HeldPoke poke = hold_poke(player, site, depth_at(site, share, radius), radius);
     add(close_up(bundle.cameras, pose, site.skin_mm), {poke.tip});
-    const double unit_px = tile_height / 160.0;
-    Caption(pictures.back(), {6 * unit_px, tile_height - 14 * unit_px}, unit_px)
-        .write(caption_of(poke));
+    write_below(caption_of(poke));
   };
   const double reach = reach_rad(bundle.cameras.manifold);
+  const std::string reach_deg = to_text(reach * 180 / std::numbers::pi, 0);
   if (reach < kAround_rad)
-    context.info("sheet: its cameras see one side; views go " +
-                 to_text(reach * 180 / std::numbers::pi, 0) + " degrees aside, as far as they do");
+    context.info("sheet: its cameras see one side; views go " + reach_deg +
+                 " degrees aside, as far as they do");
   player.reset();
   add({}, {});
   const double aside = std::min(0.35, 0.5 * reach);
   for (const double share : {0.08, 0.16, 0.3}) add_poke({aside, 0.5 * aside}, share);
   player.reset();
-  for (const OrbitPose& pose : side_poses(reach)) add(pose, {});
+  for (const OrbitPose& pose : side_poses(reach)) {
+    add(pose, {});
+    if (reach < kAround_rad) write_below("seen to " + reach_deg + " deg aside");
+  }
   add_poke({-aside, 0.5 * aside}, 0.3);
   player.reset();
   return tile_pictures(pictures, 4, 6);

@@ -18,7 +18,8 @@ Rgb8Image tile_pictures(const std::vector<Rgb8Image>& pictures, int columns, int
 // What an organ does at a glance: rest, three pokes of growing depth from near, three views all
 // round, and a poke from another side. Pokes press where their view sees them (poke_site), to a
 // share of the thickness there; below each stand its depth and the force on the tip. Where the
-// cameras see one side only, no view leads farther to the sides than they do.
+// cameras see one side only, no view leads farther to the sides than they do, and that is written
+// below.
 // seen: what to show of each frame; empty: its colours as they are.
 using SeenFrame = std::function<Rgb8Image(const Frame& frame, const View& view)>;
 Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
