@@ -36,7 +36,7 @@ struct Summary {
   double below_ideal_db = -1e9;     // the most
   double least_ideal_db = 1e9;
   double displayed_px = 0;
-  std::size_t inner_pixels = 0, holes_before_fill = 0, holes = 0;
+  std::size_t inner_pixels = 0, filled_pixels = 0, holes = 0;
 };
 
 Summary summary_of(const ComparisonTable& table) {
@@ -52,7 +52,7 @@ Summary summary_of(const ComparisonTable& table) {
     s.least_ideal_db = std::min(s.least_ideal_db, row.ideal.psnr_db);
     s.displayed_px += share * row.displayed.mean_px;
     s.inner_pixels += row.inner_pixels;
-    s.holes_before_fill += row.holes_before_fill;
+    s.filled_pixels += row.filled_pixels;
     s.holes += row.picture.holes;
     s.gain_over_paper_db = std::min(s.gain_over_paper_db, row.picture.psnr_db - row.paper.psnr_db);
   }
@@ -115,8 +115,8 @@ TEST(PaperTable, IsReachedByEightyFaces) {
   // Less than the 0.38 px by which samples in whole pixels are off.
   expect({scene + ": displayed error, mean", "px", s.displayed_px, 0.38});
   expect({scene + ": holes after the fill", "px", double(s.holes), 0});
-  expect({scene + ": holes before the fill, inside the truth", "%",
-          100.0 * double(s.holes_before_fill) / double(s.inner_pixels), 0.05});
+  expect({scene + ": pixels that were filled, inside the truth", "%",
+          100.0 * double(s.filled_pixels) / double(s.inner_pixels), 0.05});
   // The prototype's least; the design's ceiling for these maps is 39.2 dB.
   expect({scene + ": PSNR against 16 rays a pixel, least", "dB", s.least_psnr_db, 37.7,
           Figure::Goal::at_least});

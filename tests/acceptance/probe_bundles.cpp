@@ -282,7 +282,6 @@ double probe_warp(RandomStream& random) {
       positions[random.below(positions.size())] += random.uniform(0, 60) * any_direction(random);
     if (chance(random, 0.03)) positions.back().x() = odd_number(random);
     DrawOptions options;
-    options.fill_holes = chance(random, 0.8);
     options.keep_depth = true;
     Frame fresh;
     warper.draw(positions, view, options, frame);

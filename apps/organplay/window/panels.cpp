@@ -139,8 +139,7 @@ void show_drawing(const DrawReport& draw) {
   reading("points drawn", "%zu", draw.samples_drawn);
   reading("  facing away", "%zu", draw.samples_facing_away);
   reading("  outside", "%zu", draw.samples_outside_view);
-  reading("holes", "%zu", draw.holes_before);
-  reading("  left open", "%zu", draw.holes_after);
+  reading("pixels filled", "%zu", draw.filled_pixels);
   reading("enlarged up to", "%.1f times", draw.largest_stretch_px);
 }
 

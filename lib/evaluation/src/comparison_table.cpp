@@ -146,10 +146,9 @@ std::vector<std::size_t> inner_pixels(const TruthFrame& truth) {
   return inner;
 }
 
-std::size_t count_holes(const Frame& frame, const std::vector<std::size_t>& inner) {
-  return static_cast<std::size_t>(std::count_if(inner.begin(), inner.end(), [&](std::size_t i) {
-    return frame.cover[i] == Cover::background;
-  }));
+std::size_t count_covers(const Frame& frame, const std::vector<std::size_t>& inner, Cover wanted) {
+  return static_cast<std::size_t>(std::count_if(
+      inner.begin(), inner.end(), [&](std::size_t i) { return frame.cover[i] == wanted; }));
 }
 
 bool shows_any(const Rgb8Image& on_black, std::size_t pixel) {
@@ -189,10 +188,6 @@ class Comparer {
     const TruthFrame truth = true_frame(view);
     const std::vector<std::size_t> inner = inner_pixels(truth);
     row.inner_pixels = inner.size();
-    DrawOptions unfilled = draw_options_;
-    unfilled.fill_holes = false;
-    player_.draw(view, unfilled, frame_);
-    row.holes_before_fill = count_holes(frame_, inner);
     DrawOptions telling = draw_options_;
     telling.keep_bound = true;
     const auto& positions = player_.proxy_positions();
@@ -200,6 +195,7 @@ class Comparer {
     row.paper = picture_errors(truth, inner);
     player_.draw(view, telling, frame_);
     row.picture = picture_errors(truth, inner);
+    row.filled_pixels = count_covers(frame_, inner, Cover::filled);
     row.displayed = projection_.displayed(frame_, positions, view);
     const Rgb8Image ideal =
         smoothed(ideal_picture(player_.bundle(), truth_, positions, view, kBlack));
@@ -245,7 +241,8 @@ class Comparer {
     std::vector<std::uint8_t> either = truth.covered;
     for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(frame_.color, i);
     return {compare_images(frame_.color, truth.color, either).psnr_db,
-            structural_similarity(frame_.color, truth.color, either), count_holes(frame_, inner)};
+            structural_similarity(frame_.color, truth.color, either),
+            count_covers(frame_, inner, Cover::background)};
   }
   View view_at(double angle) const {
     return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
@@ -330,7 +327,7 @@ std::string comparison_json(const ComparisonTable& table) {
          {"psnr_db", row.picture.psnr_db},
          {"ssim", row.picture.ssim},
          {"inner_pixels", row.inner_pixels},
-         {"holes_before_fill", row.holes_before_fill},
+         {"filled_pixels", row.filled_pixels},
          {"holes", row.picture.holes},
          {"paper_warp",
           {{"psnr_db", row.paper.psnr_db}, {"ssim", row.paper.ssim}, {"holes", row.paper.holes}}},

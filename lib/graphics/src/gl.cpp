@@ -194,7 +194,7 @@ std::string shader_text(ShaderDialect dialect, std::string_view files) {
 }
 
 std::span<const ProgramFiles> program_files() {
-  static constexpr std::array<ProgramFiles, 13> kFiles = {{
+  static constexpr std::array<ProgramFiles, 12> kFiles = {{
       {"place", "tables.glsl shell.glsl place.vert", "place.frag",
        "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
       {"splat", "tables.glsl splat.vert", "splat.frag"},
@@ -202,7 +202,6 @@ std::span<const ProgramFiles> program_files() {
       {"resolve", "screen.vert", "tables.glsl weight.glsl skin.glsl light.glsl resolve.frag"},
       {"open", "screen.vert", "finish.glsl pass.glsl open.frag"},
       {"slits", "screen.vert", "finish.glsl pass.glsl slits.frag"},
-      {"holes", "screen.vert", "finish.glsl pass.glsl holes.frag"},
       {"across", "screen.vert", "finish.glsl across.frag"},
       {"fade", "screen.vert", "finish.glsl pass.glsl fade.frag"},
       {"shadows", "screen.vert", "tables.glsl finish.glsl pass.glsl shadows.frag"},

@@ -15,16 +15,9 @@
 #include "organbake/warp/solids.h"
 
 namespace organbake {
-namespace {
-
-constexpr int kFillRounds = 4;
-
-}  // namespace
-
 Finishing::Finishing(ShaderDialect dialect)
     : open_(dialect, files_of("open")),
       slits_(dialect, files_of("slits")),
-      holes_(dialect, files_of("holes")),
       across_(dialect, files_of("across")),
       fade_(dialect, files_of("fade")),
       shadows_(dialect, files_of("shadows")),
@@ -36,7 +29,7 @@ const Targets::Picture& Finishing::apply(const View& view, const DrawOptions& op
                                          PictureScale scale, Targets& targets) {
   last_ = &targets.resolved;
   glDepthFunc(GL_ALWAYS);
-  if (options.fill_holes) fill_holes(scale, targets);
+  fill_slits(scale, targets);
   if (options.smooth_outline && scale.fade_px > 1)
     fade_borders(scale.fade_px, options.background, targets);
   if (!options.solids.empty()) draw_solids(view, options.solids, scale, targets);
@@ -60,7 +53,7 @@ void Finishing::pass(const Program& program, Targets& targets) {
   last_ = &to;
 }
 
-void Finishing::fill_holes(PictureScale scale, Targets& targets) {
+void Finishing::fill_slits(PictureScale scale, Targets& targets) {
   open_.use();
   open_.set("texel", scale.texel_mm / scale.reach_mm);
   pass(open_, targets);
@@ -69,7 +62,6 @@ void Finishing::fill_holes(PictureScale scale, Targets& targets) {
     slits_.set("back", back);
     pass(slits_, targets);
   }
-  for (int round = 0; round < kFillRounds; ++round) pass(holes_, targets);
 }
 
 void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& background,

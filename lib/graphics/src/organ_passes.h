@@ -119,7 +119,7 @@ class Finishing {
  private:
   // Draws the next picture from the last one with a program that is in use and set.
   void pass(const Program& program, Targets& targets);
-  void fill_holes(PictureScale scale, Targets& targets);
+  void fill_slits(PictureScale scale, Targets& targets);
   void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
   void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                    Targets& targets);
@@ -130,7 +130,7 @@ class Finishing {
   void smooth_outlines(PictureScale scale, Targets& targets);
   static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
 
-  Program open_, slits_, holes_, across_, fade_, shadows_, solids_, edges_, outline_;
+  Program open_, slits_, across_, fade_, shadows_, solids_, edges_, outline_;
   Table solid_table_{Table::Texel::floats};
   std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;

@@ -45,11 +45,12 @@ Json frame_json(const PlayedFrame& f) {
        {{"drawn", f.draw.faces_drawn},
         {"skipped_facing_away", f.draw.faces_facing_away},
         {"skipped_outside_view", f.draw.faces_outside_view}}},
-      {"pixels", {{"from_samples", f.draw.sample_pixels}, {"from_base_layer", f.draw.base_pixels}}},
+      {"pixels",
+       {{"from_samples", f.draw.sample_pixels},
+        {"from_base_layer", f.draw.base_pixels},
+        {"filled", f.draw.filled_pixels}}},
       {"base_triangles", f.draw.base_triangles},
       {"stretch_px_per_texel", f.draw.largest_stretch_px},
-      {"holes_before_fill", f.draw.holes_before},
-      {"holes_after_fill", f.draw.holes_after},
       {"contacts", f.step.contacts},
       {"tissue_contacts", f.step.tissue_contacts},
       {"tool_contacts", f.step.tool_contacts},
@@ -68,11 +69,10 @@ constexpr double kCrossed_mm = 0.5;  // deeper than at rest; contacts close to w
 Json summary_json(const std::vector<PlayedFrame>& frames) {
   std::vector<double> deform, draw, total;
   double collision_ms = 0, all_ms = 0;
-  std::size_t unchanged = 0, holes = 0, recovered = 0;
+  std::size_t unchanged = 0, recovered = 0;
   for (const PlayedFrame& f : frames) {
     unchanged += f.draw.unchanged;
     recovered += f.step.recovered;
-    holes = std::max(holes, f.draw.holes_after);
     deform.push_back(f.deform_ms);
     collision_ms += f.step.collision_ms;
     all_ms += f.deform_ms + f.draw_ms;
@@ -87,8 +87,7 @@ Json summary_json(const std::vector<PlayedFrame>& frames) {
           {"median_deform_ms", median(deform)},
           {"median_draw_ms", median(draw)},
           {"collision_share_of_time", all_ms > 0 ? collision_ms / all_ms : 0},
-          {"median_frames_per_second", frame_ms > 0 ? 1000 / frame_ms : 0},
-          {"most_holes_after_fill", holes}};
+          {"median_frames_per_second", frame_ms > 0 ? 1000 / frame_ms : 0}};
 }
 
 bool crossed(const PlayedFrame& frame) { return frame.step.tissue_penetration_mm > kCrossed_mm; }

@@ -181,7 +181,7 @@ void put_skin_normals(PixelTruth& truth) {
 }
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kWidestFill_px = 5;  // holes are filled in four rounds, slits are four wide
+constexpr int kWidestFill_px = 4;  // slits are four wide
 
 // The bound pixel nearest to one that was filled; of equal ones the first.
 std::optional<std::size_t> nearest_bound(const Frame& picture, const PixelTruth& truth, int x,

@@ -108,8 +108,7 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.base_triangles += more.base_triangles;
     sum.sample_pixels += more.sample_pixels;
     sum.base_pixels += more.base_pixels;
-    sum.holes_before += more.holes_before;
-    sum.holes_after += more.holes_after;
+    sum.filled_pixels += more.filled_pixels;
     sum.texel_mm = std::max(sum.texel_mm, more.texel_mm);
     sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
     sum.times += more.times;

@@ -124,7 +124,7 @@ TEST(BaseLayer, TakesOverWhereNoCameraSawTheSkin) {
   Frame frame;
   const DrawReport with = warper.draw(bundle.proxy.vertices, view, {}, frame);
   EXPECT_GT(with.base_pixels, 1000u);
-  EXPECT_EQ(with.holes_after, 0u);
+  EXPECT_EQ(holes_in(frame), 0u);
   std::vector<std::uint8_t> shown_by_base = truth.inside;
   for (std::size_t i = 0; i < shown_by_base.size(); ++i) {
     EXPECT_TRUE(!truth.inside[i] || frame.cover[i] != Cover::background);

@@ -14,23 +14,14 @@
 namespace organbake {
 namespace {
 
-// fill() of a frame's box by bits read from it, which must tell the frame's skin afterwards, too.
-template <class Fill>
-auto filled_in(const PixelBox& box, bool really, Frame& frame, Fill&& fill) {
+// The bits must tell the frame's skin afterwards, too.
+std::size_t slits_filled_in(const PixelBox& box, Frame& frame) {
   CoverMask kept, anew;
   kept.read(box, frame);
-  const auto result = fill(kept, really, frame);
+  const std::size_t pixels = fill_slits(kept, frame);
   anew.read(box, frame);
   EXPECT_EQ(kept, anew);
-  return result;
-}
-
-inline std::size_t slits_filled_in(const PixelBox& box, bool really, Frame& frame) {
-  return filled_in(box, really, frame, fill_slits);
-}
-
-inline HoleCounts holes_filled_in(const PixelBox& box, bool really, Frame& frame) {
-  return filled_in(box, really, frame, fill_holes);
+  return pixels;
 }
 
 Frame grey_frame(int width, int height) {
@@ -50,19 +41,13 @@ void open(Frame& frame, int x0, int y0, int x1, int y1) {
   }
 }
 
-std::size_t open_pixels(const Frame& frame) {
-  return std::count(frame.cover.begin(), frame.cover.end(), Cover::background);
-}
-
 constexpr PixelBox kAll{0, 0, 40, 40};
 
-TEST(FillHoles, ClosesPinholesWithTheirNeighbours) {
+TEST(FillSlits, ClosesPinholesWithTheirNeighbours) {
   Frame frame = grey_frame(40, 40);
   for (const auto& [x, y] : {std::pair{12, 12}, {20, 15}, {21, 15}, {25, 25}})
     open(frame, x, y, x + 1, y + 1);
-  const HoleCounts counts = holes_filled_in(kAll, true, frame);
-  EXPECT_EQ(counts.before, 4u);
-  EXPECT_EQ(counts.after, 0u);
+  EXPECT_EQ(slits_filled_in(kAll, frame), 4u);
   EXPECT_EQ(frame.color.at(20, 15)[1], 100);
   EXPECT_EQ(frame.cover[15 * 40 + 20], Cover::filled);
 }
@@ -73,7 +58,7 @@ TEST(FillSlits, BridgesANarrowSlitButNotAGapBetweenLobes) {
       Frame frame = grey_frame(40, 40);
       along_rows ? open(frame, 0, 15, 40, 15 + wide) : open(frame, 15, 0, 15 + wide, 40);
       const bool narrow = wide <= kWidestSlit;
-      EXPECT_EQ(slits_filled_in(kAll, true, frame), narrow ? std::size_t(40) * wide : 0u) << wide;
+      EXPECT_EQ(slits_filled_in(kAll, frame), narrow ? std::size_t(40) * wide : 0u) << wide;
       EXPECT_EQ(frame.covered(15, 15), narrow);
     }
   }
@@ -83,22 +68,11 @@ TEST(FillSlits, MixesFromEndToEnd) {
   Frame frame = grey_frame(9, 9);
   open(frame, 0, 4, 9, 5);
   std::fill_n(frame.color.at(3, 3), 3, std::uint8_t{50});
-  slits_filled_in({0, 0, 9, 9}, true, frame);
+  slits_filled_in({0, 0, 9, 9}, frame);
   EXPECT_EQ(frame.color.at(3, 4)[0], 75);
 }
 
-TEST(FillSlits, LikeHolesAreOnlyCountedWhenToldTo) {
-  Frame frame = grey_frame(40, 40);
-  open(frame, 5, 5, 15, 6);
-  open(frame, 25, 25, 26, 26);
-  EXPECT_EQ(slits_filled_in(kAll, false, frame), 12u);  // the pinhole in its column and its row
-  const HoleCounts counts = holes_filled_in(kAll, false, frame);
-  EXPECT_EQ(counts.before, 11u);
-  EXPECT_EQ(counts.after, 11u);
-  EXPECT_EQ(open_pixels(frame), 11u);
-}
-
-// Slits and holes of random pictures, found by whole words, against the same by the pixel.
+// Slits of random pictures, found by whole words, against the same by the pixel.
 struct Picture {
   PixelBox box;  // holds all that is covered
   Frame frame;
@@ -149,23 +123,6 @@ std::size_t fill_runs(Picture& p, bool columns) {
   return pixels;
 }
 
-std::size_t fill_round(Picture& p) {
-  const Picture before = p;
-  std::size_t pixels = 0;
-  for (int y = p.box.y0; y < p.box.y1; ++y) {
-    for (int x = p.box.x0; x < p.box.x1; ++x) {
-      int round = 0;
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) round += before.covered(x + dx, y + dy);
-      }
-      if (before.covered(x, y) || round < 5) continue;
-      p.fill(x, y);
-      ++pixels;
-    }
-  }
-  return pixels;
-}
-
 constexpr int kPictures = 400;
 
 TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
@@ -174,22 +131,9 @@ TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
     Picture expected = random_picture(random);
     Frame frame = expected.frame;
     const std::size_t of_columns = fill_runs(expected, true);
-    ASSERT_EQ(slits_filled_in(expected.box, true, frame), of_columns + fill_runs(expected, false))
+    ASSERT_EQ(slits_filled_in(expected.box, frame), of_columns + fill_runs(expected, false))
         << i;
     ASSERT_EQ(frame.cover, expected.frame.cover) << i;
-  }
-}
-
-TEST(FillOfRandomPictures, HolesAreThoseFoundByThePixel) {
-  RandomStream random(2);
-  for (int i = 0; i < kPictures; ++i) {
-    Picture expected = random_picture(random);
-    Frame frame = expected.frame;
-    const HoleCounts counts = holes_filled_in(expected.box, true, frame);
-    ASSERT_EQ(counts.before, fill_round(expected)) << i;
-    for (int round = 1; round < kFillRounds; ++round) fill_round(expected);
-    ASSERT_EQ(frame.cover, expected.frame.cover) << i;
-    ASSERT_EQ(counts.after, fill_round(expected)) << i;
   }
 }
 
@@ -201,20 +145,6 @@ TEST(FillOfRandomPictures, CoversAreCounted) {
       const auto expected = std::count(p.frame.cover.begin(), p.frame.cover.end(), cover);
       ASSERT_EQ(count_cover(p.frame, p.box, cover), static_cast<std::size_t>(expected)) << i;
     }
-  }
-}
-
-// Only the bit carried from one word to the next tells of these.
-TEST(FillOfRandomPictures, AHoleAtAWordsBorderIsFound) {
-  for (const int x : {63, 64}) {
-    Frame frame;
-    frame.color = Rgb8Image(128, 3);
-    frame.cover.assign(std::size_t{128} * 3, Cover::background);
-    const auto cover = [&](int px, int py) { frame.cover[py * 128 + px] = Cover::samples; };
-    cover(x == 63 ? 64 : 63, 1);
-    for (const int dx : {-1, 1}) cover(x + dx, 0), cover(x + dx, 2);
-    holes_filled_in({0, 0, 128, 3}, true, frame);
-    EXPECT_EQ(frame.cover[128 + x], Cover::filled) << x;
   }
 }
 

@@ -43,6 +43,18 @@ inline View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, in
   return view;
 }
 
+// Pixels of the background with skin all round.
+inline std::size_t holes_in(const Frame& frame) {
+  std::size_t holes = 0;
+  for (int y = 1; y + 1 < frame.color.height; ++y)
+    for (int x = 1; x + 1 < frame.color.width; ++x) {
+      int round = 0;
+      for (int k = 0; k < 9; ++k) round += frame.covered(x + k % 3 - 1, y + k / 3 - 1);
+      holes += round == 8 && !frame.covered(x, y);
+    }
+  return holes;
+}
+
 inline DrawOptions on_black() {
   DrawOptions options;
   options.background = {0, 0, 0};

@@ -17,7 +17,7 @@ struct PixelAt {
 };
 
 // Which pixels of a box show skin and which the background, one bit each, so that borders, slits
-// and holes are found by whole words. Tools are neither.
+// are found by whole words. Tools are neither.
 class CoverMask {
  public:
   static constexpr int kWord = 64;  // pixels
@@ -122,7 +122,7 @@ class FrontEdges {
 // Between two terraces of a CT's slices, seen more from the side than any camera saw them, single
 // pixels look through the skin at whatever lies behind. A covered pixel that lies deeper_mm behind
 // the nearer of two pixels on either side, along its row or its column, is one: made background,
-// the slits' and holes' filling closes it. `depth` is looked at in the box and round it. Returns
+// the slits' filling closes it. `depth` is looked at in the box and round it. Returns
 // the pixels' numbers in the picture, ascending.
 std::vector<std::uint32_t> find_see_through(const PixelBox& box, const SkinDepth& depth,
                                             float deeper_mm);

@@ -280,12 +280,9 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   drawn_ = drawn;
   opened_.clear();
   hidden_.clear();
-  if (options.fill_holes) open(drawn, depth, deeper_mm, frame);
+  open(drawn, depth, deeper_mm, frame);
   skin_.read_with_border(drawn, frame);
-  const std::size_t slits = fill_slits(skin_, options.fill_holes, frame);
-  const HoleCounts holes = fill_holes(skin_, options.fill_holes, frame);
-  report.holes_before = slits + holes.before;
-  report.holes_after = holes.after;
+  report.filled_pixels = fill_slits(skin_, frame);
   const int fade_px = finish_.border_fade_px(view.camera.intrinsics.fx);
   fade_.apply(drawn, options.smooth_outline ? fade_px : 0, options.background, frame);
   if (!options.solids.empty()) {

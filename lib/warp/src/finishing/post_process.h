@@ -20,27 +20,16 @@
 
 namespace organbake {
 
-struct HoleCounts {
-  std::size_t before = 0;  // open pixels among covered ones
-  std::size_t after = 0;   // still open after filling
-};
-
-// A hole is an uncovered pixel of which at least five of the eight neighbours are covered: inside a
-// silhouette, not outside a straight or convex one; before tools are drawn. Holes get the mean of
-// their covered neighbours, in at most kFillRounds rounds, each from the round before it only.
-// `bits` tell the skin of the frame's box that is looked at, and are kept true.
-inline constexpr int kFillRounds = 4;
-HoleCounts fill_holes(CoverMask& bits, bool fill, Frame& frame);
-
 // A slit is a run of at most this many uncovered pixels between skin, down a column or along a row,
-// before tools are drawn: what opens between two terraces of a CT's slices when they are seen more
-// from the side than any camera saw them. Longer runs may be the gap between two lobes.
+// before tools are drawn: a hole between samples, or what opens between two terraces of a CT's
+// slices when they are seen more from the side than any camera saw them. Longer runs may be the gap
+// between two lobes.
 inline constexpr int kWidestSlit = 4;
 
-// Counts the pixels of all slits in the box of `bits`, which tell the frame's skin, and, with
-// `fill`, gives each the colour between its two ends, in the frame and the bits. Columns go first,
-// rows take what is left.
-std::size_t fill_slits(CoverMask& bits, bool fill, Frame& frame);
+// Gives the pixels of all slits in the box of `bits`, which tell the frame's skin, the colours
+// between their two ends, in the frame and the bits. Columns go first, rows take what is left.
+// Returns how many pixels they are.
+std::size_t fill_slits(CoverMask& bits, Frame& frame);
 
 // Fades skin into the background over some pixels beside where it ends against it, for tissue that
 // ends where a picture was cut off and not where it turns away: SkinFinish::border_fade_rad.
@@ -149,7 +138,7 @@ void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
 struct DrawOptions;
 struct DrawReport;
 
-// The last steps of a frame, after its tiles: slits opened, holes filled, borders that a picture
+// The last steps of a frame, after its tiles: slits opened and filled, borders that a picture
 // cut faded, tools drawn, the outline smoothed. Remembers what it covers up, so that the next frame
 // of the same view can take it back and draw the tiles that changed alone.
 class PostProcess {

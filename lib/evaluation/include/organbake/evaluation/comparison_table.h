@@ -41,9 +41,8 @@ struct ComparisonRow {
   // Of the best picture that the maps allow, one sample a pixel (ideal_picture()), its outline
   // smoothed likewise.
   PictureErrors ideal;
-  // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
-  // before the fill.
-  std::size_t inner_pixels = 0, holes_before_fill = 0;
+  // Pixels that the truth covers with all their neighbours, and those of them that are filled.
+  std::size_t inner_pixels = 0, filled_pixels = 0;
   SeamSteps seams;
 };
 

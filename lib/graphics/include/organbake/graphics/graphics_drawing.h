@@ -25,7 +25,7 @@ GraphicsDevice current_graphics_device();
 //   splat    each patch an instance, each sample a point: the nearest of a camera wins its pixel
 //   base     the base layer's triangles where the cameras hardly see the skin or leave it open
 //   resolve  the three cameras' layers and the base layer blended by depth and weight, and lit
-//   finish   slits and holes filled, instruments drawn, outlines smoothed
+//   finish   slits filled, instruments drawn, outlines smoothed
 // What stays is uploaded once: the samples of a camera when a view first needs them, and of those
 // what blades have changed; the posed shell, and how normals turn, whenever the organ has moved. A
 // second eye finds all of it there.

@@ -39,7 +39,6 @@ struct DrawOptions {
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   // In its place a cavity's unlit wall: dark and red-brown.
   static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};
-  bool fill_holes = true;
   // Blend skin with the background by the share of each pixel that it covers (post_process.h), by
   // the paper's own warp, too. And fade it where the bundle asks for that
   // (SkinFinish::border_fade_rad); not where several organs are in the picture.
@@ -90,8 +89,7 @@ struct DrawReport {
   // Per active camera and face: skipped in whole, by what skipped its last chunk.
   std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
   std::size_t base_triangles = 0;  // of its blocks that were looked at
-  std::size_t sample_pixels = 0, base_pixels = 0;
-  std::size_t holes_before = 0, holes_after = 0;
+  std::size_t sample_pixels = 0, base_pixels = 0, filled_pixels = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel
   DrawTimes times;                // of work, summed over threads
   DrawTimes critical_path;  // of its longest chain: more threads do not shorten it (WorkMeter)

@@ -42,7 +42,7 @@ BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into);
 //              pixels with 64-bit keys of depth and slot, which stay in the second-level cache; the
 //              base layer goes where they leave gaps; resolve_tile() gathers the winners' colours,
 //              lights and blends them.
-//   finishing  over the whole picture: slits and holes filled, tools drawn, outlines smoothed.
+//   finishing  over the whole picture: slits filled, tools drawn, outlines smoothed.
 //   paper      the paper's own warp, a baseline beside all this.
 //
 // Draws a bundle's organ, deformed or not, from any view by forward-warping the samples of the
