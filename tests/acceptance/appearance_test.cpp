@@ -2,14 +2,6 @@
 // How tissue looks by the light at the scope, beside real frames, and whether that look crawls.
 #include "tissue_appearance.h"
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <utility>
-#include <vector>
-
 #include "measuring/agreement.h"
 #include "measuring/programs.h"
 #include "organbake/core/random.h"
@@ -24,6 +16,7 @@
 #include "organbake/warp/view.h"
 #include "promises.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

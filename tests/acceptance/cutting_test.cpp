@@ -1,10 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <numeric>
-#include <span>
 
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
@@ -19,6 +13,7 @@
 #include "promises.h"
 #include "support/files.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

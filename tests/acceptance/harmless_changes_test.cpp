@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a re-encoding, a gain, a shift by a pixel or noise does to depth: nothing, ideally.
 #include <turbojpeg.h>
-#include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "organbake/core/random.h"
 #include "organbake/image/channel_image.h"
@@ -14,6 +11,7 @@
 #include "organbake/shading/frame_source.h"
 #include "promises.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
 
 #include "measuring/programs.h"
 #include "organbake/core/files.h"
@@ -13,33 +8,10 @@
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/masks.h"
 #include "promises.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
-
-// No shape may be told from a clip without parallax; what it falls back to is the recipe's affair.
-struct ClipWithoutParallax {
-  const char* name;
-  std::vector<std::string> phantom;  // options of `phantom --kind laparoscopy`
-};
-
-struct MotionRefusals : testing::TestWithParam<ClipWithoutParallax> {};
-
-TEST_P(MotionRefusals, GiveNoShape) {
-  const TemporaryFolder folder;
-  const auto frames = make_motion_clip(folder.path() / "clip", GetParam().phantom, {});
-  const MotionRun run = run_motion(frames, {}, folder.path() / "motion", {});
-  const bool has_shape = run.refusal.empty() && std::filesystem::exists(run.folder / "surface.ply");
-  EXPECT_FALSE(has_shape) << "a shape where there is no parallax";
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Clip, MotionRefusals,
-    testing::Values(ClipWithoutParallax{"still", {"--path", "still", "--no-instrument"}},
-                    ClipWithoutParallax{"turn", {"--path", "turn"}},
-                    ClipWithoutParallax{"zoom", {"--path", "zoom", "--no-instrument"}},
-                    ClipWithoutParallax{"instrument", {"--path", "still"}}),
-    [](const auto& info) { return std::string(info.param.name); });
 
 // What a recorder lays over a clip of tissue changes nothing of what the tissue tells.
 

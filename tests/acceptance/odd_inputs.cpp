@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "probes.h"
 
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 #include "organbake/phantom/phantom.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

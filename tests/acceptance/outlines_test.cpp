@@ -1,138 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <utility>
-#include <vector>
 
 #include "measuring/scenes.h"
-#include "organbake/capture/capture.h"
-#include "organbake/capture/surface_color.h"
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
-#include "organbake/deform/deformer.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/image/difference.h"
-#include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/viewpoints/placement.h"
 #include "promises.h"
-
-namespace organbake {
-namespace {
-
-// How wrong a stage is where it was never asked to work yet.
-struct Cliff {
-  std::string knob, unit;
-  double value;  // farther than anybody has asked for
-  std::string error, error_unit;
-  double allowed;
-  std::function<double(double)> error_at;
-};
-
-TriangleMesh moved(TriangleMesh mesh, double scale, double offset_mm) {
-  for (Eigen::Vector3d& v : mesh.vertices) v = scale * v + Eigen::Vector3d(offset_mm, 0, 0);
-  return mesh;
-}
-
-std::vector<CameraMaps> maps_of(const TriangleMesh& surface) {
-  PlacementOptions options;
-  options.count = 2;
-  options.map_size = 64;
-  DecimateOptions coarse;
-  coarse.method = DecimateMethod::quadric;
-  const TriangleMesh proxy = decimate(surface, coarse).proxy;
-  return capture(surface, proxy, place_cameras(surface, options).cameras, *make_material_color({}),
-                 {.rays_per_texel_side = 1})
-      .maps;
-}
-
-// Largest difference of depths, relative to the depth, against the organ where and as it is; texels
-// at outlines, which may fall to either side, are few.
-double depth_error(const std::vector<CameraMaps>& maps, const std::vector<CameraMaps>& truth,
-                   double scale) {
-  std::size_t both = 0, one = 0;
-  double worst = 0;
-  for (std::size_t c = 0; c < truth.size(); ++c)
-    for (std::size_t k = 0; k < truth[c].depth_mm.size(); ++k) {
-      const double a = truth[c].depth_mm[k], b = maps.at(c).depth_mm[k] / scale;
-      const bool seen = std::isfinite(a) && std::isfinite(b);
-      (seen ? both : one) += seen || std::isfinite(a) != std::isfinite(b);
-      if (seen) worst = std::max(worst, std::abs(b / a - 1));
-    }
-  constexpr double kMostOutline = 0.05;
-  return double(one) > kMostOutline * double(both) ? std::numeric_limits<double>::infinity()
-                                                   : worst;
-}
-
-// Pressed in by half of itself for a second and let go: by how much of its size the organ is not
-// itself again after five more.
-double unrest(const TriangleMesh& proxy, double young_modulus_kpa, double step_s) {
-  MechanicsOptions mechanics;
-  mechanics.young_modulus_kpa = young_modulus_kpa;
-  DeformOptions options;
-  options.time_step_s = step_s;
-  Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, options);
-  Instrument tip;
-  tip.active = true;
-  const int steps = int(std::ceil(1 / step_s));
-  for (int i = 1; i <= steps; ++i) {
-    tip.position_mm = (1 - 0.5 * i / steps) * proxy.vertices.front();
-    deformer.step({tip});
-  }
-  for (int i = 0; i < 5 * steps; ++i) deformer.step({});
-  double farthest = 0;
-  for (std::size_t v = 0; v < proxy.vertices.size(); ++v)
-    farthest = std::max(farthest, (deformer.positions()[v] - proxy.vertices[v]).norm());
-  return 100 * farthest / bounds(proxy).diagonal();
-}
-
-std::vector<Cliff> geometry_cliffs() {
-  constexpr double kTwoDepths = 2e-5;  // each of two maps may be 1e-5 from the exact depth
-  const TriangleMesh organ = OrganPhantom({}).surface(4);
-  const std::vector<CameraMaps> truth = maps_of(organ);
-  const std::string depth = "depth of maps, largest relative error";
-  return {
-      {"distance of the organ from the origin", "mm", 1e4, depth, "", kTwoDepths,
-       [=](double mm) { return depth_error(maps_of(moved(organ, 1, mm)), truth, 1); }},
-      {"an organ larger by", "×", 100, depth, "", kTwoDepths,
-       [=](double by) { return depth_error(maps_of(moved(organ, by, 0)), truth, by); }},
-      {"an organ smaller by", "×", 10, depth, "", kTwoDepths,
-       [=](double by) { return depth_error(maps_of(moved(organ, 1 / by, 0)), truth, 1 / by); }},
-      {"the organ's faces for one of the proxy", "", 64, "proxy, RMS", "mm", 1, [=](double ratio) {
-         DecimateOptions options;
-         options.faces = std::size_t(double(organ.faces.size()) / ratio);
-         return decimate(organ, options).rms_mm;
-       }}};
-}
-
-std::vector<Cliff> motion_cliffs() {
-  const TriangleMesh proxy = OrganPhantom({}).surface(1);
-  const std::string rest = "not back at rest after 5 s, of its size";
-  return {{"time step", "s", 1. / 60, rest, "%", 1, [=](double s) { return unrest(proxy, 10, s); }},
-          {"softer tissue: 10 kPa divided by", "", 10, rest, "%", 1,
-           [=](double by) { return unrest(proxy, 10 / by, 1. / 60); }},
-          {"stiffer tissue: 10 kPa multiplied by", "", 10, rest, "%", 1,
-           [=](double by) { return unrest(proxy, 10 * by, 1. / 60); }}};
-}
-
-TEST(Cliffs, OfGeometryAndMotionAreFar) {
-  for (const auto& cliffs : {geometry_cliffs(), motion_cliffs()})
-    for (const Cliff& cliff : cliffs) {
-      const std::string what = cliff.knob + " " + to_text(cliff.value, 3) + " " + cliff.unit;
-      expect({what + ": " + cliff.error, cliff.error_unit, cliff.error_at(cliff.value),
-              cliff.allowed});
-    }
-}
-
-}  // namespace
+#include "support/testing.h"
 
 // A lobe before another one takes one sample a pixel, as the organ's own outline does.
+namespace organbake {
 namespace {
 
 using Eigen::Vector3d;

@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <cstdlib>
-#include <numbers>
-#include <optional>
 
 #include "measuring/programs.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/evaluation/comparison_table.h"
-#include "organbake/image/difference.h"
 #include "organbake/player/carried_surface.h"
-#include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
-#include "organbake/warp/paper_warp.h"
 #include "promises.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -165,69 +159,6 @@ TEST(PaperTable, JumpsNowhereBetweenItsViews) {
   expect({std::to_string(steps) + " steps of 0.1°: largest jump beyond the truth's, of "
                                   "the full scale",
           "%", 100 * largest / 255, 1});
-}
-
-constexpr double kWhite_levels = 48;  // of 255: most errors are edges of the texture
-
-// The largest of a pixel's three differences, from black to white. Both have one size.
-Rgb8Image error_picture(const Rgb8Image& a, const Rgb8Image& b) {
-  Rgb8Image errors(a.width, a.height);
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    std::uint8_t* pixel = &errors.pixels[i - i % 3];
-    const double grey = 255 * std::abs(a.pixels[i] - b.pixels[i]) / kWhite_levels;
-    std::fill_n(pixel, 3, std::max(pixel[0], static_cast<std::uint8_t>(std::min(255.0, grey))));
-  }
-  return errors;
-}
-
-struct PokedView {
-  double angle_rad = 0, psnr_db = 0;
-  Rgb8Image truth, ours, papers;
-};
-
-PokedView look(Player& player, const CarriedSurface& truth, double angle_rad, int side_px) {
-  const View view = orbit_view(player.bundle().cameras, {angle_rad}, side_px, side_px);
-  DrawOptions options;
-  options.light = DrawnLight::baked;
-  options.background = {0, 0, 0};
-  PokedView seen{angle_rad,
-                 0,
-                 truth.draw(truth.carry(player.proxy_positions()), view, options.background).color,
-                 {},
-                 {}};
-  Frame frame;
-  player.draw(view, options, frame);
-  seen.ours = frame.color;
-  PaperWarp(player.bundle()).draw(player.bundle(), player.proxy_positions(), view, options, frame);
-  seen.papers = frame.color;
-  seen.psnr_db = compare_images(seen.ours, seen.truth).psnr_db;
-  return seen;
-}
-
-// Truth, ours, our error and the error of the paper's own warp, black for none, for people to look
-// at: the worst of five angles.
-TEST(WorstPoke, IsNearerTheTruthThanThePapersWarp) {
-  const TemporaryFolder scratch;
-  PlayerBundles bundles(scratch.path(), {}, false);
-  const CompareOptions table;  // the paper's angles, and how deep it is poked
-  const auto folder = bundles.folder({80, "fitted", bundles.map_size()});
-  Player player(folder, {}, true);
-  const CarriedSurface truth(BundleReader(folder).read_surface(), player.bundle().shell());
-  hold_poke(player, player.bundle().cameras.manifold.directions.front(), CompareOptions::kPokeShare,
-            player.bundle().mechanics.instrument_radius_mm);
-  std::optional<PokedView> worst;
-  for (const double angle : table.angles_rad) {
-    PokedView seen = look(player, truth, angle, 400);
-    if (!worst || seen.psnr_db < worst->psnr_db) worst = std::move(seen);
-  }
-  show(tile_pictures({worst->truth, worst->ours, error_picture(worst->ours, worst->truth),
-                      error_picture(worst->papers, worst->truth)},
-                     4, 2),
-       "truth, ours, its error, the paper's error");
-  expect({"poked by " + to_text(100 * CompareOptions::kPokeShare) + " %, the worst view, " +
-              to_text(worst->angle_rad, 3) + " rad: PSNR beyond the paper's own warp",
-          "dB", worst->psnr_db - compare_images(worst->papers, worst->truth).psnr_db, 0,
-          Figure::Goal::at_least});
 }
 
 }  // namespace

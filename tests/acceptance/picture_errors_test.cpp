@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <numeric>
-#include <utility>
-#include <vector>
 
 #include "organbake/core/text.h"
 #include "organbake/image/difference.h"
@@ -21,6 +16,7 @@
 #include "organbake/core/temporary_files.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "promises.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

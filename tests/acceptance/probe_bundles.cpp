@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-#include <string>
 
 #include "measuring/agreement.h"
 #include "measuring/scenes.h"
@@ -13,11 +8,11 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/mechanics/mechanics.h"
 #include "organbake/player/player.h"
 #include "organbake/viewpoints/placement.h"
 #include "probes.h"
 #include "promises.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -166,103 +161,6 @@ double probe_capture(RandomStream& random) {
   return worst_mm / (1e-6 * scene.diagonal());
 }
 
-double probe_deform(RandomStream& random) {
-  const TriangleMesh proxy = proxy_of(sound_organ(random), random);
-  MechanicsOptions mechanics;
-  mechanics.young_modulus_kpa = any_size(random, -1, 4);
-  mechanics.density_kg_per_m3 = any_size(random, 2, 4);
-  mechanics.thickness_mm = any_size(random, 0, 2);
-  mechanics.damping_ratio = random.uniform(0, 2);
-  mechanics.volume_stiffness = random.uniform(0, 1);
-  mechanics.anchor_fraction = random.uniform(0, 0.9);
-  DeformOptions options;
-  options.time_step_s = any_size(random, std::log10(1. / 240), std::log10(1. / 15));
-  options.friction = random.uniform(0, 1);
-  const MechanicsModel model = make_mechanics(proxy, mechanics);
-  const Bounds box = bounds(proxy);
-  const BaseLayer flat;
-  DeformBodies bodies = {{proxy, model, flat}};
-  // A neighbour, beside it or in it.
-  TriangleMesh beside = proxy;
-  const Eigen::Vector3d away = random.uniform(0.3, 1) * box.diagonal() * any_direction(random);
-  for (Eigen::Vector3d& v : beside.vertices) v += away;
-  if (chance(random, 0.3)) bodies.push_back({beside, model, flat});
-  Deformer deformer(bodies, options);
-  const std::vector<Eigen::Vector3d> rest = deformer.positions();
-  // A quarter of the organ in a step of a hundredth of a second is faster than hands are.
-  const auto near = [&](const Eigen::Vector3d& place, double share) -> Eigen::Vector3d {
-    return place + random.uniform(0, share * box.diagonal()) * any_direction(random);
-  };
-  std::vector<Instrument> tips(random.below(4));
-  for (Instrument& tip : tips) {
-    tip.radius_mm = any_size(random, 0, std::log10(0.25 * box.diagonal()));
-    tip.position_mm = near(box.center(), 1);
-    tip.kind = chance(random, 0.3) ? InstrumentKind(Grasper{}) : Ball{};
-    if (chance(random, 0.3)) tip.axis_mm = 20 * any_direction(random);
-  }
-  double farthest = 0;
-  for (int step = 0; step < 20; ++step) {
-    for (Instrument& tip : tips) {
-      tip.active = chance(random, 0.9);
-      tip.position_mm = near(0.9 * tip.position_mm + 0.1 * box.center(), 0.25);
-      if (chance(random, 0.001)) tip.position_mm = any_point(random, 1e9);
-    }
-    const StepReport report = deformer.step(tips);
-    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
-    for (std::size_t v = 0; v < rest.size(); ++v) {
-      const double moved = (deformer.positions()[v] - rest[v]).norm();
-      expect_finite(moved, "a deformed vertex");
-      farthest = std::max(farthest, moved);
-    }
-  }
-  return farthest / (10 * box.diagonal());
-}
-
-// Hands that pull and poke an organ as far as a pointer goes in a window, in jumps: no tool may
-// make it lose its state.
-double probe_pulls(RandomStream& random) {
-  const TriangleMesh surface = sound_organ(random);
-  const TriangleMesh proxy = proxy_of(surface, random);
-  const double diagonal_mm = bounds(proxy).diagonal();
-  DeformOptions options;
-  if (chance(random, 0.4)) options.solver = TissueSolver::fem;
-  MechanicsOptions mechanics;
-  mechanics.young_modulus_kpa = any_size(random, 0, 2);
-  mechanics.fem = options.solver == TissueSolver::fem;
-  const MechanicsModel model = make_mechanics(proxy, mechanics);
-  const BaseLayer flat;
-  const SmoothSkin skin = bake_smooth_skin(surface, proxy, random.uniform(0.03, 0.1) * diagonal_mm);
-  Deformer deformer(DeformBodies{{proxy, model, flat, chance(random, 0.7) ? &skin : nullptr}},
-                    options);
-  const std::vector<Eigen::Vector3d> rest = deformer.positions();
-  const double reach_mm = any_size(random, -1.5, 0.3) * diagonal_mm;
-  std::vector<Instrument> tips(1 + random.below(2));
-  std::vector<Eigen::Vector3d> met(tips.size());
-  double farthest = 0;
-  for (int step = 0; step < 400; ++step) {
-    for (std::size_t t = 0; t < tips.size(); ++t) {
-      Instrument& tip = tips[t];
-      if (tip.active) {
-        tip.position_mm = met[t] + random.uniform(0, reach_mm) * any_direction(random);
-        tip.active = chance(random, 0.97);
-        continue;
-      }
-      tip.active = true;
-      tip.kind = chance(random, 0.6) ? InstrumentKind(Grasper{}) : Ball{};
-      tip.radius_mm = random.uniform(0.01, 0.06) * diagonal_mm;
-      tip.position_mm = met[t] = deformer.positions()[random.below(rest.size())];
-    }
-    const StepReport report = deformer.step(tips);
-    if (report.recovered) {
-      throw std::runtime_error("the tissue's state was lost in step " + std::to_string(step));
-    }
-    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
-    for (std::size_t v = 0; v < rest.size(); ++v)
-      farthest = std::max(farthest, (deformer.positions()[v] - rest[v]).norm());
-  }
-  return farthest / (4 * diagonal_mm);
-}
-
 double probe_warp(RandomStream& random) {
   const Bundle bundle = any_bundle(random);
   Warper warper(bundle), other(bundle);
@@ -298,8 +196,6 @@ double probe_warp(RandomStream& random) {
 std::vector<Probe> bundle_probes() {
   return {
       {"capture", "a millionth of the scene between macro + micro and the surface", probe_capture},
-      {"deform", "ten times the organ's size, by which a vertex moved", probe_deform},
-      {"pulls", "four times the organ's size, by which a vertex moved", probe_pulls},
       {"warp", "one byte between two drawings of one frame", probe_warp},
   };
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
 
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_depth.h"
 #include "probes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

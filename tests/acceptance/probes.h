@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Core>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 #include "organbake/core/random.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
+#include "support/testing.h"
 
 namespace organbake {
 

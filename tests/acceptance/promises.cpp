@@ -2,11 +2,10 @@
 #include "promises.h"
 
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 
 #include "organbake/image/png.h"
 #include "organbake/pipelines/documents.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

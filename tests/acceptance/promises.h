@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <string>
-
 #include "measuring/measurement.h"
 #include "organbake/image/channel_image.h"
+#include "support/testing.h"
 
 // Tests that hold what is promised of whole stages, on more and larger inputs than unit tests have
 // time for. Their seeds and inputs are the same in every run; none asserts a time.

@@ -2,14 +2,12 @@
 #include "registration_cases.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "measuring/scenes.h"
 #include "organbake/core/random.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <cmath>
 
 #include "measuring/scenes.h"
 #include "organbake/phantom/known_answers.h"
@@ -8,6 +6,7 @@
 #include "promises.h"
 #include "registration_cases.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

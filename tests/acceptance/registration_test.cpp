@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/registration/register_photo.h"
 
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <numbers>
-
 #include "measuring/scenes.h"
-#include "organbake/formats/mesh_files.h"
-#include "organbake/formats/photo.h"
 #include "promises.h"
 #include "registration_cases.h"
-#include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Errors of some runs against the truth.
 struct Errors {
@@ -176,40 +167,6 @@ TEST(Registration, CallsNothingWrongOk) {
     false_ok += found.quality.verdict == Verdict::ok && !right;
   }
   expect({"wrong cases called ok, of " + std::to_string(count), "", double(false_ok), 0});
-}
-
-// A green triangle of wood on a chequered table, a bottle in front of one of its corners. The pose
-// beside it is where its makers' tracker starts: by the corners that the photograph shows it is 2
-// to 6 px off itself, which is as near as this can be held against it.
-TEST(Registration, OfARealTriangleBehindABottleFindsItsPlace) {
-  REQUIRE_SHARED_DATA("registration/triangle");
-  const fs::path folder = shared_data("registration/triangle");
-  TriangleMesh mesh = read_mesh(folder / "triangle.obj", {MeshUnit::m, {}});
-  for (Eigen::Vector3d& v : mesh.vertices) v.z() -= 6;
-  const RegisteredSurface surface(std::move(mesh));
-  RigidTransform known;
-  known.rotation << 0.607674, 0.786584, -0.10962, 0.408914, -0.428214, -0.805868, -0.680823,
-      0.444881, -0.58186;
-  known.translation << -81.876, -5.46736, 618.302;
-  constexpr double kClose_px = 3;
-  int aside = 0;
-  for (const char* name : {"color_camera_image_200.png", "color_camera_image_201.png"}) {
-    PhotoToRegister photo;
-    photo.image = read_photo(folder / name);
-    photo.intrinsics = {960, 540, 698.128, 698.617, 478.459, 274.426};
-    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-      photo.start = start_from(surface, known, 20, 15, seed);
-      const RigidTransform found = register_photo(surface, photo, {}).camera.camera_from_world;
-      double off_px = 0;
-      for (const Eigen::Vector3d& v : surface.mesh().vertices)
-        off_px +=
-            (project(photo.intrinsics, known * v) - project(photo.intrinsics, found * v)).norm() /
-            static_cast<double>(surface.mesh().vertices.size());
-      aside += off_px > kClose_px;
-    }
-  }
-  expect(
-      {"real triangle, starts 20 mm / 15° off, 6 cases: farther than 3 px", "", double(aside), 1});
 }
 
 }  // namespace

@@ -3,15 +3,12 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "probes.h"
 #include "promises.h"
+#include "support/testing.h"
 
 // Seeded, adversarial inputs to every stage: each ends right or is refused with words that a user
 // can act on; none is wrong, not finite, crashes or hangs. Case N of a stage is drawn from the seed

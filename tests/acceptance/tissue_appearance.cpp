@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tissue_appearance.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

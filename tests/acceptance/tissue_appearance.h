@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "organbake/image/channel_image.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -3,12 +3,6 @@
 // Clips of a scope over organs, through tubes and within cavities, drawn under a lamp at the lens.
 // What `motion` makes of them without their lens is never inside out and called ok; what `shade`
 // makes of one frame keeps its relief, and its verdict knows what that is worth.
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
-#include <numbers>
 
 #include "measuring/agreement.h"
 #include "organbake/core/quantile.h"
@@ -21,6 +15,7 @@
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/prepared_frame.h"
 #include "promises.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
