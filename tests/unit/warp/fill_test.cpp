@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
 
 #include "finishing/edges.h"
 #include "finishing/post_process.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
+#include "support/testing.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
@@ -152,20 +149,7 @@ constexpr int kFadeSide = 96, kFade_px = 12;
 constexpr std::array<std::uint8_t, 3> kNight = {0, 0, 0};
 constexpr PixelBox kWholePicture = {0, 0, kFadeSide, kFadeSide};
 
-// White skin on black.
-Frame skin_where(const std::function<bool(double x, double y)>& inside) {
-  Frame frame;
-  frame.color = Rgb8Image(kFadeSide, kFadeSide);
-  frame.cover.assign(std::size_t(kFadeSide) * kFadeSide, Cover::background);
-  for (int y = 0; y < kFadeSide; ++y) {
-    for (int x = 0; x < kFadeSide; ++x) {
-      if (!inside(x + 0.5, y + 0.5)) continue;
-      frame.cover[std::size_t(y) * kFadeSide + x] = Cover::samples;
-      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{255});
-    }
-  }
-  return frame;
-}
+Frame skin_where(const Inside& inside) { return white_on_black(kFadeSide, kFadeSide, inside); }
 
 float white_share(const Frame& frame, int x, int y) {
   return linear_from_srgb8()[frame.color.at(x, y)[0]];

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <limits>
-#include <numbers>
-#include <utility>
 
 #include "drawing/base_drawing.h"
 #include "organbake/core/error.h"
@@ -17,6 +9,7 @@
 #include "organbake/warp/warper.h"
 #include "placing/placing.h"
 #include "support/organs.h"
+#include "support/testing.h"
 #include "unit/warp/views_round.h"
 
 namespace organbake {
@@ -191,22 +184,6 @@ TEST(NearViews, APokeThatComesNearChangesNothingElsewhere) {
   const DrawReport poked = Warper(bundle).draw(near, view, by_scope, fresh);
   EXPECT_GT(poked.base_triangles, at_rest.base_triangles);
   EXPECT_EQ(after.color.pixels, fresh.color.pixels);
-}
-
-TEST(ClippedTriangle, KeepsWhatLiesBehindTheNearPlane) {
-  const std::array<Eigen::Vector3f, 3> triangle = {
-      Eigen::Vector3f(0, 0, -1), Eigen::Vector3f(4, 0, 3), Eigen::Vector3f(0, 8, 7)};
-  const ClippedTriangle clipped(triangle, 1);
-  ASSERT_EQ(clipped.count, 4);
-  for (int k = 0; k < clipped.count; ++k) {
-    const ClippedCorner& corner = clipped.corners[k];
-    Eigen::Vector3f again = Eigen::Vector3f::Zero();
-    for (int i = 0; i < 3; ++i) again += corner.shares[i] * triangle[i];
-    EXPECT_LT((again - corner.at).norm(), 1e-5f);
-    EXPECT_GE(corner.at.z(), 1);
-  }
-  EXPECT_EQ(ClippedTriangle(triangle, 8).count, 0);
-  EXPECT_EQ(ClippedTriangle(triangle, -2).count, 3);
 }
 
 const Bundle& bounds_organ() {

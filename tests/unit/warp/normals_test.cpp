@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <set>
-#include <utility>
-#include <vector>
 
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
@@ -18,6 +9,7 @@
 #include "organbake/warp/warper.h"
 #include "samples/samples.h"
 #include "support/organs.h"
+#include "support/testing.h"
 #include "views_round.h"
 
 namespace organbake {
@@ -131,20 +123,6 @@ constexpr double kFloatRounding = 1e-6;  // of entries about 1, a few products a
 
 Matrix3d turn_at(const NormalTransport& turns, std::uint32_t face, double b1, double b2) {
   return turns.on(face).at(float(b1), float(b2)).topRows<3>().cast<double>();
-}
-
-TEST(NormalTransport, ATurnedProxyTurnsItsNormals) {
-  const Matrix3d turn = Eigen::AngleAxisd(0.8, Vector3d(1, 2, -1).normalized()).matrix();
-  TriangleMesh proxy = with_sliver(ball());
-  NormalTransport turns{ShellSurface(proxy)};
-  for (Vector3d& v : proxy.vertices) v = turn * v;
-  std::vector<std::uint8_t> turned(proxy.faces.size());
-  place(turns, proxy, turned);
-  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
-    EXPECT_TRUE(turned[f]);
-    EXPECT_FALSE(turns.at_rest(f));
-    EXPECT_LT((turn_at(turns, f, 0.2, 0.5) - turn).norm(), kFloatRounding);
-  }
 }
 
 // Of a vertex whose faces are all folded or without area no gradient is known: it turns with what

@@ -1,38 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finishing/post_process.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-
 #include "finishing/edges.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/frame.h"
+#include "support/testing.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
-
-using Inside = std::function<bool(double x, double y)>;
-
-// White skin on black, one sample a pixel.
-Frame white_on_black(int width, int height, const Inside& inside) {
-  Frame frame;
-  frame.color = Rgb8Image(width, height);
-  frame.cover.assign(std::size_t(width) * height, Cover::background);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (!inside(x + 0.5, y + 0.5)) continue;
-      frame.cover[std::size_t(y) * width + x] = Cover::samples;
-      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{255});
-    }
-  }
-  return frame;
-}
 
 PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.color.height}; }
 

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "light/relit_skin.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "light/skin_light.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -18,6 +9,8 @@
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
+#include "support/testing.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
@@ -60,17 +53,9 @@ Bundle lit_bundle(const SyntheticOptions& options, const Lighting& lighting, Nor
   const auto light = [&](const Vector3d& point) -> Vector3f {
     return lighting.diffuse(normal_of(point)).template cast<float>();
   };
-  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
-    CameraMaps& maps = bundle.maps[c];
-    const PosedCamera& camera = bundle.cameras.cameras[c];
-    for (std::size_t i = 0; i < maps.face.size(); ++i) {
-      if (maps.face[i] == kNoFace) continue;
-      const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
-      const Vector3d point = camera.camera_from_world.inverse() *
-                             Vector3d(maps.depth_mm[i] * unproject(camera.intrinsics, pixel));
-      maps.color[i] = maps.color[i].cwiseProduct(light(point));
-    }
-  }
+  each_texel(bundle, [&](const Vector3d& point, Vector3f& color) {
+    color = color.cwiseProduct(light(point));
+  });
   BaseLayer& base = bundle.base;
   const std::vector<ShellMatrix> rest = shell_matrices(bundle.proxy);
   for (std::uint32_t f = 0; f < base.face_count; ++f) {
@@ -248,9 +233,7 @@ TEST(RelitSkin, TheHighlightSitsHalfWayBetweenLampAndEye) {
   Lighting glossy = oblique_light();
   glossy.gloss = {{1, 100}};
   Bundle bundle = lit_bundle(glossy, Matrix3d::Identity());
-  for (CameraMaps& maps : bundle.maps)
-    std::fill(maps.color.begin(), maps.color.end(), Vector3f::Zero().eval());
-  std::fill(bundle.base.color.begin(), bundle.base.color.end(), Vector3f::Zero().eval());
+  paint(bundle, 0);
   const View view = front_view(bundle);
   const Frame frame = draw_once(bundle, bundle.proxy.vertices, view, relit());
   Rgb8Image expected(frame.color.width, frame.color.height);
@@ -315,11 +298,6 @@ TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromThreeOfEight) {
   for (int i = 0; i < kSpan; ++i) EXPECT_NEAR(plane[i], number(i), 1e-5) << i;
 }
 
-TEST(SparseShading, EqualNumbersAreNotRounded) {
-  for (const float value : mixed(std::vector<float>(kSpan, 300), [](int) { return 1 / 3.0f; }))
-    EXPECT_EQ(value, 1 / 3.0f);
-}
-
 // Where the skin breaks off or falls away, and in a group that the span's end cuts, every pixel
 // is asked for, however its light jumps.
 TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
@@ -332,13 +310,6 @@ TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
     EXPECT_EQ(plane[i], number(i)) << i;
   EXPECT_EQ(plane[17], -1) << "not skin";
   EXPECT_EQ(plane[10], 0.5f * (number(8) + number(12)));
-}
-
-TEST(SparseShading, NoSkinAsksForNoLight) {
-  EXPECT_EQ(
-      SparseShading(std::vector<float>(40, kInfinity).data(), 40, kShadingTexel_mm).knot_count(),
-      0);
-  EXPECT_EQ(SparseShading(nullptr, 0, kShadingTexel_mm).knot_count(), 0);
 }
 
 }  // namespace

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "samples/samples.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <bit>
-#include <cmath>
-#include <limits>
 #include <mutex>
-#include <set>
 
 #include "drawing/splat.h"
 #include "organbake/core/error.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
+#include "support/testing.h"
 #include "views_round.h"
 
 namespace organbake {
@@ -59,12 +55,6 @@ TEST(TexelOrder, UsesEveryConfidentTexelOnceInCompactRuns) {
     next += run.count;
   }
   EXPECT_EQ(next, order.texels.size());
-}
-
-TEST(TexelOrder, AnEmptyMapHasNoRuns) {
-  CameraMaps maps = organ().maps[0];
-  std::fill(maps.face.begin(), maps.face.end(), kNoFace);
-  EXPECT_TRUE(order_texels(maps).runs.empty());
 }
 
 TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numeric>
 
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
@@ -15,6 +8,8 @@
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
+#include "support/testing.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
@@ -42,11 +37,7 @@ SyntheticOptions scope_organ() {
 Bundle organ_in(const Lighting& lighting, float albedo) {
   Bundle bundle = make_synthetic_bundle(scope_organ());
   bundle.lighting = lighting;
-  if (albedo < 0) return bundle;
-  for (CameraMaps& maps : bundle.maps)
-    for (std::size_t i = 0; i < maps.color.size(); ++i)
-      if (maps.face[i] != kNoFace) maps.color[i].setConstant(albedo);
-  for (Vector3f& color : bundle.base.color) color.setConstant(albedo);
+  if (albedo >= 0) paint(bundle, albedo);
   return bundle;
 }
 
@@ -222,17 +213,9 @@ TEST(ScopeLight, SkinKeepsItsOwnColours) {
         .diffuse((point - organ.center).cwiseQuotient(organ.half_axes_mm.cwiseAbs2()).normalized())
         .cast<float>();
   };
-  for (std::size_t c = 0; c < lit.maps.size(); ++c) {
-    CameraMaps& maps = lit.maps[c];
-    const PosedCamera& camera = lit.cameras.cameras[c];
-    for (std::size_t i = 0; i < maps.face.size(); ++i) {
-      if (maps.face[i] == kNoFace) continue;
-      const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
-      maps.color[i] = maps.color[i].cwiseProduct(
-          light_at(camera.camera_from_world.inverse() *
-                   Vector3d(maps.depth_mm[i] * unproject(camera.intrinsics, pixel))));
-    }
-  }
+  each_texel(lit, [&](const Vector3d& point, Vector3f& color) {
+    color = color.cwiseProduct(light_at(point));
+  });
   const View view = front_of(bundle);
   const Frame expected = drawn_by_scope(bundle, view), frame = drawn_by_scope(lit, view);
   std::vector<std::uint8_t> shown(expected.cover.size());
@@ -250,11 +233,6 @@ TEST(ScopeLight, AMeteredExposureIsTheSameFromNearAndFar) {
   const double far = mean_light(drawn_by_scope(bundle, view));
   EXPECT_NEAR(far / near, 1, 0.1);
   EXPECT_NEAR(near, 0.9 * 0.5 * 0.65, 0.06) << "gain · albedo · the meter's mean";
-}
-
-TEST(ScopeLight, AFixedExposureFallsOffAsTheSquareOfTheRange) {
-  const LightMeter meter(ScopeLight{{0, 0, 0}, 120, 0.5, 1}, front_of(organ_in(scope_light(), 1)));
-  EXPECT_EQ(meter.reference_mm(), 120);
 }
 
 constexpr double kCarriedDb = 22;

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/warp/solids.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-
 #include "finishing/post_process.h"
 #include "organbake/core/random.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -2,18 +2,12 @@
 // Random chunks over one face, near and far: however a tile cuts them, a pixel gets the same key.
 #include "drawing/splat.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numeric>
-#include <vector>
-
 #include "drawing/tile_drawing.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/view.h"
 #include "picture/tiles.h"
 #include "placing/placing.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -190,35 +184,6 @@ TEST(Splat, AbsurdPlacesStayWithinTheGuardBand) {
   }
 }
 
-TEST(Compaction, MovesTheChosenLanesToTheFrontInOrder) {
-  std::array<std::uint32_t, 8> low, high;
-  std::iota(low.begin(), low.end(), 100u);
-  std::iota(high.begin(), high.end(), 0xFFFF0000u);
-  for (unsigned mask = 0; mask < 256; ++mask) {
-    std::vector<std::uint32_t> lanes;
-    for (unsigned lane = 0; lane < 8; ++lane) {
-      if (mask >> lane & 1) lanes.push_back(lane);
-    }
-    const Compaction packed(mask);
-    ASSERT_EQ(packed.count(), int(lanes.size()));
-    std::array<std::uint32_t, 8> alone;
-    std::array<std::uint64_t, 8> together;
-    packed(low.data(), alone.data());
-    packed(low.data(), high.data(), together.data());
-    for (std::size_t i = 0; i < lanes.size(); ++i) {
-      ASSERT_EQ(alone[i], low[lanes[i]]) << mask;
-      ASSERT_EQ(together[i], std::uint64_t{high[lanes[i]]} << 32 | low[lanes[i]]) << mask;
-    }
-  }
-}
-
-TEST(Compaction, LanesUnlikeAValueAreTold) {
-  const std::array<std::uint32_t, 8> numbers = {7, 0xFF000000u, 0, 7, 0xFF000000u, 1, 2, 0};
-  EXPECT_EQ(lanes_unlike(numbers.data(), 7), 0b11110110u);
-  EXPECT_EQ(lanes_unlike(numbers.data(), 0xFF000000u), 0b11101101u);
-  EXPECT_EQ(lanes_unlike(numbers.data(), 0), 0b01111011u);
-}
-
 constexpr int kTiledWidth = 400, kTiledHeight = 300;  // tiles of whole size, and cut ones
 const TileGrid kGrid(kTiledWidth, kTiledHeight);
 
@@ -233,13 +198,6 @@ DirtyCells all_dirty() {
   DirtyCells cells;
   cells.reset(kTiledWidth, kTiledHeight, true);
   return cells;
-}
-
-TEST(TileParts, OneThreadDrawsWholeTiles) {
-  DirtyCells cells = all_dirty();
-  const std::vector<TilePart> parts = parts_for(1, cells);
-  ASSERT_EQ(parts.size(), std::size_t(kGrid.count()));
-  for (const TilePart& part : parts) EXPECT_EQ(part.box, kGrid.box(part.tile));
 }
 
 TEST(TileParts, PartsCoverEachPixelOnce) {
@@ -304,29 +262,6 @@ TEST(RowSpans, HoldEveryBoxAndLeaveFarRowsEmpty) {
   EXPECT_TRUE(empty(spans, 0));
   EXPECT_TRUE(empty(spans, 310 - kTile.y0));
   EXPECT_EQ(spans.first(299 - kTile.y0), 600 - kTile.x0);
-}
-
-TEST(RowSpans, AreCutAtTheTile) {
-  RowSpans spans;
-  spans.clear(kTile);
-  spans.add({0, 0, 100, 2000});                             // beside it
-  spans.add({kTile.x0, kTile.y1, kTile.x1, kTile.y1 + 1});  // below
-  for (int row = 0; row < TileGrid::kHeight; ++row) ASSERT_TRUE(empty(spans, row));
-  spans.add({0, 0, 4000, 4000});
-  EXPECT_EQ(spans.first(0), 0);
-  EXPECT_EQ(spans.last(TileGrid::kHeight - 1), TileGrid::kWidth);
-}
-
-TEST(RowSpans, JoinThoseOfOtherLayers) {
-  RowSpans left, right;
-  left.clear(kTile);
-  right.clear(kTile);
-  const PixelBox a{512, 256, 520, 260}, b{660, 256, 670, 270};
-  left.add(a);
-  right.add(b);
-  left.add(right);
-  EXPECT_TRUE(within(left, a));
-  EXPECT_TRUE(within(left, b));
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "organbake/bundle/bundle.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
+#include "support/testing.h"
 
 namespace organbake {
 
@@ -53,6 +52,44 @@ inline std::size_t holes_in(const Frame& frame) {
       holes += round == 8 && !frame.covered(x, y);
     }
   return holes;
+}
+
+using Inside = std::function<bool(double x, double y)>;
+
+// White skin on black, one sample a pixel.
+inline Frame white_on_black(int width, int height, const Inside& inside) {
+  Frame frame;
+  frame.color = Rgb8Image(width, height);
+  frame.cover.assign(std::size_t(width) * height, Cover::background);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (!inside(x + 0.5, y + 0.5)) continue;
+      frame.cover[std::size_t(y) * width + x] = Cover::samples;
+      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{255});
+    }
+  }
+  return frame;
+}
+
+// Calls visit(place, colour) for each of the cameras' texels of the organ, at rest.
+template <class Visit>
+void each_texel(Bundle& bundle, const Visit& visit) {
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    CameraMaps& maps = bundle.maps[c];
+    const PosedCamera& camera = bundle.cameras.cameras[c];
+    for (std::size_t i = 0; i < maps.face.size(); ++i) {
+      if (maps.face[i] == kNoFace) continue;
+      const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
+      visit(camera.camera_from_world.inverse() *
+                Eigen::Vector3d(maps.depth_mm[i] * unproject(camera.intrinsics, pixel)),
+            maps.color[i]);
+    }
+  }
+}
+
+inline void paint(Bundle& bundle, float albedo) {
+  each_texel(bundle, [&](const auto&, Eigen::Vector3f& color) { color.setConstant(albedo); });
+  for (Eigen::Vector3f& color : bundle.base.color) color.setConstant(albedo);
 }
 
 inline DrawOptions on_black() {

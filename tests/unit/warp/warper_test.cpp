@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/warp/warper.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <array>
-#include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <optional>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/paper_warp.h"
 #include "support/organs.h"
+#include "support/testing.h"
 #include "views_round.h"
 
 namespace organbake {

@@ -2,20 +2,12 @@
 // What keeps the film's light on the skin that it belongs to, while a scope comes near or pokes.
 #include "light/scope_shine.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numeric>
-#include <utility>
-#include <vector>
-
 #include "light/relit_skin.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
+#include "support/testing.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
@@ -158,6 +150,27 @@ TEST(WetFilm, DropsAreOfAllSizesAndMelt) {
   EXPECT_GT(areas.front(), 4 * usual) << "none has melted with its neighbours";
 }
 
+// Pixels smaller than a drop's room show drops one by one: the mean of all that may lie there would
+// be a grey veil between them.
+TEST(WetFilm, BetweenDropsItIsDark) {
+  constexpr int kFine = 4, kReach = 2;  // pixels: as far as soft ends go
+  constexpr double kPixel_mm = 0.42, kVeil = 0.001;
+  const std::vector<float> shown = film_on_bulge(kSpan, kPixel_mm),
+                           fine = film_on_bulge(kFine * kSpan, kPixel_mm / kFine);
+  double veil = 0, dark = 0;
+  for (int y = kReach; y + kReach < kSpan; ++y)
+    for (int x = kReach; x + kReach < kSpan; ++x) {
+      float brightest = 0;
+      for (int v = kFine * (y - kReach); v < kFine * (y + kReach + 1); ++v)
+        for (int u = kFine * (x - kReach); u < kFine * (x + kReach + 1); ++u)
+          brightest = std::max(brightest, fine[std::size_t(v) * kFine * kSpan + u]);
+      if (brightest > 0.01f) continue;
+      veil += shown[std::size_t(y) * kSpan + x], ++dark;
+    }
+  EXPECT_GT(dark, 100);
+  EXPECT_LT(veil, kVeil * dark);
+}
+
 // A lattice of depth's noise or a crease a pixel wide would mirror the lamp as a line of its own.
 TEST(WetFilm, ACreaseDoesNotShine) {
   constexpr int kSide = kSpan;
@@ -190,11 +203,7 @@ Bundle make_wet_organ() {
   options.organ.lump_share = 0.1;
   options.base_step_mm = 1;
   Bundle bundle = make_synthetic_bundle(options);
-  constexpr float kAlbedo = 0.05f;
-  for (CameraMaps& maps : bundle.maps)
-    for (std::size_t i = 0; i < maps.color.size(); ++i)
-      if (maps.face[i] != kNoFace) maps.color[i].setConstant(kAlbedo);
-  for (Vector3f& color : bundle.base.color) color.setConstant(kAlbedo);
+  paint(bundle, 0.05f);
   bundle.lighting = wet_light();
   return bundle;
 }
