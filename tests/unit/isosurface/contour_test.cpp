@@ -2,17 +2,12 @@
 // Contours of values of any kind: where they cross, at the border, and slab by slab.
 #include "organbake/contour/contour.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 #include "support/files.h"
+#include "support/testing.h"
 #include "surface_steps.h"
 
 namespace organbake {
@@ -46,30 +41,6 @@ TEST(Contour, KeepsCrossingsOffTheGridPoints) {
 TEST(Contour, OfNothingIsEmpty) {
   const std::vector<float> values(27, 0.0f);
   EXPECT_TRUE(contour(std::span<const float>(values), {3, 3, 3}, 0.5).empty());
-}
-
-TEST(CappedField, IsTheVolumeItselfWhenNothingReachesTheBorder) {
-  const Volume ct = scan_of(ball({0, 0, 0}, 8), grid_around_origin({1, 1, 1}, 40));
-  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -300.5, true);
-  std::vector<std::int16_t> copy;
-  EXPECT_EQ(field.slices(0, ct.size[2], copy).data(), ct.voxels.data());
-  EXPECT_EQ(field.margin(), 0);
-}
-
-TEST(CappedField, MirrorsTheBorderAtTheLevel) {
-  Volume ct;
-  ct.size = {2, 2, 2};
-  ct.voxels = {100, 100, 100, 100, 100, 100, 100, -1000};
-  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -300.5, true);
-  EXPECT_EQ(field.size(), (std::array<int, 3>{4, 4, 4}));
-  std::vector<std::int16_t> copy;
-  const auto values = field.slices(0, 4, copy);
-  const auto at = [&](int i, int j, int k) { return values[(k * 4 + j) * 4 + i]; };
-  EXPECT_EQ(at(1, 1, 1), 100);
-  EXPECT_EQ(at(0, 1, 1), -701);  // 2 · −300.5 − 100: the crossing falls half-way
-  EXPECT_EQ(at(1, 1, 0), -701);
-  EXPECT_LT(at(0, 0, 1), -300.5);
-  EXPECT_LT(at(3, 2, 2), -300.5);  // beside the voxel of air
 }
 
 // Noise crosses every kind of edge on every shared slice.

@@ -2,13 +2,6 @@
 // What becomes of a surface: where a scan cuts it, which pieces stay, smoothing.
 #include "surface_steps.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/isosurface/isosurface.h"
@@ -17,6 +10,7 @@
 #include "support/files.h"
 #include "support/meshes.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -342,15 +336,6 @@ TEST(Taubin, SmoothsAndKeepsTheVolume) {
   expect_closed_and_sound(mesh);
 }
 
-TEST(Taubin, KeepsTheVolumeOfASurface) {
-  const Volume ct = scan_of(asymmetric_organ(), grid_around_origin({1, 1, 3}, 60));
-  IsosurfaceOptions options;
-  options.iso_hu = kScanIso_hu;
-  const double plain = signed_volume(extract_isosurface(ct, options).mesh);
-  options.taubin_steps = 50;
-  EXPECT_NEAR(signed_volume(extract_isosurface(ct, options).mesh) / plain, 1, 1e-3);
-}
-
 TEST(Taubin, LeavesBoundariesWhereTheyAre) {
   TriangleMesh mesh = rough_ball(10);
   mesh.faces.resize(mesh.faces.size() / 2);
@@ -369,13 +354,6 @@ TEST(Taubin, LeavesBoundariesWhereTheyAre) {
   }
   EXPECT_GT(boundary, 10u);
   EXPECT_GT(moved, 100u);
-}
-
-TEST(Taubin, NoStepsChangeNothing) {
-  TriangleMesh mesh = rough_ball(10);
-  const TriangleMesh before = mesh;
-  taubin_smooth(mesh, 0);
-  EXPECT_EQ(mesh.vertices, before.vertices);
 }
 
 // Its mask is 30 slices of a scan, told at the wrong place; sections counted by hand.

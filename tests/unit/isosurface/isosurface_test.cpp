@@ -2,12 +2,6 @@
 // The surface of a CT: the level, its place between voxels, what is closed and what is refused.
 #include "organbake/isosurface/isosurface.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -15,6 +9,7 @@
 #include "organbake/phantom/known_answers.h"
 #include "shape_volumes.h"
 #include "support/files.h"
+#include "support/testing.h"
 #include "surface_steps.h"
 
 namespace organbake {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The surface of a label: its volume and place, its stairs, and the blur that takes them away; real
 // organs.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <numeric>
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -15,6 +9,7 @@
 #include "organbake/volume/read_volume.h"
 #include "shape_volumes.h"
 #include "support/files.h"
+#include "support/testing.h"
 #include "surface_steps.h"
 
 namespace organbake {
@@ -299,27 +294,6 @@ TEST(GaussianBlur, OfAPointHasTheVariancesAskedFor) {
   }
 }
 
-TEST(GaussianBlur, KeepsConstantsToTheBorder) {
-  std::vector<float> values(kCount, 0.75f);
-  gaussian_blur(values, kSize, {2, 0.8, 5});
-  for (const float v : values) ASSERT_NEAR(v, 0.75f, 1e-5);
-}
-
-TEST(GaussianBlur, OfAStepIsHalfAtTheStep) {
-  std::vector<float> values(kCount, 0.0f);
-  for (std::size_t v = 0; v < kCount; ++v) values[v] = v % kSize[0] >= 20 ? 1.0f : 0.0f;
-  gaussian_blur(values, kSize, {1.5, 1.5, 1.5});
-  EXPECT_NEAR(0.5 * (values[at(19, 21, 22)] + values[at(20, 21, 22)]), 0.5, 1e-5);
-}
-
-TEST(GaussianBlur, SigmaOfZeroChangesNothing) {
-  std::vector<float> values(kCount);
-  std::iota(values.begin(), values.end(), 0.0f);
-  const std::vector<float> before = values;
-  gaussian_blur(values, kSize, {0, 0, 0});
-  EXPECT_EQ(values, before);
-}
-
 TEST(KeepVolume, OffGivesTheLevelOfTextbooks) {
   // A single voxel: at one half an octahedron of a sixth of its volume.
   Volume mask = grid_around_origin({1, 1, 1}, 10);
@@ -362,14 +336,6 @@ TEST(RealSurface, OfTheAbdomensSkinIsOneClosedPiece) {
   expect_closed_and_sound(surface.mesh);
   EXPECT_EQ(surface.components_kept, 1u);
   EXPECT_GT(surface.components_found, 1u);
-}
-
-TEST(RealSurface, OfTheLungsSegmentationIsClosed) {
-  REQUIRE_SHARED_DATA("ct/lung/3DCT_lung_followup_segmentation.mha");
-  IsosurfaceOptions options;
-  options.label = 137;
-  const Volume mask = read_volume(shared_data("ct/lung/3DCT_lung_followup_segmentation.mha"));
-  expect_closed_and_sound(extract_label_surface(mask, options).mesh);
 }
 
 }  // namespace

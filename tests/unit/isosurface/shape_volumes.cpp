@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "shape_volumes.h"
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-
 #include "organbake/geometry/mesh_checks.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 

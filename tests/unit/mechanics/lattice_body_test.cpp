@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tissue_parts.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <map>
-
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
-
-Eigen::Vector3d corner(int c) { return Eigen::Vector3d(c & 1, c >> 1 & 1, c >> 2 & 1); }
 
 double tissue_volume(const TetrahedralBody& body) {
   double sum = 0;
@@ -30,41 +23,6 @@ Eigen::Vector3d embedded(const TetrahedralBody& body, std::size_t vertex) {
     sum += v.weights[k] * body.nodes_mm[body.tetrahedra[v.tetrahedron].nodes[k]];
   }
   return sum;
-}
-
-TEST(LatticeCell, FiveTetrahedraFillTheCube) {
-  for (const bool odd : {false, true}) {
-    const LatticeCell cell{odd};
-    double volume = 0;
-    for (int t = 0; t < LatticeCell::kTetrahedra; ++t) {
-      const auto c = cell.corners(t);
-      const Eigen::Vector3d a = corner(c[0]);
-      const double six = (corner(c[1]) - a).cross(corner(c[2]) - a).dot(corner(c[3]) - a);
-      EXPECT_GT(six, 0) << t;
-      volume += six / 6;
-    }
-    EXPECT_NEAR(volume, 1, 1e-12);
-  }
-}
-
-TEST(LatticeCell, FindsEveryPoint) {
-  RandomStream random(5);
-  for (const bool odd : {false, true}) {
-    const LatticeCell cell{odd};
-    for (int i = 0; i < 500; ++i) {
-      const Eigen::Vector3d at(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
-      const LatticeCell::Location place = cell.locate(at);
-      const auto c = cell.corners(place.tetrahedron);
-      Eigen::Vector3d again = Eigen::Vector3d::Zero();
-      double sum = 0;
-      for (int k = 0; k < 4; ++k) {
-        again += place.weights[k] * corner(c[k]);
-        sum += place.weights[k];
-      }
-      EXPECT_LT((again - at).norm(), 1e-12);
-      EXPECT_NEAR(sum, 1, 1e-12);
-    }
-  }
 }
 
 // Faces of neighbouring cells must be the same triangles, or the lattice comes apart there.

@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/mechanics/mechanics.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/SparseCholesky>
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <numeric>
-#include <set>
 
 #include "organbake/core/error.h"
 #include "organbake/deform/deformer.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 #include "tissue_parts.h"
 
 namespace organbake {
@@ -150,25 +143,6 @@ TEST(SpringBuilder, ABarHasTheStiffnessOfTissue) {
   EXPECT_NEAR(springs[0].rest_length_mm, 50, kRounding);
   EXPECT_NEAR(springs[0].stiffness_n_per_mm, 0.02, kRounding);
   EXPECT_NEAR(springs[0].damping_n_s_per_mm, std::sqrt(2.4) * 1e-3, kRounding);
-}
-
-TEST(SpringBuilder, BarsBetweenTheSameTwoAddUp) {
-  const TriangleMesh mesh = tetrahedron_mesh();
-  SpringBuilder network(mesh, 1000);
-  network.add_bar(0, 1, 1);
-  network.add_bar(1, 0, 2);
-  const std::vector<Spring> springs = network.springs({1, 1, 1, 1}, 0);
-  ASSERT_EQ(springs.size(), 1u);
-  EXPECT_NEAR(springs[0].stiffness_n_per_mm, 3, kRounding);
-  EXPECT_EQ(springs[0].damping_n_s_per_mm, 0);
-}
-
-TEST(SpringBuilder, CoincidentVerticesGetNoSpring) {
-  TriangleMesh mesh = tetrahedron_mesh();
-  mesh.vertices[3] = mesh.vertices[0];
-  SpringBuilder network(mesh, 10);
-  EXPECT_FALSE(network.add_bar(0, 3, 1));
-  EXPECT_TRUE(network.springs({1, 1, 1, 1}, 1).empty());
 }
 
 std::size_t part_count(const TriangleMesh& mesh, const MechanicsModel& model) {

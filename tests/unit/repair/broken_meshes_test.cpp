@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <iostream>
-#include <string>
-#include <vector>
 
 #include "organbake/decimate/decimate.h"
 #include "organbake/decimate/mesh_distance.h"
@@ -16,6 +8,7 @@
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/repair/repair.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 #include "voxel_mesh.h"
 
 namespace organbake {
@@ -133,27 +126,6 @@ TriangleMesh lobes_at_a_vertex() {
   return mesh;
 }
 
-// A tube of square section round the z axis: a vessel's loop, of genus 1.
-TriangleMesh ring_mesh(double radius_mm, double thick_mm) {
-  TriangleMesh mesh;
-  constexpr std::uint32_t kRound = 48, kAcross = 16;
-  for (std::uint32_t i = 0; i < kRound; ++i)
-    for (std::uint32_t j = 0; j < kAcross; ++j) {
-      const double a = 2 * M_PI * i / kRound, b = 2 * M_PI * j / kAcross;
-      const double r = radius_mm + thick_mm * std::cos(b);
-      mesh.vertices.emplace_back(r * std::cos(a), r * std::sin(a), thick_mm * std::sin(b));
-    }
-  for (std::uint32_t i = 0; i < kRound; ++i)
-    for (std::uint32_t j = 0; j < kAcross; ++j) {
-      const std::uint32_t p = i * kAcross + j, q = i * kAcross + (j + 1) % kAcross,
-                          r = (i + 1) % kRound * kAcross + j,
-                          s = (i + 1) % kRound * kAcross + (j + 1) % kAcross;
-      mesh.faces.push_back({p, r, s});
-      mesh.faces.push_back({p, s, q});
-    }
-  return mesh;
-}
-
 // Faces cut on one side of an edge only: a vertex lies in the middle of its neighbour's edge.
 TriangleMesh with_t_junctions(TriangleMesh mesh, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -220,13 +192,6 @@ TriangleMesh with_mobius_strip(TriangleMesh mesh) {
   return mesh;
 }
 
-TriangleMesh half_of(const TriangleMesh& mesh) {
-  return without_faces(mesh, [&](std::size_t f) {
-    const Face& face = mesh.faces[f];
-    return mesh.vertices[face[0]].z() + mesh.vertices[face[1]].z() + mesh.vertices[face[2]].z() < 0;
-  });
-}
-
 // Twenty-four of them, anatomy-like: lumpy organs, lobes, vessels and voxels with non-manifold
 // edges and vertices, tunnels, islands, duplicates, doubled vertices, mixed winding, holes, fins,
 // walls.
@@ -251,7 +216,8 @@ std::vector<BrokenMesh> broken_meshes() {
   all.push_back({"lobes that share a vertex", lobes_at_a_vertex(), touching});
   all.push_back({"two lobes apart", lobes, lobes});
   all.push_back({"a cavity wound as a solid", hollow, joined(sound, inside_out(cavity))});
-  all.push_back({"a vessel's loop", wound_at_random(ring_mesh(40, 9)), ring_mesh(40, 9)});
+  const TriangleMesh ring = torus_mesh(40, 9, 48, 16);
+  all.push_back({"a vessel's loop", wound_at_random(ring), ring});
   all.push_back({"T-junctions", with_t_junctions(sound, 60), sound});
   all.push_back(voxels("voxels that touch at edges", 0.02));
   all.push_back(voxels("voxels eaten at the rim", 0.05));
@@ -265,8 +231,9 @@ std::vector<BrokenMesh> broken_meshes() {
                  soup_of(with_specks(with_duplicates(wound_at_random(sound), 100), 12)), sound});
   all.push_back({"a wall, turned faces and holes",
                  with_wall(without_faces(wound_at_random(sound), every(700))), sound});
+  const TriangleMesh upper = cut_in_half(sound, Vector3d::UnitZ());
   BrokenMesh half{"half an organ with turned faces and fins",
-                  with_duplicates(wound_at_random(half_of(sound)), 50), half_of(sound)};
+                  with_duplicates(wound_at_random(upper), 50), upper};
   half.open = true;
   all.push_back(half);
   TriangleMesh flat = sound;
@@ -280,6 +247,15 @@ std::vector<BrokenMesh> broken_meshes() {
   all.push_back({"faces without an area", flat, sound});
   return all;
 }
+
+// What is said to have been done where nothing but these faces is wrong: all else stays as it was.
+const std::map<std::string, std::string> kDone = {
+    {"mixed winding", "faces that were wound against their neighbours turned"},
+    {"duplicate faces, some turned", "400 duplicate faces dropped"},
+    {"faces without an area", "faces without an area dropped"},
+    {"fins", "15 faces of fins dropped"},
+    {"a wall inside", "faces of walls inside dropped"}};
+constexpr double kSame = 1e-9;  // of a volume: the same corners, other sums
 
 // The targets where no wrap is needed: volume within 1 %, no point farther off than 0.5 mm.
 constexpr double kVolumeShare = 0.01, kDistance_mm = 0.5;
@@ -301,11 +277,15 @@ TEST_P(BrokenMeshes, BecomeUsableOrgans) {
   EXPECT_EQ(topology.misoriented_edges, 0u);
   EXPECT_EQ(topology.closed_manifold(), !broken.open);
   EXPECT_EQ(repaired.wrapped, broken.needs_wrap);
-  for (const std::string& done : repaired.done) std::cout << broken.name << ": " << done << "\n";
-
+  const auto done = kDone.find(broken.name);
+  if (done != kDone.end()) {
+    EXPECT_THAT(repaired.done, testing::Contains(testing::HasSubstr(done->second)));
+  }
   if (!broken.open) {
     const double share = signed_volume(repaired.mesh) / signed_volume(broken.meant) - 1;
-    EXPECT_LT(std::abs(share), broken.needs_wrap ? kWrapVolumeShare : kVolumeShare);
+    EXPECT_LT(std::abs(share), done != kDone.end() ? kSame
+                               : broken.needs_wrap ? kWrapVolumeShare
+                                                   : kVolumeShare);
   }
   if (!broken.needs_wrap) {
     EXPECT_LT(largest_distance(broken.meant, repaired.mesh, RayScene(repaired.mesh)), kDistance_mm);

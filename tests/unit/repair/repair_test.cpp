@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/repair/repair.h"
 
-#include <gmock/gmock.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <functional>
-#include <map>
-
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 #include "voxel_mesh.h"
 
 namespace organbake {
@@ -37,91 +31,6 @@ TEST(Repair, ASoundSurfaceComesBackAsItIs) {
   EXPECT_EQ(repaired.mesh.vertices, organ.vertices);
   EXPECT_THAT(repaired.done, IsEmpty());
   EXPECT_NEAR(repaired.max_mm, 0, 1e-4);
-}
-
-TEST(Repair, AWallInsideGoesAndTheSkinStays) {
-  TriangleMesh organ = voxel_mesh(6, 10, [](int, int, int) { return true; });
-  const double volume = signed_volume(organ);
-  const std::size_t skin = organ.faces.size();
-  // A wall across the middle, on the skin's own vertices where it meets it.
-  std::map<std::array<int, 2>, std::uint32_t> at;
-  for (std::uint32_t v = 0; v < organ.vertices.size(); ++v) {
-    const Eigen::Vector3d& p = organ.vertices[v];
-    if (p.z() == 30) at[{int(p.x() / 10), int(p.y() / 10)}] = v;
-  }
-  for (int y = 0; y <= 6; ++y) {
-    for (int x = 0; x <= 6; ++x) {
-      if (at.contains({x, y})) continue;
-      at[{x, y}] = static_cast<std::uint32_t>(organ.vertices.size());
-      organ.vertices.emplace_back(10 * x, 10 * y, 30);
-    }
-  }
-  for (int y = 0; y < 6; ++y) {
-    for (int x = 0; x < 6; ++x) {
-      organ.faces.push_back({at[{x, y}], at[{x + 1, y}], at[{x + 1, y + 1}]});
-      organ.faces.push_back({at[{x, y}], at[{x + 1, y + 1}], at[{x, y + 1}]});
-    }
-  }
-  EXPECT_GT(analyse_topology(organ).non_manifold_edges, 0u);
-  const RepairSummary repaired = repair(organ, {});
-  expect_sound(repaired);
-  EXPECT_EQ(repaired.mesh.faces.size(), skin);
-  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
-  EXPECT_FALSE(repaired.wrapped);
-  EXPECT_THAT(repaired.done, Contains("72 faces of walls inside dropped"));
-}
-
-TEST(Repair, AFinOutsideGoes) {
-  TriangleMesh organ = voxel_mesh(4, 10, [](int, int, int) { return true; });
-  const double volume = signed_volume(organ);
-  // On an edge of the top face, standing up from it.
-  std::uint32_t a = 0, b = 0;
-  for (std::uint32_t v = 0; v < organ.vertices.size(); ++v) {
-    if (organ.vertices[v] == Eigen::Vector3d(10, 20, 40)) a = v;
-    if (organ.vertices[v] == Eigen::Vector3d(20, 20, 40)) b = v;
-  }
-  organ.vertices.emplace_back(15, 20, 55);
-  organ.faces.push_back({a, b, static_cast<std::uint32_t>(organ.vertices.size() - 1)});
-  const RepairSummary repaired = repair(organ, {});
-  expect_sound(repaired);
-  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
-  EXPECT_THAT(repaired.done, Contains("1 face of a fin dropped"));
-}
-
-TEST(Repair, SolidsThatTouchAtEdgesAndCornersAreParted) {
-  // A body of voxels with pits that touch each other along edges and at corners.
-  const auto inside = [](int x, int y, int z) {
-    const bool pit = z == 7 && x > 0 && y > 0 && x < 7 && y < 7 && (x + y) % 2 == 0;
-    return !pit;
-  };
-  TriangleMesh organ = voxel_mesh(8, 5, inside);
-  EXPECT_GT(analyse_topology(organ).non_manifold_edges, 0u);
-  const double volume = signed_volume(organ);
-  const RepairSummary repaired = repair(organ, {.most_tunnels = 1000});
-  expect_sound(repaired);
-  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
-  EXPECT_EQ(analyse_topology(repaired.mesh).components, 1u);
-  EXPECT_FALSE(repaired.wrapped);
-  EXPECT_LT(repaired.max_mm, 1e-3);
-}
-
-TEST(Repair, FacesTurnedTwiceThereOrWithoutAreaAreMended) {
-  TriangleMesh organ = lumpy_mesh(40, 3);
-  const TriangleMesh right = organ;
-  for (std::size_t f = 0; f < organ.faces.size(); f += 7) {
-    std::swap(organ.faces[f][0], organ.faces[f][1]);
-  }
-  for (std::size_t f = 0; f < 30; ++f) {
-    const Face face = organ.faces[5 * f];
-    organ.faces.push_back({face[1], face[2], face[0]});
-    organ.faces.push_back({face[1], face[1], face[0]});
-  }
-  const RepairSummary repaired = repair(organ, {});
-  expect_sound(repaired);
-  EXPECT_NEAR(signed_volume(repaired.mesh) / signed_volume(right), 1, kExact);
-  EXPECT_THAT(repaired.done, Contains("30 duplicate faces dropped"));
-  EXPECT_THAT(repaired.done, Contains("30 faces without an area dropped"));
-  EXPECT_THAT(repaired.done, Contains(HasSubstr("wound against")));
 }
 
 TEST(Repair, ASurfaceInsideOutIsTurnedAndACavityKept) {

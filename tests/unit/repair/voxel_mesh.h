@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
-#include <functional>
-#include <map>
-#include <utility>
-
 #include "organbake/geometry/triangle_mesh.h"
+#include "support/testing.h"
 
 namespace organbake {
 
