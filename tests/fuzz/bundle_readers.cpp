@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bundles, packs, scripts and states. What the readers let pass must be playable.
-#include <cmath>
 
 #include "fuzz/readers.h"
+
+#include <cmath>
+
 #include "organbake/bundle/bundle_pack.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/bundle/stored_maps.h"
@@ -56,7 +58,11 @@ const Intrinsics kLens = small_bundle().cameras.cameras[0].intrinsics;
 constexpr std::size_t kFaces = 4;
 
 void read_pack_maps(std::span<const std::byte> bytes, const InputFolder&) {
-  decoded_maps(bytes, kLens, kFaces, "maps");
+  const CameraMaps maps = decoded_maps(bytes, kLens, kFaces, "maps");
+  for (std::size_t i = 0; i < maps.face.size(); ++i)
+    expect_invariant(maps.face[i] == kNoFace || (maps.face[i] < kFaces && maps.depth_mm[i] > 0 &&
+                                                 std::isfinite(maps.depth_mm[i])),
+                     "a texel on no face or at no depth");
 }
 
 Bundle with_skin() {

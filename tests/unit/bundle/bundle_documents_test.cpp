@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <functional>
-#include <limits>
 
 #include "organbake/bundle/lighting.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/error.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
 #include <sys/stat.h>
-#include <fstream>
-#include <limits>
 
 #include "organbake/bundle/base_layer.h"
 #include "organbake/bundle/bundle_reader.h"
@@ -12,6 +9,7 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <numbers>
 
 #include "baking.h"
 #include "organbake/capture/filtered_detail.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
+#include "support/testing.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {
@@ -229,31 +224,6 @@ TEST(DepthEdges, APlaneHasOnlyTheImagesBorder) {
     EXPECT_FLOAT_EQ(map[12 * kSize + 2], 2.5f);
     EXPECT_FLOAT_EQ(map[kSize * kSize - 1], 0.5f);
   }
-}
-
-TEST(DepthEdges, AStepIsAnEdgeForBothSides) {
-  const auto map = distances([](int x, int) { return x < 12 ? 100.0f : 120.0f; });
-  EXPECT_FLOAT_EQ(map[12 * kSize + 11], 0.5f);
-  EXPECT_FLOAT_EQ(map[12 * kSize + 12], 0.5f);
-  EXPECT_FLOAT_EQ(map[12 * kSize + 9], 2.5f);
-  EXPECT_FLOAT_EQ(map[12 * kSize + 18], kReach);
-}
-
-TEST(DepthEdges, OutlinesCountAndBackgroundIsZero) {
-  const auto map = distances([](int x, int y) { return x + y < 24 ? 100.0f : kNothing; });
-  EXPECT_EQ(map[20 * kSize + 20], 0);
-  EXPECT_EQ(map[12 * kSize + 12], 0);
-  EXPECT_FLOAT_EQ(map[11 * kSize + 12], 0.5f);
-  EXPECT_NEAR(map[10 * kSize + 11], std::sqrt(3.25), 1e-6);
-}
-
-TEST(DepthEdges, AnEmptyMapIsAllZero) {
-  for (const float value : distances([](int, int) { return kNothing; })) EXPECT_EQ(value, 0);
-}
-
-TEST(DepthEdges, OneTexelMaps) {
-  EXPECT_EQ(depth_edge_distance(std::vector<float>{5.0f}, 1, 1, kFocal, kReach)[0], 0.5f);
-  EXPECT_EQ(depth_edge_distance(std::vector<float>{kNothing}, 1, 1, kFocal, kReach)[0], 0);
 }
 
 // Texels of 0.25 mm at 100 mm, as a map of 1024² has them.

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <atomic>
-#include <cmath>
-#include <cstring>
-#include <limits>
 
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
@@ -15,6 +9,7 @@
 #include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

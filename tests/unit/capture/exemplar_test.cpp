@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/surface_color.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-
 #include "coloring.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 
 #include "coloring.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

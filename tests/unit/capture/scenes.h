@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
-
 #include "organbake/capture/capture.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/image/srgb.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/capture.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <map>
-#include <numbers>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/smooth_skin.h"
+#include "support/testing.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/surface_color.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "coloring.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
+#include "support/testing.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {
@@ -233,13 +228,6 @@ TEST(SolidNoise, GradientIsTheValuesSlopeAlsoAcrossCells) {
       EXPECT_NEAR(at.gradient_per_mm[axis], slope, 1e-7);
     }
   }
-}
-
-TEST(SolidNoise, SeedsAndCellsMatter) {
-  const Vector3d point(1.7, -2.3, 5.1);
-  EXPECT_EQ(SolidNoise(1, 4.0).value(point), SolidNoise(1, 4.0).value(point));
-  EXPECT_NE(SolidNoise(1, 4.0).value(point), SolidNoise(2, 4.0).value(point));
-  EXPECT_NEAR(SolidNoise(1, 4.0).value(point), SolidNoise(1, 8.0).value(2 * point), 1e-14);
 }
 
 TEST(SolidNoise, AbsurdPointsAreZero) {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <filesystem>
-#include <limits>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -18,6 +12,7 @@
 #include "proxies.h"
 #include "support/meshes.h"
 #include "support/places.h"
+#include "support/testing.h"
 #include "unit/decimate/seeded_meshes.h"
 
 namespace organbake {

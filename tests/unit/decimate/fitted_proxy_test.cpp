@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <set>
 
 #include "fitting.h"
 #include "organbake/core/error.h"
@@ -12,6 +7,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "proxies.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 #include "unit/decimate/seeded_meshes.h"
 
 namespace organbake {
@@ -57,16 +53,6 @@ TEST(FittedProxy, OfASphereIsNearTheBestKnown) {
   DecimateOptions largest{.faces = 80, .objective = DecimateObjective::max};
   const DecimateResult m = decimate(sphere_mesh(100, 4), largest);
   EXPECT_LT(std::max(m.max_mm, m.reverse_max_mm), 4.2);  // Lindstrom–Turk: 6.9
-}
-
-TEST(FittedProxy, LooksOutward) {
-  const TriangleMesh mesh = lumpy_mesh(50, 4);
-  const DecimateResult s = fitted(mesh, 80);
-  for (std::size_t f = 0; f < s.proxy.faces.size(); ++f) {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const std::uint32_t v : s.proxy.faces[f]) center += s.proxy.vertices[v] / 3;
-    EXPECT_GT(face_normal(s.proxy, f).dot(center), 0);  // the body is star-shaped
-  }
 }
 
 // Of a face's normal and those of its corners: below 0 it lies folded over onto its neighbours.
@@ -161,15 +147,6 @@ TEST(FittedProxy, AFlatSidedBodyLosesNothing) {
   EXPECT_LT(std::max(s.max_mm, s.reverse_max_mm), 0.01);
 }
 
-TEST(QuadricCollapse, StaysManifoldWithinTheBudget) {
-  const TriangleMesh mesh = moved(lumpy_mesh(50, 4), {1e5, 0, 0});
-  const DecimateResult s = decimate(mesh, {.method = DecimateMethod::quadric, .faces = 80});
-  EXPECT_LE(s.proxy.faces.size(), 80u);
-  EXPECT_TRUE(s.closed_manifold);
-  EXPECT_EQ(s.genus, 0);
-  EXPECT_LT(s.rms_mm, 5);
-}
-
 using Eigen::Vector3d;
 
 // A flat square of 3 × 3 vertices whose middle one is pulled over the far edge of a face round it.
@@ -257,25 +234,6 @@ TEST(DraftProxy, CannotKeepAnErrorBudget) {
                UsageError);
 }
 
-TEST(FastCollapse, ReachesTheCountAndStaysManifold) {
-  const TriangleMesh mesh = lumpy_mesh(50, 5);  // 20,480 faces
-  for (const std::size_t faces : {200, 2000, 10'000}) {
-    const TriangleMesh thin = fast_collapse(mesh, faces);
-    EXPECT_LE(thin.faces.size(), faces);
-    EXPECT_GE(thin.faces.size(), faces - 2);
-    EXPECT_TRUE(analyse_topology(thin).closed_manifold());
-    EXPECT_EQ(analyse_topology(thin).unused_vertices, 0u);
-    EXPECT_NEAR(signed_volume(thin) / signed_volume(mesh), 1, 0.03);
-  }
-}
-
-TEST(FastCollapse, KeepsGenusAndStopsAtTheTopology) {
-  const TriangleMesh mesh = perforated_plate(3, 5, 4);
-  const TriangleMesh thin = fast_collapse(mesh, 4);  // far too few
-  EXPECT_EQ(analyse_topology(thin).euler_characteristic, -4);
-  EXPECT_TRUE(analyse_topology(thin).closed_manifold());
-}
-
 TEST(FastCollapse, LeavesTheBorderWhereItIs) {
   const TriangleMesh mesh = opened(lumpy_mesh(50, 4), 1);
   const TriangleMesh thin = fast_collapse(mesh, 500);
@@ -308,27 +266,6 @@ TEST(VertexClustering, FacesStayOutward) {
   const double sphere = 4.0 / 3 * 3.14159265 * 50 * 50 * 50;
   EXPECT_GT(volume, 0.6 * sphere);
   EXPECT_LT(volume, sphere);
-}
-
-TEST(VertexClustering, ALargeOffsetChangesNothing) {
-  // Powers of two, so that moving rounds nothing and the grid stays where it is.
-  const TriangleMesh mesh = grid_box({64, 64, 64}, 16);
-  const Eigen::Vector3d offset(1 << 20, -(1 << 19), 1 << 18);
-  const TriangleMesh a = cluster_vertices(mesh, 100);
-  const TriangleMesh b = cluster_vertices(moved(mesh, offset), 100);
-  ASSERT_EQ(a.faces, b.faces);
-  for (std::size_t v = 0; v < a.vertices.size(); ++v) {
-    EXPECT_LT((a.vertices[v] + offset - b.vertices[v]).norm(), 1e-9);
-  }
-}
-
-TEST(VertexClustering, NothingLeftIsReportedAsEmpty) {
-  TriangleMesh mesh = tetrahedron_mesh();
-  mesh.faces = {{0, 0, 1}};
-  EXPECT_TRUE(cluster_vertices(mesh, 80).empty());
-  mesh.vertices.assign(4, {1, 2, 3});
-  mesh.faces = {{0, 1, 2}};
-  EXPECT_TRUE(cluster_vertices(mesh, 80).empty());
 }
 
 }  // namespace

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/decimate/mesh_distance.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
@@ -15,6 +10,7 @@
 #include "organbake/raycast/ray_scene.h"
 #include "proxies.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -229,13 +225,6 @@ TEST(SplitHubs, RefuseWhatStaysOne) {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-TEST(ManifoldFaces, KeepAManifoldAsItIs) {
-  const TriangleMesh mesh = lumpy_mesh(10, 2), kept = manifold_faces(mesh);
-  EXPECT_EQ(kept.vertices.size(), mesh.vertices.size());
-  EXPECT_EQ(kept.faces.size(), mesh.faces.size());
-  EXPECT_EQ(signed_volume(kept), signed_volume(mesh));
-}
 
 TEST(ManifoldFaces, TurnAnInwardSurface) {
   TriangleMesh mesh = lumpy_mesh(10, 2);

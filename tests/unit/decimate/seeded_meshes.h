@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <map>
-
 #include "organbake/core/random.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 

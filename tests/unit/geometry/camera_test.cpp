@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/geometry/camera.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <cmath>
-#include <limits>
-#include <map>
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/view_manifold.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/geometry/refine.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <numeric>
-#include <set>
-
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/polygon.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-
+#include "organbake/geometry/smooth_skin.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/geometry/shell.h"
-#include "organbake/geometry/smooth_skin.h"
 #include "organbake/geometry/vertex_gradients.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/geometry/triangle_mesh.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <numbers>
-#include <set>
-#include <utility>
-
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -51,20 +42,6 @@ TEST(VertexNormals, AreUnitEvenWithoutFaces) {
   TriangleMesh lone;
   lone.vertices = {{1, 2, 3}};
   EXPECT_EQ(vertex_normals(lone)[0], Eigen::Vector3d::UnitZ());
-}
-
-TEST(VertexFaces, ListsEveryUseInOrder) {
-  const TriangleMesh mesh = sphere_mesh(1, 1);
-  const VertexFaces around(mesh.faces, mesh.vertices.size());
-  std::size_t uses = 0;
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    const auto faces = around.of(v);
-    uses += faces.size();
-    EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
-    for (const std::uint32_t f : faces)
-      EXPECT_NE(std::find(mesh.faces[f].begin(), mesh.faces[f].end(), v), mesh.faces[f].end());
-  }
-  EXPECT_EQ(uses, 3 * mesh.faces.size());
 }
 
 // Of an open mesh as well, where an edge has one face.

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/image/png.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

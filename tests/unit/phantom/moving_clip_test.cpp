@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/phantom/laparoscopy.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-
 #include "moving_scene.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
+#include "support/testing.h"
 #include "tissue_of_tests.h"
 
 namespace organbake {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/phantom/phantom.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -83,16 +78,6 @@ TEST(OrganShape, SampleIsTheValueWithItsGradient) {
       const double slope = (shape.value(point + step) - shape.value(point - step)) / (2 * kStep);
       EXPECT_NEAR(at.gradient[axis], slope, kTolerance);
     }
-  }
-}
-
-TEST(OrganShape, SurfacePointsAreTheZeroSet) {
-  const OrganShape shape(7, 0.8, kCenter);
-  for (const Vector3d& direction : make_icosphere(3).vertices) {
-    const Vector3d point = shape.surface_point(direction);
-    EXPECT_NEAR(shape.value(point), 0, 1e-12);
-    EXPECT_GT(shape.value(kCenter + 0.9 * (point - kCenter)), 0);
-    EXPECT_LT(shape.value(kCenter + 1.1 * (point - kCenter)), 0);
   }
 }
 

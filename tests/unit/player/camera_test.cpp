@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/orbit.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <fstream>
-#include <limits>
-#include <numbers>
-#include <vector>
-
 #include "organbake/core/error.h"
 #include "organbake/player/bundle_list.h"
 #include "organbake/player/embedded_player.h"
@@ -17,6 +8,7 @@
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/play.h"
 #include "organs_to_play.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

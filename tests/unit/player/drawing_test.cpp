@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of a player: by another way of drawing in the processor's place, of several organs, in
 // false colours.
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
 
 #include "organbake/core/error.h"
 #include "organbake/image/difference.h"
@@ -16,6 +12,7 @@
 
 #ifdef ORGANBAKE_GRAPHICS
 #include "organbake/graphics/offscreen_drawing.h"
+#include "support/testing.h"
 #endif
 
 namespace organbake {

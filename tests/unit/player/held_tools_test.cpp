@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/held_tools.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <numbers>
-#include <string>
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
@@ -17,6 +11,7 @@
 #include "organbake/player/skin_point.h"
 #include "organbake/warp/solids.h"
 #include "organs_to_play.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

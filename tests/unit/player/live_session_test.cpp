@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/live_session.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <memory>
-
 #include "organbake/warp/organ_source.h"
 #include "organs_to_play.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

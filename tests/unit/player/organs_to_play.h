@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/play.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -23,6 +16,7 @@
 #include "organs_to_play.h"
 #include "support/error_message.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -55,19 +49,6 @@ TEST(Play, GivesTheSameBytesForAnyNumberOfThreads) {
   const auto one = frames_of(short_script(10), 1), two = frames_of(short_script(10), 2);
   ASSERT_EQ(one.size(), 8u);
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(one[i].pixels, two[i].pixels) << i;
-}
-
-TEST(Play, APokeMovesTheProxyAndTheReleaseBringsItBack) {
-  Player player(organ_to_play());
-  const auto rest = player.proxy_positions();
-  hold_poke(player, organ_to_play().cameras.manifold.directions[0], 0.2, 6);
-  double moved = 0;
-  for (std::size_t v = 0; v < rest.size(); ++v) {
-    moved = std::max(moved, (player.proxy_positions()[v] - rest[v]).norm());
-  }
-  EXPECT_GT(moved, 1);  // of a 90 mm body pressed in by 18 mm
-  player.reset();
-  EXPECT_EQ(player.proxy_positions(), rest);
 }
 
 TEST(Play, ReportsEveryFrame) {

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
@@ -15,6 +8,7 @@
 #include "organbake/warp/paper_warp.h"
 #include "organs_to_play.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // States that another solver sets, against the player's own.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <numeric>
 
 #include "fuzz/heap_meter.h"
 #include "organbake/core/error.h"
@@ -15,6 +8,7 @@
 #include "organbake/player/player.h"
 #include "organs_to_play.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

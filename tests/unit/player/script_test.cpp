@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/script.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <fstream>
-
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/player/skin_point.h"
 #include "organs_to_play.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -119,21 +114,6 @@ TEST(CameraAt, PassesThroughKeyframesWithoutAJerk) {
     }
     last_step = step;
   }
-}
-
-TEST(Script, ACapsulesAxisIsReadAndWrittenBack) {
-  Script script;
-  script.name = "blade";
-  script.camera = {{0, {}}};
-  InstrumentPath blade{"blade", {.radius_mm = 4}, {{0, Eigen::Vector3d(1, 2, 3)}}};
-  blade.instrument.axis_mm = {20, -0.1, 5};
-  script.instruments = {blade};
-  const Script read = script_from_json(script_to_json(script), "blade.json");
-  ASSERT_EQ(read.instruments.size(), 1u);
-  EXPECT_EQ(read.instruments[0].instrument.axis_mm, blade.instrument.axis_mm);
-  blade.instrument.axis_mm = {2e9, 0, 0};
-  script.instruments = {blade};
-  EXPECT_THROW(script_from_json(script_to_json(script), "blade.json"), BadDataError);
 }
 
 std::string script_with(const std::string& camera, const std::string& more = "") {

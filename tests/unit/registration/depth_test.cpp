@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "cost_functions/cost_functions.h"
 #include "depth/depth_alignment.h"
@@ -11,6 +7,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/phantom/known_answers.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -99,31 +96,6 @@ TEST_F(Depth, OfWhatStandsBehindTheOrganMatchesLittle) {
   }
   EXPECT_GT(on, 100);
   EXPECT_LT(elsewhere, 0.15 * on);
-}
-
-TEST_F(Depth, RowsSlopesAreTheFiniteDifferences) {
-  const SeenDepth depth = seen({.noise = 0.01});
-  DepthState state = true_state();
-  state.pose = moved(state.pose, Motion::Constant(0.02));
-  state.log_scale = 0.1;
-  const auto matches = match_depth(half_, depth, state);
-  constexpr double kStep = 1e-6, kTolerance = 1e-6;
-  int tried = 0;
-  for (std::size_t i = 0; i < matches.size() && tried < 20; i += 7) {
-    if (matches[i].kind != DepthMatch::Kind::on) continue;
-    ++tried;
-    const DepthRow row = depth_row(depth.points[i], matches[i], state, half_.center());
-    for (int j = 0; j < 7; ++j) {
-      const auto at = [&](double step) {
-        DepthState other = state;
-        if (j < 6) other.pose = moved(state.pose, step * Motion::Unit(j));
-        if (j == 6) other.log_scale += step;
-        return depth_row(depth.points[i], matches[i], other, half_.center()).distance;
-      };
-      EXPECT_NEAR(row.slope[j], (at(kStep) - at(-kStep)) / (2 * kStep), kTolerance) << j;
-    }
-  }
-  EXPECT_EQ(tried, 20);
 }
 
 TEST_F(Depth, CostHasItsOwnSlopes) {

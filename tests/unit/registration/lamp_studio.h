@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <memory>
-#include <numbers>
-
 #include "organbake/core/random.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "appearance/prediction.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "cost_functions/cost_functions.h"
 #include "lamp_studio.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/registration/register_photo.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -44,22 +41,6 @@ struct Scene {
     return p;
   }
 };
-
-TEST(Prediction, CoversWhatTheSurfaceCovers) {
-  const Scene scene;
-  const Prediction p = scene.at(Motion::Zero());
-  const RigidTransform camera_from_world = rigid_transform(scene.pose, scene.surface.center());
-  for (const SurfaceSample& sample : scene.surface.samples()) {
-    const Eigen::Vector2d pixel = project(scene.level.intrinsics, camera_from_world * sample.point);
-    const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
-    ASSERT_TRUE(p.contains(x, y));
-    // The outline crosses some pixels between the eight rays that ask about them.
-    float most = 0;
-    for (int v = y - 1; v <= y + 1; ++v)
-      for (int u = x - 1; u <= x + 1; ++u) most = std::max(most, p.coverage[p.index(u, v)]);
-    EXPECT_GT(most, 0);
-  }
-}
 
 // Pixel gradient × projection × pose, plus the shading's own change, against redrawing.
 TEST(Prediction, DerivativeIsTheFiniteDifferences) {
@@ -286,16 +267,6 @@ TEST(NccBlock, HalfTheSquaredResidualIsOneMinusR) {
   }
 }
 
-TEST(NccBlock, IsBlindToGainAndOffset) {
-  Values v = random_values(300, 3);
-  const NccBlock block(v.a, v.weights);
-  const double before = block.correlate(v.b, nullptr);
-  v.b = (7 * v.b.array() - 3).matrix();
-  EXPECT_NEAR(block.correlate(v.b, nullptr), before, kRounding);
-  v.b = -v.b;
-  EXPECT_NEAR(block.correlate(v.b, nullptr), -before, kRounding);
-}
-
 TEST(NccBlock, DerivativeIsTheFiniteDifferences) {
   const Values v = random_values(200, 5);
   const NccBlock block(v.a, v.weights);
@@ -309,19 +280,6 @@ TEST(NccBlock, DerivativeIsTheFiniteDifferences) {
   block.correlate(v.b + kStep * way, after.data());
   EXPECT_LT(((after - before) / (2 * kStep) - derivative.col(0)).norm(),
             1e-8 * derivative.norm() + 1e-10);
-}
-
-TEST(NccBlock, ConstantsCorrelateWithNothing) {
-  Values v = random_values(50, 7);
-  const NccBlock block(v.a, v.weights);
-  const Eigen::VectorXd flat = Eigen::VectorXd::Constant(50, 0.3);
-  Eigen::VectorXd r(50);
-  EXPECT_EQ(block.correlate(flat, r.data()), 0);
-  EXPECT_NEAR(0.5 * r.squaredNorm(), 0.5, kRounding) << "half of ‖â‖²: there is no b̂ to take off";
-  NccBlock::RowMajor derivative = NccBlock::RowMajor::Ones(50, 3);
-  block.to_residual_derivative(flat, derivative);
-  EXPECT_TRUE(derivative.isZero());
-  EXPECT_FALSE(NccBlock(std::vector<double>(50, 0.2), v.weights).usable());
 }
 
 }  // namespace

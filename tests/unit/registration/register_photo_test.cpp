@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/registration/register_photo.h"
 
-#include <gtest/gtest.h>
-
 #include <tbb/global_control.h>
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "appearance/prediction.h"
 #include "cost_functions/cost_functions.h"
@@ -15,6 +10,7 @@
 #include "organbake/geometry/refine.h"
 #include "organbake/registration/registered_surface.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <numbers>
 
 #include "color/tissue.h"
 #include "cost_functions/cost_functions.h"
@@ -15,6 +10,7 @@
 #include "organbake/image/srgb.h"
 #include "support/meshes.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

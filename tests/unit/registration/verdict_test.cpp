@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
 
 #include <ceres/ceres.h>
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <numbers>
-#include <optional>
 
 #include "cost_functions/cost_functions.h"
 #include "lamp_studio.h"
@@ -19,6 +12,7 @@
 #include "pose/poses.h"
 #include "support/meshes.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -142,13 +136,6 @@ ObjectPose some_pose() {
   return pose;
 }
 
-TEST(ObjectPose, ComesBackFromTheTransform) {
-  const Vector3d center(40, -30, 20);
-  const ObjectPose pose = some_pose();
-  const ObjectPose again = object_pose(rigid_transform(pose, center), center);
-  EXPECT_LT(motion_between(pose, again).norm(), 1e-12);
-}
-
 TEST(ObjectPose, MotionBetweenIsWhatMoved) {
   Motion motion;
   motion << 0.3, -0.5, 0.2, 4, -2, 7;
@@ -189,12 +176,6 @@ TEST(ObjectPose, MotionByNumbersIsTheFiniteDifferences) {
     const Numbers change = (numbers(step) - numbers(-step)) / (2 * kStep);
     EXPECT_LT((motion_by_numbers(at.data()) * change - Motion::Unit(j)).norm(), 1e-8) << j;
   }
-}
-
-TEST(Reduced, KeepsRaysInPlace) {
-  const Intrinsics k = lens(true), half = reduced(k, 4);
-  const Vector3d x(30, -20, 250);
-  EXPECT_LT((project(k, x) / 4 - project(half, x)).norm(), 1e-12);
 }
 
 const Intrinsics kLens{800, 600, 900, 910, 405, 296, -0.1, 0.02};

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/shading/depth_maps.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
-#include <map>
-#include <numbers>
-
 #include "known_depth.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
@@ -21,6 +12,7 @@
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

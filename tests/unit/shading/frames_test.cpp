@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/shading/frame_source.h"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
-#include <fstream>
-
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
@@ -13,6 +8,7 @@
 #include "organbake/shading/prepared_frame.h"
 #include "support/error_message.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "organbake/phantom/known_answers.h"
 #include "organbake/shading/grid.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdlib>
-#include <numbers>
-
 #include "known_depth.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
@@ -15,6 +8,7 @@
 #include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/laparoscope.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <string>
-#include <vector>
-
+#include "organbake/shading/masks.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
 
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
@@ -15,6 +10,7 @@
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/prepared_frame.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 

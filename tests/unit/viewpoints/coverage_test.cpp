@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/viewpoints/placement.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <numbers>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/ply.h"
 #include "sight.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
@@ -303,23 +298,6 @@ TEST(Sight, AnyIsTheUnionOfEach) {
   }
   const SampleBits any = sight.seen_from_any(eyes, samples, limits);
   for (std::size_t i = 0; i < samples.size(); ++i) EXPECT_EQ(any.test(i), united.test(i)) << i;
-}
-
-TEST(SampleSurface, IsEvenByAreaAndOnTheSurface) {
-  // A box of 1 × 2 × 3: its sides have 2, 3 and 6 of 22.
-  const SurfaceSamples samples = sample_surface(box_mesh({1, 2, 3}), 22'000, 5);
-  std::array<int, 3> of_axis = {};
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    Eigen::Index axis = 0;
-    samples.normals[i].cwiseAbs().maxCoeff(&axis);
-    ++of_axis[axis];
-    const double at = samples.points[i][axis];
-    EXPECT_LT(std::min(std::abs(at), std::abs(at - (axis + 1))), 1e-12);
-    EXPECT_NEAR(samples.weights[i].sum(), 1, 1e-12);
-  }
-  EXPECT_NEAR(of_axis[0], 12'000, 4);  // stratified: off by the strata at the faces' ends
-  EXPECT_NEAR(of_axis[1], 6'000, 4);
-  EXPECT_NEAR(of_axis[2], 4'000, 4);
 }
 
 TEST(SampleSurface, RefusesSurfacesWithoutArea) {

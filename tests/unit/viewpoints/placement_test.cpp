@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <bit>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <numbers>
 
 #include "cover.h"
 #include "organ.h"
@@ -15,6 +9,7 @@
 #include "organbake/core/random.h"
 #include "organbake/viewpoints/placement.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

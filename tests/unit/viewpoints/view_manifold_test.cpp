@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/viewpoints/placement.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {
