@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
 
 #include <sys/resource.h>
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <cstdlib>
-#include <numeric>
-#include <stdexcept>
-#include <vector>
 
 #include "organbake/core/background.h"
 #include "organbake/core/heap.h"
@@ -17,6 +9,7 @@
 #include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/core/smooth_step.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/core/text.h"
 
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <limits>
 #include <new>
-#include <string_view>
-#include <utility>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -21,7 +13,7 @@
 #include "organbake/core/scalar_type.h"
 #include "organbake/core/sha256.h"
 #include "organbake/core/temporary_files.h"
-#include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

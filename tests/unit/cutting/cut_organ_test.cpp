@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/cutting/cut_organ.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-
-#include <numeric>
-
 #include "organbake/cutting/blade_sweeps.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/cutting/cut_skin.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <functional>
-#include <map>
-#include <numeric>
 #include <random>
 
 #include "organbake/cutting/cut_body.h"
 #include "refinement.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/dataset/dataset.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <set>
-
 #include "dataset_shard.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/script.h"
 #include "support/error_message.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

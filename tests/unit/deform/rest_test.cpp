@@ -8,6 +8,8 @@
 namespace organbake {
 namespace {
 
+using Eigen::Vector3d;
+
 // Steps until nothing has moved for a while; returns the steps it took, or -1.
 int steps_to_sleep(Deformer& deformer, const std::vector<Instrument>& tips, int limit) {
   for (int step = 0; step < limit; ++step) {

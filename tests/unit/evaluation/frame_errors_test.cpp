@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/evaluation/frame_errors.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-
 #include "organbake/bundle/bundle.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/image/difference.h"
@@ -13,6 +8,7 @@
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/exchange/exchange.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <libdeflate.h>
-#include <cmath>
 
 #include "organ_to_export.h"
 #include "organbake/bundle/bundle_pack.h"
@@ -18,6 +14,7 @@
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/exchange/exchange.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "charts.h"
 #include "organ_to_export.h"
 #include "organbake/core/parallel.h"
@@ -18,6 +12,7 @@
 #include "organbake/raycast/ray_scene.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

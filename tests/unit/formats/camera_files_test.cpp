@@ -2,19 +2,13 @@
 // Posed cameras as other programs keep them: written, and read back.
 #include "organbake/formats/camera_files.h"
 
-#include <gmock/gmock.h>
-
-#include <Eigen/Geometry>
-#include <cstring>
-#include <nlohmann/json.hpp>
-#include <span>
-
 #include "organbake/bundle/bundle_pack.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "posed_cameras.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

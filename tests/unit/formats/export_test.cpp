@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <cstring>
-#include <nlohmann/json.hpp>
-#include <span>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -17,6 +9,7 @@
 #include "organbake/image/png.h"
 #include "posed_cameras.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "meshes/mesh_readers.h"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
-#include <cstdint>
-
 #include "organbake/core/temporary_files.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

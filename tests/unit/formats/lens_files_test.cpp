@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One lens as the programs of the field write it: from every file the same numbers.
-#include <gmock/gmock.h>
 
-#include <cmath>
-
+#include "organbake/formats/lens_files.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/formats/lens_files.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/mesh_files.h"
 
-#include <gmock/gmock.h>
-
-#include <cstdint>
-#include <cstring>
-#include <iterator>
-#include <limits>
-
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/mesh_files.h"
 
-#include <gmock/gmock.h>
 #include <vtkCellArray.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
@@ -9,7 +8,6 @@
 #include <vtkStringArray.h>
 #include <vtkXMLPolyDataWriter.h>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "organbake/core/temporary_files.h"
@@ -18,6 +16,7 @@
 #include "organbake/geometry/ply.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Every pixel type that cameras and programs write gives the radiance that was put into it.
-#include <gmock/gmock.h>
 
 #include <png.h>
 #include <turbojpeg.h>
-#include <cmath>
-#include <cstdlib>
 
 #include "organbake/core/temporary_files.h"
 #include "organbake/formats/photo.h"
@@ -13,6 +10,7 @@
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
 #include "support/files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

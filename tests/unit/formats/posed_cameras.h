@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "organbake/bundle/cameras_json.h"
+#include "support/testing.h"
 
 namespace organbake {
 

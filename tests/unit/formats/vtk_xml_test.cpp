@@ -2,7 +2,6 @@
 // VTK's own writers, in every form that they have, against the reader.
 #include "organbake/formats/vtk_xml.h"
 
-#include <gmock/gmock.h>
 #include <vtkCellArray.h>
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
@@ -17,15 +16,13 @@
 #include <vtkXMLUnstructuredGridWriter.h>
 #include <zlib.h>
 
-#include <cstring>
-#include <map>
-
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

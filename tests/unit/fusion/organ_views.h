@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
-#include <map>
-
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
+#include "support/testing.h"
 
 namespace organbake {
 

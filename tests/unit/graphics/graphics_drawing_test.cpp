@@ -3,16 +3,7 @@
 // do.
 #include "organbake/graphics/graphics_drawing.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <array>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <string>
 
 #include "gl.h"
 #include "organ_passes.h"
@@ -23,6 +14,7 @@
 #include "organbake/warp/warper.h"
 #include "small_organ.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

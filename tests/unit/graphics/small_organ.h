@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "organbake/core/error.h"
 #include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/warp/view.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/motion/clip_motion.h"
 
-#include <gtest/gtest.h>
-
 #include "organbake/image/srgb.h"
+#include "support/testing.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {

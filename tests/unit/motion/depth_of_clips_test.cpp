@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "view_depths.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
+#include "support/testing.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/motion/feature_tracker.h"
 
-#include <gtest/gtest.h>
-
 #include "organbake/core/error.h"
 #include "organbake/motion/clip_motion.h"
 #include "organbake/motion/clip_spans.h"
+#include "support/testing.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/motion/feature_tracker.h"
 #include "organbake/motion/scene.h"
 #include "organbake/shading/prepared_frame.h"
+#include "support/testing.h"
 #include "view_depths.h"
 
 namespace organbake {

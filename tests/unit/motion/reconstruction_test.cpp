@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "two_views.h"
 
-#include <gtest/gtest.h>
-
-#include <optional>
-
 #include "organbake/core/error.h"
 #include "organbake/motion/key_depths.h"
 #include "organbake/motion/scene.h"
 #include "organbake/shading/masks.h"
+#include "support/testing.h"
 #include "unit/motion/motion_scenes.h"
 
 namespace organbake {

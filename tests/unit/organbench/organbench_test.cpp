@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <atomic>
-#include <cmath>
-#include <stdexcept>
 
 #include "bench.h"
 #include "measuring/agreement.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "report/report.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/pipelines/batch_cases.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstdio>
-#include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/pipelines/batch_run.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/pipelines/cache.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <fstream>
 #include <thread>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/pipelines/document.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
-
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/error.h"
@@ -16,6 +9,7 @@
 #include "organbake/pipelines/documents.h"
 #include "support/error_message.h"
 #include "support/places.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

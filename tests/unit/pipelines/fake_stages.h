@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/runner.h"
+#include "support/testing.h"
 
 namespace organbake {
 

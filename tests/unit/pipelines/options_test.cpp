@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/options/options.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cctype>
-#include <map>
-#include <nlohmann/json.hpp>
-
 #include "organbake/core/error.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/stage.h"
 #include "stages/place/options.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

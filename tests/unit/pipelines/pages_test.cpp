@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/pipelines/batch_run.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/pipelines/recipe.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-#include <numbers>
-
 #include "fake_stages.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/pipelines/runner.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

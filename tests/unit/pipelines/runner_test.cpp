@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <unistd.h>
 #include <atomic>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <thread>
 
 #include "fake_stages.h"
@@ -17,6 +12,7 @@
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/runner.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

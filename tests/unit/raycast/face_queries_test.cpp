@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/raycast/face_queries.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/raycast/winding.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

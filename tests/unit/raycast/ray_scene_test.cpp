@@ -2,15 +2,10 @@
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/raycast/face_queries.h"
 
-#include <gtest/gtest.h>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <numeric>
-
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "support/meshes.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/stereo/stereo_depth.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-
 #include "disparity.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
@@ -14,6 +8,7 @@
 #include "organbake/shading/grid_filters.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/stereo/stereo_rig.h"
 
-#include <gmock/gmock.h>
-
-#include <Eigen/Geometry>
-#include <cmath>
-#include <limits>
-
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -15,6 +9,7 @@
 #include "organbake/phantom/laparoscopy.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/stereo/stereo_depth.h"
+#include "support/testing.h"
 
 namespace organbake {
 

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/truth/lens_picture.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/orbit.h"
 #include "support/error_message.h"
+#include "support/testing.h"
 #include "traced_organ.h"
 
 namespace organbake {

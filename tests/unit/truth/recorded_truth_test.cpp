@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/truth/truth_recorder.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
@@ -21,6 +13,7 @@
 #include "organbake/truth/pixel_truth.h"
 #include "support/error_message.h"
 #include "support/organs.h"
+#include "support/testing.h"
 #include "traced_organ.h"
 
 namespace organbake {

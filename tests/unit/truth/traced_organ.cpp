@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "traced_organ.h"
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
+#include "support/testing.h"
 
 namespace organbake {
 namespace {

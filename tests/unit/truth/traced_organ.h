@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
-#include <vector>
-
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/truth/pixel_truth.h"
 #include "support/organs.h"
+#include "support/testing.h"
 
 namespace organbake {
 
