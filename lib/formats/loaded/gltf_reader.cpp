@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The triangles of a glTF 2.0 scene (Khronos' specification; its chapters are named where they are
-// followed), with all that puts them where they are: nodes, skins, morph weights, and instances by
-// EXT_mesh_gpu_instancing.
+// followed), with all that puts them where they are: nodes, skins and morph weights.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -61,13 +59,12 @@ bool is_among(std::string_view name, std::initializer_list<std::string_view> nam
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Extensions that put nothing elsewhere: looks, lights and facts; and those that are followed here.
+// Extensions that put nothing elsewhere: looks, lights and facts.
 bool is_known_extension(std::string_view name) {
   if (name.find("displacement") != name.npos) return false;
   for (const std::string_view looks : {"_materials_", "_texture_", "_lights_", "KHR_xmp"})
     if (name.find(looks) != name.npos) return true;
-  return is_among(name, {"EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_mesh_quantization",
-                         "EXT_mesh_features", "EXT_instance_features", "EXT_structural_metadata",
+  return is_among(name, {"KHR_mesh_quantization", "EXT_mesh_features", "EXT_structural_metadata",
                          "EXT_mesh_manifold", "FB_ngon_encoding", "CESIUM_primitive_outline",
                          "MSFT_lod", "MSFT_screencoverage", "KHR_node_selectability",
                          "KHR_node_hoverability", "KHR_audio_emitter"});
@@ -77,11 +74,6 @@ bool is_known_extension(std::string_view name) {
 bool packs_numbers(std::string_view name) {
   return is_among(
       name, {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"});
-}
-
-std::optional<JsonField> extension_of(const JsonField& object, const std::string& name) {
-  const auto all = object.find("extensions");
-  return all ? all->find(name) : std::nullopt;
 }
 
 // Corners in threes, however the primitive lists them.
@@ -110,7 +102,7 @@ class GltfReader {
 
   TriangleMesh read() {
     for (const std::size_t node : first_nodes())
-      waiting_.push_back({node, Eigen::Affine3d::Identity(), true});
+      waiting_.push_back({node, Eigen::Affine3d::Identity()});
     while (!waiting_.empty()) {
       const Placed next = waiting_.back();
       waiting_.pop_back();
@@ -126,7 +118,6 @@ class GltfReader {
   struct Placed {
     std::size_t node;
     Eigen::Affine3d parent;
-    bool visible;
   };
   // Where the vertices of a primitive go: all by one transform, or each by its own.
   using Transforms = std::vector<Eigen::Affine3d>;
@@ -180,13 +171,9 @@ class GltfReader {
     const JsonField node = root_["nodes"].at(at.node);
     const Eigen::Affine3d placed = at.parent * transform_of(node);
     if (!world_from_node_.emplace(at.node, placed).second) node.fail("stands in the scene twice");
-    bool visible = at.visible;
-    if (const auto shown = extension_of(node, "KHR_node_visibility"))
-      if (const auto flag = shown->find("visible"))
-        visible &= !flag->json().is_boolean() || flag->json().get<bool>();
-    if (visible && node.find("mesh")) with_mesh_.emplace_back(at.node, placed);
+    if (node.find("mesh")) with_mesh_.emplace_back(at.node, placed);
     for_each_of(node.find("children"), [&](const JsonField& child) {
-      waiting_.push_back({index_from(child), placed, visible});
+      waiting_.push_back({index_from(child), placed});
     });
   }
 
@@ -196,15 +183,10 @@ class GltfReader {
     const auto own = node.find("weights"), usual = mesh.find("weights");
     const std::optional<JsonField> weights = own ? own : usual;
     const auto skin = node.find("skin");
-    const auto instancing = extension_of(node, "EXT_mesh_gpu_instancing");
-    if (skin && instancing) instancing->fail("stands beside a skin, which is not read");
     // A skin's joints say all of where it is (glTF 2.0, 3.7.3.3).
     const Transforms joints = skin ? joints_of(root_["skins"].at(index_from(*skin))) : Transforms();
-    const Transforms instances =
-        instancing ? instances_of((*instancing)["attributes"], placed) : Transforms{placed};
-    for (const Eigen::Affine3d& instance : instances)
-      for (std::size_t i = 0; i < primitives.size(); ++i)
-        append(primitives.at(i), weights, joints, instance);
+    for (std::size_t i = 0; i < primitives.size(); ++i)
+      append(primitives.at(i), weights, joints, placed);
   }
 
   GltfNumbers vectors(const JsonField& accessor, std::size_t components) const {
@@ -231,28 +213,6 @@ class GltfReader {
       bind.matrix() = Eigen::Map<const Eigen::Matrix4d>(&matrices.values[16 * i]);
       bind.makeAffine();
       all[i] = all[i] * bind;
-    }
-    return all;
-  }
-
-  // As often as its longest list says; what is left out of one is no move, turn or scale.
-  Transforms instances_of(const JsonField& attributes, const Eigen::Affine3d& placed) {
-    const auto list = [&](const char* key, std::size_t components) {
-      const auto field = attributes.find(key);
-      return field ? vectors(*field, components) : GltfNumbers();
-    };
-    const GltfNumbers moves = list("TRANSLATION", 3), turns = list("ROTATION", 4),
-                      sizes = list("SCALE", 3);
-    const std::size_t count = std::max({moves.items, turns.items, sizes.items});
-    for (const GltfNumbers* some : {&moves, &turns, &sizes})
-      if (some->items != 0 && some->items != count) attributes.fail("are not equally long lists");
-    Transforms all;
-    for (std::size_t i = 0; i < count; ++i) {
-      Eigen::Affine3d& one = all.emplace_back(placed);
-      if (moves.items > 0) one.translate(Eigen::Map<const Eigen::Vector3d>(&moves.values[3 * i]));
-      if (turns.items > 0) one.rotate(rotation_of(&turns.values[4 * i], attributes));
-      if (sizes.items > 0)
-        one.scale(Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(&sizes.values[3 * i])));
     }
     return all;
   }

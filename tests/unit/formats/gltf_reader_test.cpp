@@ -177,40 +177,6 @@ TEST_F(GltfReaderTest, JointsMoveTheirSkin) {
   EXPECT_THAT(error(skinned("[0,5,0]", "[1]")), HasSubstr("name joint 1"));
 }
 
-TEST_F(GltfReaderTest, InstancesStandWhereTheirListsSay) {
-  buffer_ += packed<float>({0, 0, 0, 50, 0, 0}) + packed<float>({1, 1, 1, 2, 2, -2}) +
-             packed<float>({0, 0, 0, 1, 0, 0, 1, 0});
-  const std::string accessors =
-      floats("VEC3", 2) + floats("VEC3", 2, 24) + floats("VEC4", 2, 48) + floats("VEC3", 1);
-  const auto instanced = [&](const std::string& attributes) {
-    return posed(
-        R"(,"translation":[100,0,0],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{)" +
-            attributes + "}}}",
-        accessors, "", "",
-        R"(,"extensionsUsed":["EXT_mesh_gpu_instancing"],)"
-        R"("extensionsRequired":["EXT_mesh_gpu_instancing"])");
-  };
-  const TriangleMesh two = read(instanced(R"("TRANSLATION":1,"SCALE":2,"ROTATION":3)"));
-  ASSERT_EQ(two.vertices.size(), 8u);
-  EXPECT_EQ(two.vertices[1], Eigen::Vector3d(101, 0, 0));
-  EXPECT_LT((two.vertices[5] - Eigen::Vector3d(148, 0, 0)).norm(), 1e-12) << "half a turn about z";
-  EXPECT_EQ(two.faces[0], (Face{0, 1, 2}));
-  EXPECT_EQ(two.faces[2], (Face{4, 6, 5})) << "mirrored";
-  EXPECT_EQ(said_, "");
-  EXPECT_THAT(error(instanced(R"("TRANSLATION":4,"SCALE":2)")), HasSubstr("equally long"));
-}
-
-TEST_F(GltfReaderTest, NodesThatAreHiddenHideWhatIsBelowThem) {
-  const auto shown = [&](const char* visible) {
-    return read(posed(R"(,"extensions":{"KHR_node_visibility":{"visible":)" + std::string(visible) +
-                          "}}",
-                      ""))
-        .faces.size();
-  };
-  EXPECT_EQ(shown("true"), 2u);
-  EXPECT_EQ(shown("false"), 0u);
-}
-
 TEST_F(GltfReaderTest, QuantizedPlacesAreReadAsTheirNumbers) {
   buffer_ += packed<std::int16_t>({0, 0, 0, 32767, 0, 0, 0, -32767, 0}) +
              packed<std::uint8_t>({0, 0, 0, 200, 0, 0, 0, 100, 0});

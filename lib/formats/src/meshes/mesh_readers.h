@@ -52,8 +52,8 @@ WrittenMesh read_vtp(const std::filesystem::path& path);
 WrittenMesh read_vtu(const std::filesystem::path& path);
 
 // The triangles of a glTF 2.0 file (.glb, or .gltf with its buffers inside or beside it), in metres
-// and on its own axes: every mesh of the scene where its nodes, their instances
-// (EXT_mesh_gpu_instancing), its skin's joints and its morph weights put it; strips and fans become
+// and on its own axes: every mesh of the scene where its nodes, its skin's joints and its morph
+// weights put it; strips and fans become
 // triangles, points and lines are passed over, COLOR_0 is linear by glTF's definition. What would
 // change the shape and is not followed is warned of: animations, and extensions that are not known.
 // Throws NoInputError (a buffer's file that is missing), or BadDataError, also for an extension
