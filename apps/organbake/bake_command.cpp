@@ -169,13 +169,10 @@ std::string write_result(const BakeFlags& flags, const Recipe& recipe, const Pla
   return "written";
 }
 
-BakeRun run_of(const std::vector<StepResult>& steps, double seconds) {
-  BakeRun run{{}, seconds};
-  for (const StepResult& step : steps) {
-    const StepRecord& record = step.entry.record;
-    run.stages.push_back({step.step->stage->name, record.seconds, !step.ran, step.warnings});
-  }
-  return run;
+SaidWarnings said_of(const std::vector<StepResult>& steps) {
+  SaidWarnings said;
+  for (const StepResult& step : steps) said[step.step->stage->name] = step.warnings;
+  return said;
 }
 
 // Writes what a bundle is exported to: a folder, or of the format `web` the page itself. The
@@ -201,14 +198,13 @@ void write_export(const fs::path& bundle, const ExportOptions& options, const fs
 }
 
 // A bundle that a bake left alone keeps the page of the bake that made it.
-void write_page(const BakeFlags& flags, const BakeRun& run, bool unchanged) {
+void write_page(const BakeFlags& flags, const SaidWarnings& said, bool unchanged) {
   const BundleReader reader(flags.output);
   const fs::path page = page_beside(flags.output);
-  const std::optional<BakeRun> first = unchanged ? run_of_page(page, reader) : std::nullopt;
-  if (first && !flags.web) return;
+  if (unchanged && !flags.web && is_page_of(page, reader)) return;
   const bool has_player = flags.web || fs::exists(player_page_beside(flags.output));
   const std::string player = has_player ? player_link(flags.output, page) : "";
-  write_file_atomically(page, bundle_page(reader, first.value_or(run), player));
+  write_file_atomically(page, bundle_page(reader, said, player));
 }
 
 // Pages that this bake leaves alone, one that was killed may have begun.
@@ -218,11 +214,11 @@ void sweep_pages(const fs::path& bundle) {
 }
 
 // Those that were asked for.
-void write_pages(const BakeFlags& flags, const BakeRun& run, const std::string& state,
+void write_pages(const BakeFlags& flags, const SaidWarnings& said, const std::string& state,
                  Session& session) {
   const bool unchanged = state == "unchanged";
   sweep_pages(flags.output);
-  if (flags.report) write_page(flags, run, unchanged);
+  if (flags.report) write_page(flags, said, unchanged);
   const fs::path player = player_page_beside(flags.output);
   if (!flags.web || (unchanged && fs::exists(player))) return;
   ExportOptions page;
@@ -290,7 +286,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   writing.progress(0);
   const FileLock lock(output_lock(flags.output), session.context("bake"));
   const std::string state = write_result(flags, recipe, plan, steps, runner);
-  if (flags.to.empty()) write_pages(flags, run_of(steps, seconds_since(start)), state, session);
+  if (flags.to.empty()) write_pages(flags, said_of(steps), state, session);
   writing.progress(1);
   tell_end(flags, steps, state, seconds_since(start), terminal);
   session.print_result(flags.output.string(), result_json(flags, steps, plan, state));
@@ -315,7 +311,7 @@ int run_report(const Arguments& arguments, Session& session) {
   check_output_file(output, ".html");
   const bool has_player = fs::exists(player_page_beside(words->front()));
   const std::string player = has_player ? player_link(words->front(), output) : "";
-  write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader), player));
+  write_file_atomically(output, bundle_page(reader, {}, player));
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One page about a bundle, with its pictures inside, and the times of its bake, which no bundle
-// holds and a page therefore keeps.
+// One page about a bundle, with its pictures inside: what gives reason to look first, then errors,
+// coverage, maps and origin. All of it is the bundle's own, but for what stages said while it was
+// baked, which may name files of that machine and stands in no bundle.
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,8 +15,6 @@
 #include "organbake/pipelines/documents.h"
 
 namespace organbake {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BakeRun::Stage, name, seconds, cached, warnings)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BakeRun, stages, seconds)
 namespace {
 
 using Json = nlohmann::json;
@@ -61,27 +60,21 @@ std::string errors_of(const Json& stage) {
   return text;
 }
 
-std::string bar(double share, const char* color) {
+std::string bar(double share) {
   constexpr double kWidth = 220;
   return "<td class=\"bar\"><svg width=\"220\" height=\"12\"><rect width=\"" +
-         to_text(kWidth * std::clamp(share, 0.0, 1.0), 1) + "\" height=\"12\" fill=\"" + color +
-         "\"/></svg></td>";
+         to_text(kWidth * std::clamp(share, 0.0, 1.0), 1) +
+         "\" height=\"12\" fill=\"#3d9a6c\"/></svg></td>";
 }
 
-const BakeRun::Stage* run_of_stage(const std::optional<BakeRun>& run, const std::string& name) {
-  if (!run) return nullptr;
-  const auto found = std::find_if(run->stages.begin(), run->stages.end(),
-                                  [&](const BakeRun::Stage& stage) { return stage.name == name; });
-  return found == run->stages.end() ? nullptr : &*found;
-}
-
-std::string warnings_section(const Json& report, const std::optional<BakeRun>& run) {
+std::string warnings_section(const Json& report, const SaidWarnings& said) {
   std::vector<std::string> warnings;
   for (const Json& stage : report.at("stages")) {
-    const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"));
+    const std::string name = stage.at("stage");
+    const auto own = said.find(name);
     for (const std::string& text :
-         stage_warnings(stage, ran ? ran->warnings : std::vector<std::string>()))
-      warnings.push_back(stage.at("stage").get<std::string>() + ": " + text);
+         stage_warnings(stage, own == said.end() ? std::vector<std::string>() : own->second))
+      warnings.push_back(name + ": " + text);
   }
   if (warnings.empty()) return "<p class=\"fine\">No warnings.</p>\n";
   std::string html = "<div class=\"warnings\"><b>" + std::to_string(warnings.size()) +
@@ -101,13 +94,6 @@ std::string proxies_section(const Bundle& frame, const BundlePictures& pictures)
   return html + "</div>\n";
 }
 
-double longest_stage(const std::optional<BakeRun>& run) {
-  double longest = 1e-9;
-  if (run)
-    for (const BakeRun::Stage& stage : run->stages) longest = std::max(longest, stage.seconds);
-  return longest;
-}
-
 std::string figures_of(const Json& stage) {
   std::string html = "<details><summary>" + escape_html(stage.at("stage")) + ", version " +
                      stage.at("version").dump() + ": all figures</summary><table>";
@@ -116,27 +102,12 @@ std::string figures_of(const Json& stage) {
   return html + "</table></details>";
 }
 
-std::string stages_section(const Json& report, const std::optional<BakeRun>& run) {
-  std::string html = "<h2>Stages</h2><table><tr><th>stage</th>";
-  if (run) html += "<th>seconds</th><th></th><th></th>";
-  const double longest_s = longest_stage(run);
-  html += "<th class=\"text\">figures</th></tr>";
-  for (const Json& stage : report.at("stages")) {
-    html += "<tr>" + html_cell(stage.at("stage"));
-    if (const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"))) {
-      html += html_cell(ran->seconds > 0 ? to_text(ran->seconds, 2) : "unknown") +
-              bar(ran->seconds / longest_s, ran->cached ? "#c4c9d4" : "#4a78b5") +
-              html_cell(ran->cached ? "cached" : "");
-    } else if (run) {
-      html += "<td></td><td></td><td></td>";
-    }
-    html += "<td class=\"text\">" + escape_html(errors_of(stage)) + "</td></tr>";
-  }
-  html += "</table><p class=\"quiet\">";
-  html += run ? "The whole bake took " + to_text(run->seconds, 2) +
-                    " s. A cached stage shows the time it took when it ran."
-              : "Times are known to the bake alone; this page was made without it.";
-  html += "</p>\n";
+std::string stages_section(const Json& report) {
+  std::string html = "<h2>Stages</h2><table><tr><th>stage</th><th class=\"text\">figures</th></tr>";
+  for (const Json& stage : report.at("stages"))
+    html += "<tr>" + html_cell(stage.at("stage")) + "<td class=\"text\">" +
+            escape_html(errors_of(stage)) + "</td></tr>";
+  html += "</table>\n";
   for (const Json& stage : report.at("stages")) html += figures_of(stage);
   return html;
 }
@@ -152,8 +123,8 @@ std::string coverage_section(const Json& report) {
           std::pair{"reachable_share", "of the surface that a view can reach"}}) {
       if (!figures.contains(figure) || !figures.at(figure).is_number()) continue;
       const double share = figures.at(figure);
-      rows += "<tr>" + html_cell(text) + html_cell(page_number(100 * share) + " %") +
-              bar(share, "#3d9a6c") + "</tr>";
+      rows += "<tr>" + html_cell(text) + html_cell(page_number(100 * share) + " %") + bar(share) +
+              "</tr>";
     }
   }
   return rows.empty() ? "" : "<h2>Coverage</h2><table>" + rows + "</table>\n";
@@ -198,8 +169,14 @@ std::string skipped_section(const Json& report) {
          rows + "</table>\n";
 }
 
-std::string origin_section(const Manifest& manifest) {
-  std::string html = "<h2>Origin</h2><table>";
+std::string manifest_hash(const BundleReader& reader) {
+  return sha256_hex(read_file(reader.folder() / "manifest.json"));
+}
+
+std::string origin_section(const BundleReader& reader) {
+  const Manifest& manifest = reader.manifest();
+  std::string html = "<h2>Origin</h2><table><tr>" + html_cell("manifest.json") +
+                     html_cell("SHA-256 " + manifest_hash(reader)) + "</tr>";
   for (const auto& [role, hash] : manifest.input_hashes)
     html += "<tr>" + html_cell(role) + html_cell("SHA-256 " + hash) + "</tr>";
   for (const auto& [stage, seed] : manifest.seeds)
@@ -221,37 +198,18 @@ std::string player_line(const std::string& player) {
   return player.empty() ? "" : "<p>" + html_link(player, "Poke it in a page") + "</p>\n";
 }
 
-constexpr const char* kStart = "<script type=\"application/json\" id=\"bake\">";
-constexpr const char* kEnd = "</script>";
-
-std::string manifest_hash(const BundleReader& reader) {
-  return sha256_hex(read_file(reader.folder() / "manifest.json"));
-}
-
-// The run as part of a page of this bundle.
-std::string run_script(const BundleReader& reader, const BakeRun& run) {
-  Json json = run;
-  json["manifest_sha256"] = manifest_hash(reader);
-  // No warning may end the script.
-  std::string text;
-  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))
-    c == '<' ? text += "\\u003c" : text += c;
-  return kStart + text + kEnd + "\n";
-}
-
 }  // namespace
 
-std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
+std::string bundle_page(const BundleReader& reader, const SaidWarnings& said,
                         const std::string& player) {
   const Bundle frame = reader.read_frame();
   const Json report = read_bake_report(reader);
   const BundlePictures pictures = bundle_pictures(reader, frame);
   return html_page(frame.manifest.name + ": bake report", kBundlePageStyle,
-                   title_line(frame) + player_line(player) + warnings_section(report, run) +
-                       proxies_section(frame, pictures) + stages_section(report, run) +
+                   title_line(frame) + player_line(player) + warnings_section(report, said) +
+                       proxies_section(frame, pictures) + stages_section(report) +
                        coverage_section(report) + sheet_section(frame, pictures) +
-                       skipped_section(report) + origin_section(frame.manifest) +
-                       (run ? run_script(reader, *run) : ""));
+                       skipped_section(report) + origin_section(reader));
 }
 
 namespace {
@@ -281,20 +239,9 @@ std::string player_link(const std::filesystem::path& bundle, const std::filesyst
       .generic_string();
 }
 
-std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const BundleReader& reader) {
-  if (!std::filesystem::is_regular_file(page)) return std::nullopt;
-  const std::string text = read_text_file(page);
-  const std::size_t start = text.find(kStart);
-  const std::size_t end = start == std::string::npos ? start : text.find(kEnd, start);
-  if (end == std::string::npos) return std::nullopt;
-  const std::size_t first = start + std::string_view(kStart).size();
-  try {
-    const Json json = Json::parse(text.substr(first, end - first));
-    if (json.at("manifest_sha256") != manifest_hash(reader)) return std::nullopt;
-    return json.get<BakeRun>();
-  } catch (const Json::exception&) {
-    return std::nullopt;
-  }
+bool is_page_of(const std::filesystem::path& page, const BundleReader& reader) {
+  return std::filesystem::is_regular_file(page) &&
+         read_text_file(page).find(manifest_hash(reader)) != std::string::npos;
 }
 
 }  // namespace organbake

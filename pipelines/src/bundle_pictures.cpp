@@ -81,72 +81,29 @@ std::size_t most_opposite(const CameraSet& set) {
   return static_cast<std::size_t>(least - set.cameras.begin());
 }
 
-// Whether the surface lies in front of a point: it may by the proxy's own error, no more.
-class Hiding {
- public:
-  Hiding(const PosedCamera& camera, const CameraMaps& maps, double margin_mm)
-      : camera_(camera), maps_(maps), margin_mm_(margin_mm) {}
-
-  bool shows(const Eigen::Vector3d& point_world_mm) const {
-    const Eigen::Vector3d point = camera_.camera_from_world * point_world_mm;
-    if (!(point.z() > 0)) return false;
-    const Eigen::Vector2d pixel = project(camera_.intrinsics, point);
-    if (!(pixel.x() >= 0 && pixel.x() < maps_.width && pixel.y() >= 0 && pixel.y() < maps_.height))
-      return false;
-    const std::size_t texel = std::size_t(pixel.y()) * maps_.width + std::size_t(pixel.x());
-    return point.z() <= maps_.depth_mm[texel] + margin_mm_;
-  }
-
- private:
-  const PosedCamera& camera_;
-  const CameraMaps& maps_;
-  double margin_mm_;
-};
-
-std::vector<std::pair<std::uint32_t, std::uint32_t>> edges_facing(const TriangleMesh& proxy,
-                                                                  const Eigen::Vector3d& eye) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
-    const auto& [a, b, c] = proxy.faces[f];
-    if (face_normal(proxy, f).dot(eye - proxy.vertices[a]) <= 0) continue;
-    for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
-      edges.emplace_back(std::min(from, to), std::max(from, to));
-  }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  return edges;
-}
-
-// An SVG path of the parts of the edges that show, in the map's pixels times `scale`.
-std::string edge_path(const TriangleMesh& proxy, const PosedCamera& camera, const Hiding& hiding,
-                      double scale) {
-  constexpr int kPieces = 12;  // of an edge; each is drawn when its middle shows
+// An SVG path of the faces that look at the camera, in the map's pixels times `scale`.
+std::string face_path(const TriangleMesh& proxy, const PosedCamera& camera, double scale) {
+  const Eigen::Vector3d eye = camera.center_world_mm();
   std::string path;
-  const auto append = [&](char command, const Eigen::Vector3d& point) {
-    const Eigen::Vector2d pixel = scale * project(camera, point);
-    path += command + to_text(pixel.x(), 1) + " " + to_text(pixel.y(), 1);
-  };
-  for (const auto& [a, b] : edges_facing(proxy, camera.center_world_mm())) {
-    const Eigen::Vector3d from = proxy.vertices[a], along = proxy.vertices[b] - from;
-    bool drawing = false;
-    for (int i = 0; i < kPieces; ++i) {
-      const bool shows = hiding.shows(from + (i + 0.5) / kPieces * along);
-      if (shows && !drawing) append('M', from + double(i) / kPieces * along);
-      if (shows) append('L', from + (i + 1.0) / kPieces * along);
-      drawing = shows;
+  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
+    if (face_normal(proxy, f).dot(eye - proxy.vertices[proxy.faces[f][0]]) <= 0) continue;
+    char command = 'M';
+    for (const std::uint32_t v : proxy.faces[f]) {
+      const Eigen::Vector2d pixel = scale * project(camera, proxy.vertices[v]);
+      path += command + to_text(pixel.x(), 1) + " " + to_text(pixel.y(), 1);
+      command = 'L';
     }
+    path += 'Z';
   }
   return path;
 }
 
-// The proxy's edges as one camera sees them over its colour map: an inline SVG. What the surface
-// hides from the camera is not drawn.
+// The proxy's edges as one camera sees them over its colour map: an inline SVG.
 std::string proxy_over_surface(const Bundle& frame, const CameraMaps& maps, std::size_t camera) {
   constexpr int kSide = 440;
   const PosedCamera& posed = frame.cameras.cameras[camera];
   const Rgb8Image picture = reduced(maps, kSide, [&](std::size_t i) { return maps.color[i]; });
   const double scale = double(picture.width) / maps.width;
-  const Hiding hiding(posed, maps, 2 * height_limit(frame.base));
   const std::string width = std::to_string(picture.width), height = std::to_string(picture.height);
   return "<svg role=\"img\" aria-label=\"the proxy's edges over the surface, camera " +
          std::to_string(camera) + "\" width=\"" + width + "\" height=\"" + height +
@@ -154,7 +111,7 @@ std::string proxy_over_surface(const Bundle& frame, const CameraMaps& maps, std:
          "\" height=\"" + height + "\" href=\"" + png_data_uri(picture) +
          "\"/><path fill=\"none\" stroke=\"#7df\" stroke-width=\"1.2\" stroke-linejoin=\"round\" "
          "d=\"" +
-         edge_path(frame.proxy, posed, hiding, scale) + "\"/></svg>";
+         face_path(frame.proxy, posed, scale) + "\"/></svg>";
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,32 +61,19 @@ struct BundlePictures {
 // Reads all maps of a bundle, two or three at a time. Throws BadDataError for a damaged one.
 BundlePictures bundle_pictures(const BundleReader& reader, const Bundle& frame);
 
-// What only the bake knows, because no clock may reach a bundle. A page keeps it, so that a page
-// made anew need not forget it.
-struct BakeRun {
-  struct Stage {
-    std::string name;
-    double seconds = 0;  // of the run that made its files, which may be an earlier one:
-    bool cached = false;
-    std::vector<std::string> warnings;
-  };
-  std::vector<Stage> stages;
-  double seconds = 0;  // of the whole bake, without its page
-};
-
-// Of a page that was written for this very bundle; nothing for any other file, or none. Throws
-// IoError.
-std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const BundleReader& reader);
+// What stages said while a bundle was baked, by their names.
+using SaidWarnings = std::map<std::string, std::vector<std::string>>;
 
 // One page about a bundle, with all its pictures inside: warnings first, the proxy over the
-// surface, error and time of each stage, coverage, the maps of each camera, what was skipped and
-// why. Without a run it tells no times. `player`, unless empty, is the file to link to as the page
-// with the bundle's player. Throws BadDataError for a damaged bundle.
-std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
+// surface, the errors of each stage, coverage, the maps of each camera, what was skipped and why.
+// `player`, unless empty, is the file to link to as the page with the bundle's player. Throws
+// BadDataError for a damaged bundle.
+std::string bundle_page(const BundleReader& reader, const SaidWarnings& said,
                         const std::string& player);
+// Whether a file is a page of this very bundle.
+bool is_page_of(const std::filesystem::path& page, const BundleReader& reader);
 
-// Beside the bundle, "organ" → "organ_report.html": a page tells times, which no file of a bundle
-// may hold.
+// Beside the bundle, "organ" → "organ_report.html".
 std::filesystem::path page_beside(const std::filesystem::path& bundle);
 // The page with its player likewise, "organ" → "organ_player.html".
 std::filesystem::path player_page_beside(const std::filesystem::path& bundle);
