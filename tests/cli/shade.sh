@@ -11,7 +11,7 @@ figure() { python3 -c 'import json, sys; print(json.load(open(sys.argv[2]))["fig
 expect 0 organbake phantom --kind laparoscopy --frames 4 --frame-width-px 320 --frame-height-px 240 -o p
 expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 -o s
 for file in depth/000003.exr normals/000003.exr mask/000003.png confidence/000003.png strip.png \
-  plot.svg surface.ply report.json; do
+  surface.ply report.json; do
   [ -s "s/$file" ] || fail "s/$file is missing"
 done
 expect_equal "$(figure frames_shaded s/report.json)" 4

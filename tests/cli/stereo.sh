@@ -11,7 +11,7 @@ expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt-deg 30 --
   --frame-width-px 360 --frame-height-px 288 -o p
 expect 0 organbake stereo p/frames p/right --calibration p/stereo.json -o s
 for file in depth/000001.exr normals/000001.exr mask/000001.png confidence/000001.png \
-  pictures/000001.png strip.png plot.svg cameras.json surface.ply report.json; do
+  pictures/000001.png strip.png cameras.json surface.ply report.json; do
   [ -s "s/$file" ] || fail "s/$file is missing"
 done
 expect_equal "$(figure frames_matched s/report.json)" 2

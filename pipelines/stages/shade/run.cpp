@@ -272,7 +272,6 @@ StageReport run(const StageCall& call) {
   if (result.records.empty()) {
     throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
   }
-  write_file_atomically(call.output_folder / "plot.svg", plot_of(result.records));
   report.add("frames_read", clip.frames.frames_read());
   report.add("frames_shaded", result.records.size());
   report.add("frames_duplicate", clip.frames.duplicates());
@@ -280,6 +279,14 @@ StageReport run(const StageCall& call) {
   report.add("inset_share", share_of(clip.insets));
   report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
   report_frames(result.records, report);
+  const auto list = [&](const char* name, const auto& value) {
+    report_each(report, name, result.records, value);
+  };
+  list("frame_residual", [](const FrameRecord& r) { return r.residual; });
+  list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
+  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unexplained; });
+  report.add("frames_warm", std::count_if(result.records.begin(), result.records.end(),
+                                          [](const FrameRecord& r) { return r.warm; }));
   if (clip.insets.size() > 0) call.context.warn(told_of_insets(share_of(clip.insets)));
   warn_of_what_is_odd(result.records, call.context);
   warn_of_instruments(result.records, clip.instruments.has_value(), call.context);

@@ -114,25 +114,18 @@ void write_frame(const fs::path& folder, const WrittenFrame& written, const Prep
 }
 
 void report_frames(const std::vector<FrameRecord>& records, StageReport& report) {
-  const auto list = [&](const char* name, auto&& value) {
-    std::vector<double> values;
-    for (const FrameRecord& record : records) values.push_back(static_cast<double>(value(record)));
-    report.add(name, values);
+  const auto list = [&](const char* name, const auto& value) {
+    report_each(report, name, records, value);
   };
   list("frame", [](const FrameRecord& r) { return r.index; });
-  list("frame_residual", [](const FrameRecord& r) { return r.residual; });
   list("frame_median_depth", [](const FrameRecord& r) { return r.median_depth; });
   list("frame_mean_confidence", [](const FrameRecord& r) { return r.mean_confidence; });
   list("frame_outside_share", [](const FrameRecord& r) { return r.outside_share; });
   list("frame_highlight_share", [](const FrameRecord& r) { return r.highlight_share; });
   list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
-  list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
-  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unexplained; });
   std::vector<std::string> verdicts;
   for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
   report.add("frame_verdict", verdicts);
-  report.add("frames_warm", std::count_if(records.begin(), records.end(),
-                                          [](const FrameRecord& r) { return r.warm; }));
 }
 
 void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
@@ -194,18 +187,6 @@ void StripSheet::add(Rgb8Image strip) {
 
 void StripSheet::write(const fs::path& folder) const {
   if (!strips_.empty()) write_png(folder / "strip.png", stacked(strips_), 6);
-}
-
-std::string plot_of(const std::vector<FrameRecord>& records) {
-  std::vector<Curve> curves = {{"median depth", {}},       {"mean confidence", {}},
-                               {"image residual", {}},     {"highlights, share", {}},
-                               {"instruments, share", {}}, {"sharpness", {}}};
-  for (const FrameRecord& r : records) {
-    const double values[] = {r.median_depth,    r.mean_confidence,  r.residual,
-                             r.highlight_share, r.instrument_share, r.sharpness};
-    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
-  }
-  return plot_svg("shading over the frames of the clip", curves);
 }
 
 Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame& frame,

@@ -60,9 +60,16 @@ void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
 // are ok, else nothing.
 std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport& report);
 
-// Per-frame lists and sums into the report, and the curves over time into plot.svg.
+// One figure of each frame as a list in the report.
+template <class Record, class Value>
+void report_each(StageReport& report, const char* name, const std::vector<Record>& records,
+                 const Value& value) {
+  std::vector<double> values;
+  for (const Record& record : records) values.push_back(static_cast<double>(value(record)));
+  report.add(name, values);
+}
+// The figures that the frames of every clip have, and their verdicts.
 void report_frames(const std::vector<FrameRecord>& records, StageReport& report);
-std::string plot_of(const std::vector<FrameRecord>& records);
 
 // Strips of evenly spaced frames without knowing how many will come: when there are too many, every
 // second is dropped and the spacing doubles.

@@ -159,15 +159,17 @@ CameraSet rectified_cameras(const RectifiedEyes& eyes) {
   return set;
 }
 
+std::vector<FrameRecord> left_frames(const std::vector<PairRecord>& records) {
+  std::vector<FrameRecord> frames;
+  for (const PairRecord& record : records) frames.push_back(record.frame);
+  return frames;
+}
+
 void report_pairs(const std::vector<PairRecord>& records, StageReport& report) {
-  const auto list = [&](const char* name, auto&& value) {
-    std::vector<double> values;
-    for (const PairRecord& record : records) values.push_back(static_cast<double>(value(record)));
-    report.add(name, values);
+  report_frames(left_frames(records), report);
+  const auto list = [&](const char* name, const auto& value) {
+    report_each(report, name, records, value);
   };
-  list("frame", [](const PairRecord& r) { return r.frame.index; });
-  list("frame_median_depth", [](const PairRecord& r) { return r.frame.median_depth; });
-  list("frame_mean_confidence", [](const PairRecord& r) { return r.frame.mean_confidence; });
   list("frame_matched_share", [](const PairRecord& r) { return r.matched_share; });
   list("frame_filled_share", [](const PairRecord& r) { return r.filled_share; });
   list("frame_covered_share", [](const PairRecord& r) { return r.covered_share; });
@@ -176,33 +178,11 @@ void report_pairs(const std::vector<PairRecord>& records, StageReport& report) {
   list("frame_rows_corrected_px", [](const PairRecord& r) { return r.corrected.shift_px; });
   list("frame_roll_corrected_deg",
        [](const PairRecord& r) { return degrees(r.corrected.roll_rad); });
-  list("frame_outside_share", [](const PairRecord& r) { return r.frame.outside_share; });
-  list("frame_highlight_share", [](const PairRecord& r) { return r.frame.highlight_share; });
-  list("frame_instrument_share", [](const PairRecord& r) { return r.frame.instrument_share; });
-  std::vector<std::string> verdicts;
-  for (const PairRecord& record : records)
-    verdicts.emplace_back(name_of(record.frame.quality.verdict));
-  report.add("frame_verdict", verdicts);
-}
-
-std::string plot_of_pairs(const std::vector<PairRecord>& records) {
-  std::vector<Curve> curves = {{"median depth, mm", {}},
-                               {"mean confidence", {}},
-                               {"matched, share", {}},
-                               {"highlights, share", {}},
-                               {"instruments, share", {}}};
-  for (const PairRecord& r : records) {
-    const double values[] = {r.frame.median_depth, r.frame.mean_confidence, r.matched_share,
-                             r.frame.highlight_share, r.frame.instrument_share};
-    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
-  }
-  return plot_svg("stereo over the frames of the clip", curves);
 }
 
 void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOptions& options,
                  const RunContext& context, StageReport& report) {
-  std::vector<FrameRecord> frames;
-  for (const PairRecord& record : records) frames.push_back(record.frame);
+  const std::vector<FrameRecord> frames = left_frames(records);
   warn_of_instruments(frames, false, context);
   const std::string what = count_verdicts(frames, report);
   if (what.empty()) return;
@@ -352,7 +332,6 @@ StageReport run(const StageCall& call) {
     throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
                      "; that frame of the clip was not matched");
   const RectifiedEyes& eyes = rectifier.eyes();
-  write_file_atomically(call.output_folder / "plot.svg", plot_of_pairs(result.records));
   write_file_atomically(call.output_folder / "cameras.json",
                         cameras_to_json(rectified_cameras(eyes)));
   report.add("frames_read", frames.frames_read());

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pictures for people to look at: masks, depth, relief, strips of frames, curves as SVG.
+// Pictures for people to look at: masks, depth, relief, strips of frames.
 #include "organbake/shading/pictures.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-
-#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
@@ -110,34 +108,6 @@ Rgb8Image stacked(const std::vector<Rgb8Image>& rows) {
     top += row.height;
   }
   return all;
-}
-
-std::string plot_svg(const std::string& title, const std::vector<Curve>& curves) {
-  constexpr int kWidth = 800, kLane = 90, kLeft = 150;
-  const int height = 40 + kLane * static_cast<int>(curves.size());
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(kWidth) +
-                    "\" height=\"" + std::to_string(height) +
-                    "\" font-family=\"sans-serif\" font-size=\"12\">\n<text x=\"10\" y=\"20\">" +
-                    title + "</text>\n";
-  int top = 40;
-  for (const Curve& curve : curves) {
-    if (curve.values.empty()) continue;
-    const auto [low, high] = std::minmax_element(curve.values.begin(), curve.values.end());
-    const double span = std::max(*high - *low, 1e-12);
-    std::string points;
-    for (std::size_t i = 0; i < curve.values.size(); ++i) {
-      const double x =
-          kLeft + (kWidth - kLeft - 10.0) * i / std::max<std::size_t>(1, curve.values.size() - 1);
-      const double y = top + kLane - 20 - (kLane - 30) * (curve.values[i] - *low) / span;
-      points += to_text(x, 1) + "," + to_text(y, 1) + " ";
-    }
-    svg += "<text x=\"10\" y=\"" + std::to_string(top + 20) + "\">" + curve.name +
-           "</text>\n<text x=\"10\" y=\"" + std::to_string(top + 38) + "\">" + to_text(*low, 3) +
-           " … " + to_text(*high, 3) +
-           "</text>\n<polyline fill=\"none\" stroke=\"#246\" points=\"" + points + "\"/>\n";
-    top += kLane;
-  }
-  return svg + "</svg>\n";
 }
 
 }  // namespace organbake

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "organbake/shading/frame_depth.h"
@@ -20,12 +19,5 @@ Rgb8Image depth_picture(const Plane& depth);
 Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side);
 // One below the other.
 Rgb8Image stacked(const std::vector<Rgb8Image>& rows);
-
-struct Curve {
-  std::string name;
-  std::vector<double> values;
-};
-// Curves over their index, each in a lane of its own, as SVG.
-std::string plot_svg(const std::string& title, const std::vector<Curve>& curves);
 
 }  // namespace organbake
