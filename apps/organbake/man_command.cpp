@@ -184,8 +184,7 @@ int run_completions(const Arguments& arguments, Session& session) {
   if (shell != "bash" && shell != "zsh") {
     throw UsageError("'" + shell + "': there are completions for bash and zsh");
   }
-  write_to_stdout(shell == "bash" ? bash_completion(program_manual(), command_manuals())
-                                  : zsh_completion(program_manual(), command_manuals()));
+  write_to_stdout(completion(shell, program_manual(), command_manuals()));
   return 0;
 }
 

@@ -276,9 +276,7 @@ OptionList ManualFlags::options() {
 
 std::optional<std::string> ManualFlags::text(const CommandManual& manual) const {
   if (man) return man_page(manual, kVersion, kReleaseDate);
-  if (shell == "bash") return bash_completion(manual, {});
-  if (shell == "zsh") return zsh_completion(manual, {});
-  return std::nullopt;
+  return shell.empty() ? std::nullopt : std::optional(completion(shell, manual, {}));
 }
 
 std::filesystem::path configuration_file() {

@@ -50,11 +50,9 @@ ManualSection exit_status_section();
 std::string man_page(const CommandManual& manual, const std::string& version,
                      const std::string& release_date);
 
-// Scripts for a shell's completion: the program's own options and, where it has any, its commands
-// with theirs.
-std::string bash_completion(const CommandManual& program,
-                            const std::vector<CommandManual>& commands);
-std::string zsh_completion(const CommandManual& program,
-                           const std::vector<CommandManual>& commands);
+// A script for a shell's completion, bash's or zsh's: the program's own options and, where it has
+// any, its commands with theirs.
+std::string completion(const std::string& shell, const CommandManual& program,
+                       const std::vector<CommandManual>& commands);
 
 }  // namespace organbake
