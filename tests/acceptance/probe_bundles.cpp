@@ -57,11 +57,8 @@ double probe_isosurface(RandomStream& random) {
       chance(random, 0.8) ? random.uniform(-1000, tissue) : random.uniform(-33000, 33000);
   if (chance(random, 0.3)) options.iso_hu.reset();
   if (chance(random, 0.05)) options.iso_hu = odd_number(random);
-  options.method =
-      chance(random, 0.5) ? IsosurfaceMethod::flying_edges : IsosurfaceMethod::marching_cubes;
   options.refine = chance(random, 0.3);
   options.largest = random.below(3);
-  options.taubin_steps = int(random.below(4));
   const TriangleMesh mesh = extract_isosurface(ct, options).mesh;
   check_mesh(mesh, "isosurface");
   expect_finite(mesh, "a vertex of the isosurface");

@@ -18,7 +18,7 @@ done
 organbake decimate --help >out
 expect_out "--faces X|auto"
 expect_out "[4…10000000; default 80]"
-expect_out "one of fitted, draft, lindstrom-turk, quadric, cluster"
+expect_out "one of fitted, lindstrom-turk, quadric"
 expect 0 organbake --version
 expect_out "organbake "
 
@@ -91,7 +91,7 @@ expect 66 organbake capture x.ply p.ply c.json --zip-level 9 -o y
 expect_err "zip_level is no longer a setting: it is always 6"
 
 # Spellings of flags: value behind a blank or '=', switches with --no-, words after "--".
-expect 66 organbake decimate --faces=80 --method cluster x.ply -o y.ply
+expect 66 organbake decimate --faces=80 --method lindstrom-turk x.ply -o y.ply
 expect 66 organbake isosurface --no-cap --largest 0 -o y.ply -- -x.mha
 expect_err "-x.mha: there is no such file"
 expect 66 organbake --quiet --threads 1 isosurface x.mha -o y.ply

@@ -112,7 +112,7 @@ python3 -c 'import json; l = json.load(open("out"))["labels"]; assert len(l) == 
 DATA=$SOURCE/../shared/data/ibsi_digital_phantom
 if [ -d "$DATA" ]; then
   for mask in "$DATA/mask.nii.gz" ibsi_edges.dcm ibsi_half_way.dcm ibsi_seg.dcm; do
-    expect 0 organbake isosurface "$DATA/phantom.nii.gz" --mask "$mask" --method marching-cubes \
+    expect 0 organbake isosurface "$DATA/phantom.nii.gz" --mask "$mask" \
       --smooth-mm 0 --largest 0 --no-keep-volume -o ibsi.ply --json
     near "$(figure volume_ml)" 0.556 0.004
     expect 0 organbake inspect ibsi.ply --json
@@ -120,7 +120,6 @@ if [ -d "$DATA" ]; then
 import json
 figures = json.load(open('out'))
 assert abs(figures['area_mm2'] - 388) <= 3, figures
-assert abs(figures['largest_diameter_mm'] - 13.1) <= 0.1, figures
 END
     expect 0 organbake isosurface "$DATA/phantom.nii.gz" --mask "$mask" -o ibsi.ply --json
     near "$(figure volume_ml)" 0.592 0.004

@@ -3,18 +3,18 @@
 # What stages warn of: on stderr, in the JSON, in the batch's table and on the page, one list, whether
 # they ran or came from the cache; and --strict.
 source "$(dirname "$0")/assert.sh"
-# The paper's clustering loses volume at so few faces, for certain.
-{ small_recipe | sed 's/faces: 60/faces: 24, method: cluster/'; } >r.yaml
-volume="decimate: the proxy's volume is off by"
+# So few faces do not have the organ's shape, for certain.
+{ small_recipe | sed 's/faces: 60/faces: 8, method: lindstrom-turk/'; } >r.yaml
+shape="decimate: the proxy lies up to"
 
 warnings() { python3 -c 'import json, sys; print("\n".join(json.load(open(sys.argv[1]))["warnings"]))' "$1"; }
 expect 0 organbake bake r.yaml -o organ --json
-expect_err "warning: $volume"
+expect_err "warning: $shape"
 warnings out >ran
-grep -qF "$volume" ran || fail "the JSON lacks it: $(cat ran)"
+grep -qF "$shape" ran || fail "the JSON lacks it: $(cat ran)"
 expect_equal "$(grep '^warning: ' err | cut -d' ' -f2- | sort)" "$(sort ran)"
 expect 0 organbake bake r.yaml -o organ --json --quiet
-expect_err "warning: $volume"
+expect_err "warning: $shape"
 expect_equal "$(warnings out)" "$(cat ran)"
 python3 - ran <<'PY' || fail "the page has other warnings"
 import html, re, sys
@@ -23,28 +23,28 @@ listed = re.search(r'<div class="warnings">.*?<ul>(.*?)</ul>', page, re.S)[1]
 assert [html.unescape(w) for w in re.findall("<li>(.*?)</li>", listed)] == open(sys.argv[1]).read().splitlines()
 PY
 expect 0 organbake verify organ --json
-expect_err "warning: $volume"
-warnings out | grep -qF "$volume" || fail "verify does not tell it"
+expect_err "warning: $shape"
+warnings out | grep -qF "$shape" || fail "verify does not tell it"
 
 # A stage alone tells the same, run or cached.
 expect 0 organbake phantom -o p --size-voxels 40,40,16 --photos 3 --photo-size-px 96 --truth-subdivisions 3
 for i in 1 2; do
-  expect 0 organbake decimate p/truth.ply --faces 24 --method cluster -o proxy.ply --json --quiet
-  expect_err "warning: $volume"
-  warnings out | grep -qF "$volume" || fail "the stage's JSON lacks it"
+  expect 0 organbake decimate p/truth.ply --faces 8 --method lindstrom-turk -o proxy.ply --json --quiet
+  expect_err "warning: $shape"
+  warnings out | grep -qF "$shape" || fail "the stage's JSON lacks it"
 done
 
 # --strict: exit code 3, and the result is there.
-expect 3 organbake decimate p/truth.ply --faces 24 --method cluster -o strict.ply --strict
+expect 3 organbake decimate p/truth.ply --faces 8 --method lindstrom-turk -o strict.ply --strict
 [ -s strict.ply ] || fail "nothing was written"
 expect 3 organbake bake r.yaml -o strict --strict
 expect_same strict organ
 expect 0 organbake decimate p/truth.ply --faces 300 -o good.ply --strict
 
 # A batch: the table, the JSON and the page.
-printf 'case,decimate.method,decimate.faces\nwarned,cluster,24\n' >cases.csv
+printf 'case,decimate.method,decimate.faces\nwarned,lindstrom-turk,8\n' >cases.csv
 expect 0 organbake batch cases.csv --recipe r.yaml -o batch --no-pictures
-expect_err "warning: batch: warned: $volume"
+expect_err "warning: batch: warned: $shape"
 python3 - <<'PY' || fail "the batch's table, JSON or page"
 import csv, html, json
 told = open("ran").read().splitlines()

@@ -203,13 +203,10 @@ auto with_any_threads(const Work& work, const Same& same) {
 void decimate_mesh(std::span<const std::byte> bytes, const InputFolder&) {
   Drawn drawn(bytes);
   DecimateOptions options;
-  options.method = DecimateMethod(drawn.below(4));
+  options.method = DecimateMethod(drawn.below(3));
   options.faces = 4 + drawn.below(200);
-  options.objective = DecimateObjective(drawn.below(2));
   options.flips = drawn.below(2) == 1;
   const TriangleMesh surface = grown_mesh(drawn);
-  const bool by_error = drawn.below(4) == 3 && options.method != DecimateMethod::cluster;
-  if (by_error) options.max_error_mm = drawn.power_of_ten(-1, 1);
   const DecimateResult made = with_any_threads(
       [&] { return decimate(surface, options); },
       [](const DecimateResult& a, const DecimateResult& b) {
@@ -218,9 +215,7 @@ void decimate_mesh(std::span<const std::byte> bytes, const InputFolder&) {
   check_mesh(made.proxy, "proxy");
   expect_invariant(std::isfinite(made.rms_mm + made.max_mm + made.reverse_rms_mm),
                    "a distance is no number");
-  expect_invariant(by_error || made.proxy.faces.size() <= options.faces,
-                   "more faces than asked for");
-  if (options.method == DecimateMethod::cluster) return;
+  expect_invariant(made.proxy.faces.size() <= options.faces, "more faces than asked for");
   const MeshTopology before = analyse_topology(surface), after = analyse_topology(made.proxy);
   if (!before.closed_manifold()) return;
   expect_invariant(after.closed_manifold(), "a closed surface was torn");

@@ -42,7 +42,7 @@ SurfaceCap cap_from(const py::object& cap) {
 py::tuple surface(const py::object& voxels, const py::object& spacing, const py::object& origin,
                   const py::object& direction, std::optional<double> level,
                   std::optional<int> label, std::size_t largest, double min_size_mm, bool refine,
-                  int taubin_steps, const py::object& cap, double smooth_mm, bool keep_volume) {
+                  const py::object& cap, double smooth_mm, bool keep_volume) {
   Volume volume = volume_from(voxels, spacing, origin, direction);
   if (label) make_labels(volume);
   if (level && label)
@@ -51,8 +51,7 @@ py::tuple surface(const py::object& voxels, const py::object& spacing, const py:
   options.iso_hu = level;
   options.label = label.value_or(1);
   options.largest = largest, options.min_size_mm = min_size_mm, options.refine = refine;
-  options.taubin_steps = taubin_steps, options.cap = cap_from(cap);
-  options.smooth_mm = smooth_mm, options.keep_volume = keep_volume;
+  options.cap = cap_from(cap), options.smooth_mm = smooth_mm, options.keep_volume = keep_volume;
   options.check();
   const Isosurface found = run_released([&](const RunContext& context) {
     return label ? extract_label_surface(volume, options, context)
@@ -65,8 +64,8 @@ void bind_surface(py::module_& m) {
   m.def("surface", &surface, py::arg("voxels"), py::arg("spacing_mm"), py::kw_only(),
         py::arg("origin_mm") = py::make_tuple(0, 0, 0), py::arg("direction") = py::none(),
         py::arg("level") = py::none(), py::arg("label") = py::none(), py::arg("largest") = 1,
-        py::arg("min_size_mm") = 0.0, py::arg("refine") = false, py::arg("taubin_steps") = 0,
-        py::arg("cap") = "flat", py::arg("smooth_mm") = 1.0, py::arg("keep_volume") = true,
+        py::arg("min_size_mm") = 0.0, py::arg("refine") = false, py::arg("cap") = "flat",
+        py::arg("smooth_mm") = 1.0, py::arg("keep_volume") = true,
         "The closed surface of a CT at a level (HU), or of one label of a mask. voxels: (nz, ny, "
         "nx) of any real kind; spacing_mm, origin_mm: of x, y, z; direction: (3, 3), its columns "
         "are the axes of x, y, z. level None without a label: half-way between the two commonest "
@@ -79,19 +78,15 @@ void bind_surface(py::module_& m) {
 }
 
 DecimateResult reduce(const py::object& vertices, const py::object& faces, std::size_t count,
-                      double max_error_mm, const std::string& method, const std::string& objective,
-                      bool flips) {
+                      const std::string& method, bool flips) {
   const TriangleMesh mesh = mesh_from(vertices, faces);
   DecimateOptions options;
-  options.faces = count, options.max_error_mm = max_error_mm, options.flips = flips;
+  options.faces = count, options.flips = flips;
   using Method = DecimateMethod;
   options.method = chosen<Method>("method", method,
                                   {{"fitted", Method::fitted},
                                    {"lindstrom_turk", Method::lindstrom_turk},
-                                   {"quadric", Method::quadric},
-                                   {"cluster", Method::cluster}});
-  options.objective = chosen<DecimateObjective>(
-      "objective", objective, {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}});
+                                   {"quadric", Method::quadric}});
   options.check();
   return run_released([&](const RunContext& context) { return decimate(mesh, options, context); });
 }
@@ -115,11 +110,9 @@ void bind_decimate(py::module_& m) {
       .def_readonly("genus", &Summary::genus, "-1 where it is no manifold.")
       .def_readonly("self_intersecting_faces", &Summary::self_intersecting_faces);
   m.def("decimate", &reduce, py::arg("vertices_mm"), py::arg("faces"), py::kw_only(),
-        py::arg("count") = 80, py::arg("max_error_mm") = 0.0, py::arg("method") = "fitted",
-        py::arg("objective") = "rms", py::arg("flips") = true,
-        "Reduces a surface to at most `count` faces, or to the fewest within max_error_mm both "
-        "ways, and fits them to it. Returns a Proxy. Raises ValueError for a surface that cannot "
-        "be used and for a budget that cannot be reached.");
+        py::arg("count") = 80, py::arg("method") = "fitted", py::arg("flips") = true,
+        "Reduces a surface to at most `count` faces and fits them to it. Returns a Proxy. Raises "
+        "ValueError for a surface that cannot be used and for a budget that cannot be reached.");
 }
 
 }  // namespace

@@ -57,12 +57,10 @@ class Shaded:
 def surface(voxels: ArrayLike, spacing_mm: ArrayLike, *, origin_mm: ArrayLike = (0, 0, 0),
             direction: Optional[ArrayLike] = None, level: Optional[float] = None,
             label: Optional[int] = None, largest: int = 1, min_size_mm: float = 0.0,
-            refine: bool = False, taubin_steps: int = 0, cap: bool | str = "flat",
-            smooth_mm: float = 1.0,
+            refine: bool = False, cap: bool | str = "flat", smooth_mm: float = 1.0,
             keep_volume: bool = True) -> Tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
 def decimate(vertices_mm: ArrayLike, faces: ArrayLike, *, count: int = 80,
-             max_error_mm: float = 0.0, method: str = "fitted", objective: str = "rms",
-             flips: bool = True) -> Proxy: ...
+             method: str = "fitted", flips: bool = True) -> Proxy: ...
 def place(vertices_mm: ArrayLike, faces: ArrayLike, *, count: int = 8, map_size: int = 512,
           field_of_view_rad: float = 0.6, margin: float = 0.03,
           cone_axis: Optional[ArrayLike] = None, cone_half_angle_rad: float = 0.5) -> Cameras: ...

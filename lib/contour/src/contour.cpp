@@ -30,13 +30,12 @@ double least_distance_to_level(const std::array<int, 3>& size) {
 }
 
 TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int, 3>& size,
-                     double level, IsosurfaceMethod method) {
-  return by_module({values, {}, size, level, method});
+                     double level) {
+  return by_module({values, {}, size, level});
 }
 
-TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
-                     IsosurfaceMethod method) {
-  return by_module({{}, values, size, level, method});
+TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level) {
+  return by_module({{}, values, size, level});
 }
 
 }  // namespace organbake

@@ -12,7 +12,6 @@ struct ContouredGrid {
   std::span<const float> real;
   std::array<int, 3> size;
   double level;
-  IsosurfaceMethod method;
 };
 
 }  // namespace organbake

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The stage: a surface is checked, what would stop a half-edge structure is mended, vertices with
-// hundreds of faces are arranged otherwise, one method makes the proxy (fitted_proxy.cpp and
-// draft_proxy.cpp ours, collapse.cpp those of others), and errors, volume and topology of the
-// result are measured.
+// hundreds of faces are arranged otherwise, a method makes the proxy (fitted_proxy.cpp ours,
+// collapse.cpp those of others), and errors, volume and topology of the result are measured.
 #include "organbake/decimate/decimate.h"
 
 #include <Eigen/Geometry>
@@ -152,8 +151,7 @@ void split_hubs(TriangleMesh& mesh) {
   for (const std::uint32_t hub : hubs) {
     if (around.of(hub).size() <= kMostSpokes) continue;
     throw BadDataError("surface to decimate: " + std::to_string(around.of(hub).size()) +
-                       " faces meet at one vertex and cannot be arranged otherwise; mesh it anew, "
-                       "or use the method 'cluster'");
+                       " faces meet at one vertex and cannot be arranged otherwise; mesh it anew");
   }
 }
 
@@ -165,41 +163,22 @@ constexpr std::uint64_t kErrorSeed = 0x6465'6369'6d61'7465;
 
 struct Reduced {
   TriangleMesh clean;  // what was reduced
-  TriangleMesh proxy;  // by options.faces or the largest error, not by what it serves
+  TriangleMesh proxy;  // by options.faces, not by what it serves
 };
 
 Reduced reduce(const TriangleMesh& surface, const DecimateOptions& options,
                const RunContext& context) {
-  if (options.method == DecimateMethod::cluster) {
-    if (surface.faces.size() <= options.faces) return {{}, surface};
-    return {{}, cluster_vertices(surface, options.faces, context)};
-  }
-  if (options.method == DecimateMethod::draft)
-    return {{}, draft_proxy(surface, options.faces, context)};
   Reduced reduced{manifold_faces(surface), {}};
   split_hubs(reduced.clean);
-  reduced.proxy = options.max_error_mm > 0 ? fewest_faces(reduced.clean, options, context)
-                  : options.max_share > 0
-                      ? proxy_to_serve(reduced.clean, options, context)
-                      : proxy_with_faces(reduced.clean, options, options.faces, context);
+  DecimateOptions first = options;
+  first.max_share = 0;  // as if nothing were searched
+  if (options.max_share > 0)
+    first.faces = std::min({options.faces, options.most_faces, reduced.clean.faces.size()});
+  reduced.proxy = proxy_with_faces(reduced.clean, first, first.faces, context);
   return reduced;
 }
 
-// Neither of both can come as near to the surface as one may ask.
-bool takes_budgets_alone(DecimateMethod method) {
-  return method == DecimateMethod::cluster || method == DecimateMethod::draft;
-}
-
-bool is_searched(const DecimateOptions& options) {
-  return options.max_share > 0 && !(options.max_error_mm > 0) &&
-         !takes_budgets_alone(options.method);
-}
-
 void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
-  if (proxy.empty()) {
-    throw BadDataError("no grid of clusters gives between 1 and " + std::to_string(options.faces) +
-                       " faces; allow more");
-  }
   if (proxy.faces.size() > (options.max_share > 0 ? options.most_faces : options.faces)) {
     throw BadDataError("the surface cannot be reduced below " + std::to_string(proxy.faces.size()) +
                        " faces without changing its topology, but " +
@@ -243,13 +222,7 @@ void measure(DecimateResult& summary, const TriangleMesh& surface, const RayScen
 
 void DecimateOptions::check() const {
   require(faces >= 4, "faces", static_cast<double>(faces), "take at least 4, a tetrahedron's");
-  require(max_error_mm >= 0 && std::isfinite(max_error_mm), "max_error_mm", max_error_mm,
-          "take a length of 0 mm or more");
   require(max_share >= 0 && max_share <= 1, "max_share", max_share, "take 0…1");
-  if (max_error_mm > 0 && takes_budgets_alone(method)) {
-    throw UsageError(
-        "max-error needs a method that can come as near as asked for; cluster and draft cannot");
-  }
 }
 
 DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& options,
@@ -261,19 +234,17 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
   // Neither needs the other, and much of both is done by one thread.
   ThicknessRegions regions;
   Reduced reduced;
-  const auto measure_regions = [&] {
-    if (options.method != DecimateMethod::draft) regions = thickness_regions(surface, context);
-  };
-  parallel_both(measure_regions, [&] { reduced = reduce(surface, options, context); });
+  parallel_both([&] { regions = thickness_regions(surface, context); },
+                [&] { reduced = reduce(surface, options, context); });
   const RegionMeter meter(surface, regions);
   MeasuredProxy found{std::move(reduced.proxy)};
-  if (is_searched(options)) {
+  if (options.max_share > 0) {
     found = serving_proxy(reduced.clean, std::move(found.mesh), meter, options, context);
   } else {
     found.errors = meter.measure(found.mesh, context);
   }
   summary.proxy = std::move(found.mesh);
-  if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
+  check_budget(summary.proxy, options);
   measure(summary, surface, meter.scene(), found.errors, context);
   describe_topology(summary);
   if (summary.self_intersecting_faces > 0) {

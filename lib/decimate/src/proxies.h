@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-// What decimate() is made of: drafts by clusters and collapses, searches for the face count that
-// keeps a budget, and how far a proxy is off where the surface is thin.
+// What decimate() is made of: how far a proxy is off where the surface is thin, and more vertices
+// there, until it serves.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,19 +15,6 @@
 namespace organbake {
 
 struct DecimateOptions;
-
-// Vertex clustering on a regular grid (Rossignac & Borrel 1993): each cell's vertices become their
-// mean; faces that lose a corner or their area are dropped, those with equal corners are added up
-// by their winding, so that a fold cancels. The cell's size is searched by bisection for the most
-// faces within the budget. Need not be manifold. Empty when no grid gives 1 … `faces` faces.
-TriangleMesh cluster_vertices(const TriangleMesh& surface, std::size_t faces,
-                              const RunContext& context = {});
-
-// A proxy of at most `faces` faces, where the surface's topology allows that, for a first look,
-// in some hundredths of a second from a scan's surface. A manifold; of large surfaces gaps that are
-// narrower than the clusters may have closed.
-TriangleMesh draft_proxy(const TriangleMesh& surface, std::size_t faces,
-                         const RunContext& context = {});
 
 // Gives vertices with hundreds of faces, such as the middle of a cap or the tip of a cone, fewer:
 // spokes become edges between the spokes beside them, where no face turns by more than 60°. The
@@ -84,20 +71,10 @@ class RegionMeter {
   RayScene scene_;
 };
 
-// A proxy of at most `faces` by the method of the options (not cluster). The surface must be
+// A proxy of at most `faces` by the method of the options. The surface must be
 // manifold (manifold_faces()).
 TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions& options,
                               std::size_t faces, const RunContext& context = {});
-
-// A proxy with few faces whose verified distance keeps options.max_error_mm: the face count is
-// searched, and what is returned has been measured. The surface itself when nothing less will do.
-TriangleMesh fewest_faces(const TriangleMesh& surface, const DecimateOptions& options,
-                          const RunContext& context = {});
-
-// A proxy of options.faces faces as its method makes it, for serving_proxy() to begin with. The
-// surface must be manifold (manifold_faces()).
-TriangleMesh proxy_to_serve(const TriangleMesh& surface, const DecimateOptions& options,
-                            const RunContext& context = {});
 
 // A proxy, and what the meter says of it.
 struct MeasuredProxy {

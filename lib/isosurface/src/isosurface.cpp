@@ -244,11 +244,10 @@ void refine_crossings(TriangleMesh& mesh, const Volume& ct, double level) {
 }
 
 // The surface of a CT at a level: contour by slabs, crossings placed in double precision (and by
-// sums of voxels, when asked), pieces chosen, smoothing. The level of the contour proper is moved
-// between whole numbers first, since CT values are whole and would lie on it.
+// sums of voxels, when asked), pieces chosen. The level of the contour proper is moved between
+// whole numbers first, since CT values are whole and would lie on it.
 namespace {
 
-constexpr int kMostTaubinSteps = 1000;
 constexpr double kLargestSmoothing_mm = 20;  // more would take an organ's shape away
 
 // The level is above what is outside, so among NaNs the lowest value can be inside.
@@ -278,7 +277,7 @@ TriangleMesh contour_of(const Volume& ct, const ValueRange& range, double level,
     const double parting = std::is_integral_v<Value> ? std::ceil(level) - 0.5 : level;
     const CappedField<std::remove_const_t<Value>> field(values, ct.size, range, parting,
                                                         options.cap != SurfaceCap::open);
-    TriangleMesh crossed = contour_in_slabs(field, options.method, context);
+    TriangleMesh crossed = contour_in_slabs(field, context);
     move_all(crossed, -field.margin());
     return crossed;
   });
@@ -303,9 +302,6 @@ Volume rounded_off(const Volume& ct, std::vector<CutSide>& sides, const ValueRan
 void IsosurfaceOptions::check() const {
   if (iso_hu && !std::isfinite(*iso_hu)) throw UsageError("iso_hu must be a finite number");
   if (!(min_size_mm >= 0)) throw UsageError("min_size_mm must not be negative");
-  if (taubin_steps < 0 || taubin_steps > kMostTaubinSteps)
-    throw UsageError("taubin_steps is " + std::to_string(taubin_steps) + "; it must be 0…" +
-                     std::to_string(kMostTaubinSteps));
   if (!(smooth_mm >= 0 && smooth_mm <= kLargestSmoothing_mm))
     throw UsageError("smooth_mm is " + to_text(smooth_mm) + "; it must be 0…" +
                      to_text(kLargestSmoothing_mm) + " mm");
@@ -374,7 +370,6 @@ Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavitie
   if (kept.mesh.empty())
     throw BadDataError(whose + "no piece of the surface is larger than --min-size-mm " +
                        to_text(options.min_size_mm) + " mm");
-  taubin_smooth(kept.mesh, options.taubin_steps, context);
   context.progress(1);
   tell_left_out(kept, whose, context);
   return {std::move(kept.mesh), kept.found, kept.kept, kept.left_out_share};

@@ -230,8 +230,8 @@ class SlabWelder {
 }  // namespace
 
 template <typename Value>
-TriangleMesh contour_in_slabs(const CappedField<Value>& field, IsosurfaceMethod method,
-                              const RunContext& context, int slices_per_slab) {
+TriangleMesh contour_in_slabs(const CappedField<Value>& field, const RunContext& context,
+                              int slices_per_slab) {
   const auto [nx, ny, nz] = field.size();
   const std::size_t slice = static_cast<std::size_t>(nx) * ny;
   const int thickness =
@@ -244,17 +244,15 @@ TriangleMesh contour_in_slabs(const CappedField<Value>& field, IsosurfaceMethod 
   for (int first = 0; first < nz - 1; first += thickness - 1) {
     context.throw_if_cancelled();
     const int count = std::min(thickness, nz - first);
-    welder.add(contour(field.slices(first, count, copy), {nx, ny, count}, field.level(), method),
-               first, count);
+    welder.add(contour(field.slices(first, count, copy), {nx, ny, count}, field.level()), first,
+               count);
     context.progress(0.8 * (first + count) / nz);
   }
   copy = {};  // the mesh needs the room
   return welder.take();
 }
 
-template TriangleMesh contour_in_slabs(const CappedField<std::int16_t>&, IsosurfaceMethod,
-                                       const RunContext&, int);
-template TriangleMesh contour_in_slabs(const CappedField<float>&, IsosurfaceMethod,
-                                       const RunContext&, int);
+template TriangleMesh contour_in_slabs(const CappedField<std::int16_t>&, const RunContext&, int);
+template TriangleMesh contour_in_slabs(const CappedField<float>&, const RunContext&, int);
 
 }  // namespace organbake

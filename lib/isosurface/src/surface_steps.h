@@ -63,8 +63,8 @@ class CappedField {
 // threads. slices_per_slab 0 = as many as make about 4 million voxels. Throws CancelledError
 // between slabs.
 template <typename Value>
-TriangleMesh contour_in_slabs(const CappedField<Value>& field, IsosurfaceMethod method,
-                              const RunContext& context, int slices_per_slab = 0);
+TriangleMesh contour_in_slabs(const CappedField<Value>& field, const RunContext& context,
+                              int slices_per_slab = 0);
 
 struct ProposedLevel {
   double level_hu = 0;
@@ -182,15 +182,9 @@ KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter)
 // Index coordinates → world. A left-handed grid turns the faces round so that they stay outward.
 void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index);
 
-// What CT and mask surfaces share once they lie in the world: the pieces' filter and the smoothing.
+// What CT and mask surfaces share once they lie in the world: the pieces' filter.
 // What is said begins with `whose`, "liver: ". Throws BadDataError when no piece is left.
 Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, Cavities cavities,
                     const std::string& whose, const RunContext& context);
-
-// Smooths a mesh by pairs of umbrella steps, one inward and one outward (Taubin 1995), which leaves
-// the shape's large features in place. What the closed mesh's volume changes all the same is given
-// back by moving it along its normals, to 0.01 %. Vertices on a boundary stay. Same result for any
-// number of threads.
-void taubin_smooth(TriangleMesh& mesh, int steps, const RunContext& context = {});
 
 }  // namespace organbake

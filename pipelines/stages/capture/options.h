@@ -3,7 +3,6 @@
 
 #include "organbake/bundle/stored_maps.h"
 #include "organbake/capture/capture.h"
-#include "organbake/capture/filtered_detail.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/options/options.h"
 #include "organbake/pipelines/stage.h"
@@ -13,7 +12,6 @@ namespace organbake {
 
 struct CaptureStageOptions {
   CaptureOptions capture;
-  MicroSplit micro = MicroSplit::proxy;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   double skin_edge_mm = 6;     // of the smooth skin over the proxy; 0 = none
   Material material;
@@ -34,13 +32,6 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
           {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "
                    "skin: the organ bends along the proxy's edges, as in the paper",
            .range = {0, 1000}})
-      .add("micro", &o.micro,
-           {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
-                    "(gaussian, bilateral; of depth and of intensity) is written beside it, "
-                    "detail.exr of each camera"},
-           {{"proxy", MicroSplit::proxy},
-            {"gaussian", MicroSplit::gaussian},
-            {"bilateral", MicroSplit::bilateral}})
       .add("surface_edge_mm", &o.surface_edge_mm,
            {.help =
                 "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",
@@ -77,7 +68,8 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "albedo of the plain material, linear RGB", .range = {0, 1}})
       .add("feature_mm", &o.material.feature_mm,
            {.help = "size of the plain material's largest spots", .range = {0.01, 1000}})
-      .retire("micro_size_mm", "a filter takes what is smaller than 4 mm for detail")
+      .retire("micro", "microstructure is what stands out of the proxy's shell")
+      .retire("micro_size_mm", "microstructure is what stands out of the proxy's shell")
       .retire("zip_level", "it is always 6")
       .retire("variation", "a plain albedo always varies by a quarter")
       .retire("light_direction", "a plain material is lit from above the front")

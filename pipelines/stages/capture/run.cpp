@@ -94,25 +94,6 @@ void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& con
   if (needed_mb > kWorthSaying_mb) context.info(need);
 }
 
-void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
-                   const std::vector<PosedCamera>& cameras, const CaptureStageOptions& options,
-                   StageReport& report) {
-  if (options.micro == MicroSplit::proxy) {
-    report.skipped.push_back({"filtered detail images", "the player draws by the proxy's split"});
-    return;
-  }
-  ExrWriteOptions writing{
-      .compression = options.packing.compact ? ExrCompression::pxr24 : options.packing.compression,
-      .zip_level = options.packing.zip_level};
-  // One after another: OpenCV's filters take all threads themselves.
-  for (std::size_t c = 0; c < maps.size(); ++c) {
-    call.context.throw_if_cancelled();
-    writing.camera = cameras[c];
-    write_exr(call.output_folder / camera_folder(c) / "detail.exr",
-              filtered_detail(maps[c], cameras[c].intrinsics, options.micro), writing);
-  }
-}
-
 // What the maps are bound to, written beside them where it is a smooth skin.
 ShellSurface make_shell(const StageCall& call, const TracedSurface& surface,
                         const TriangleMesh& proxy, double edge_mm, StageReport& report) {
@@ -198,8 +179,6 @@ StageReport run(const StageCall& call) {
   write_map_files(call.output_folder, captured.maps, set.cameras, captured.base, options.packing);
   write_ply(call.output_folder / "surface.ply",
             colored_surface(surface, *color, options.surface_edge_mm));
-
-  write_details(call, captured.maps, set.cameras, options, report);
   if (lighting) {
     write_file_atomically(call.output_folder / kLightingFile, lighting_to_json(*lighting));
   } else {

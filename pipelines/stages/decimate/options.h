@@ -30,24 +30,16 @@ inline void bind(OptionList& list, DecimateStageOptions& options) {
            .range = {4, 10000000}})
       .add("tool_radius_mm", &options.tool_radius_mm,
            {.help = "radius of the tip that faces = auto makes the proxy for", .range = {0.5, 100}})
-      .add("max_error_mm", &o.max_error_mm,
-           {.help = "fewest faces within this distance both ways, measured; 0 = go by faces",
-            .range = {0, 1e9}})
       .add("method", &o.method,
-           {.help = "edge collapse and a fit to the surface; draft, for a first look in a "
-                    "fraction of the time; or, to compare, plain collapses or the paper's naive "
-                    "clustering"},
+           {.help = "edge collapse and a fit to the surface; or plain collapses alone, in a "
+                    "fraction of the time"},
            {{"fitted", DecimateMethod::fitted},
-            {"draft", DecimateMethod::draft},
             {"lindstrom-turk", DecimateMethod::lindstrom_turk},
-            {"quadric", DecimateMethod::quadric},
-            {"cluster", DecimateMethod::cluster}})
-      .add("objective", &o.objective,
-           {.help = "what the fit lowers: the RMS distance with the volume kept, or the largest "
-                    "distance"},
-           {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
+            {"quadric", DecimateMethod::quadric}})
       .add("flips", &o.flips,
-           {.help = "let the fit flip edges where that lowers the distance, up to 500 faces"});
+           {.help = "let the fit flip edges where that lowers the distance, up to 500 faces"})
+      .retire("objective", "the fit lowers the RMS distance; faces = auto bounds the largest")
+      .retire("max_error_mm", "faces = auto takes as many as 5 % of the thickness asks for");
   bind(list, options.frame);
 }
 

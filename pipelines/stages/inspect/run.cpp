@@ -4,7 +4,6 @@
 #include "organbake/core/error.h"
 #include "organbake/dataset/dataset.h"
 #include "organbake/decimate/mesh_defects.h"
-#include "organbake/decimate/mesh_distance.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage.h"
@@ -78,7 +77,6 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("euler_characteristic", topology.euler_characteristic);
   report.add("area_mm2", surface_area(mesh));
   report.add("volume_ml", signed_volume(mesh) / 1000);
-  report.add("largest_diameter_mm", largest_diameter_mm(mesh));
   report.add("lowest_corner_mm", components(box.min));
   report.add("highest_corner_mm", components(box.max));
   report.add("vertex_colors", !mesh.colors.empty());

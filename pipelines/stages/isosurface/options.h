@@ -24,9 +24,6 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
            {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
                     "half-way between the histogram's two peaks",
             .unit = "HU, or the volume's own unit"})
-      .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
-           {{"flying-edges", IsosurfaceMethod::flying_edges},
-            {"marching-cubes", IsosurfaceMethod::marching_cubes}})
       .add("label", &options.label,
            {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
                     "become one organ",
@@ -51,9 +48,6 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
            {.help =
                 "a mask's surface encloses the volume of its voxels; off: the level is one half, "
                 "as textbooks have it, and corners are lost"})
-      .add("taubin", &o.taubin_steps,
-           {.help = "steps of Taubin smoothing on the surface; its volume is kept",
-            .range = {0, 1000}})
       .add("cap", &o.cap,
            {.help =
                 "where the volume, or a mask that ends flat, cuts the organ its surface is closed "
@@ -63,7 +57,9 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
             {"round", SurfaceCap::round},
             {"open", SurfaceCap::open},
             {"true", SurfaceCap::flat},
-            {"false", SurfaceCap::open}});
+            {"false", SurfaceCap::open}})
+      .retire("method", "the surface is marching cubes', found by flying edges")
+      .retire("taubin", "smooth_mm smooths a mask, refine places a CT's surface by more voxels");
   bind(list, options.reading);
 }
 

@@ -5,7 +5,6 @@
 #include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "proxies.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 #include "unit/decimate/seeded_meshes.h"
@@ -50,9 +49,6 @@ TEST(FittedProxy, OfASphereIsNearTheBestKnown) {
   // A scaled icosphere of 80 faces reaches 1.27 % of the radius, Lindstrom–Turk 1.54 %.
   EXPECT_LT(s.rms_mm, 1.30);
   EXPECT_LT(s.reverse_rms_mm, 1.30);
-  DecimateOptions largest{.faces = 80, .objective = DecimateObjective::max};
-  const DecimateResult m = decimate(sphere_mesh(100, 4), largest);
-  EXPECT_LT(std::max(m.max_mm, m.reverse_max_mm), 4.2);  // Lindstrom–Turk: 6.9
 }
 
 // Of a face's normal and those of its corners: below 0 it lies folded over onto its neighbours.
@@ -209,63 +205,11 @@ TEST(UnfoldFaces, SurvivesFacesOfNoArea) {
   EXPECT_EQ(analyse_topology(mesh).euler_characteristic, 2);
 }
 
-TEST(DraftProxy, IsAManifoldNearTheSurface) {
-  const TriangleMesh mesh = lumpy_mesh(50, 5);  // 20,480 faces, more than the clusters leave
-  const DecimateResult draft = decimate(mesh, {.method = DecimateMethod::draft, .faces = 80});
-  EXPECT_LE(draft.proxy.faces.size(), 80u);
-  EXPECT_GE(draft.proxy.faces.size(), 78u);
-  EXPECT_TRUE(draft.closed_manifold);
-  EXPECT_EQ(draft.genus, 0);
-  EXPECT_EQ(draft.worst_thickness_mm, 0);  // not asked for
-  // What is promised: 0.7 % of the diagonal.
-  EXPECT_LT(draft.rms_mm, 0.007 * bounds(mesh).diagonal());
-}
-
-// Clusters would make one plate of two: the collapses begin with the surface.
-TEST(DraftProxy, KeepsWhatIsThinnerThanItsClusters) {
-  const TriangleMesh plate = grid_box({200, 200, 0.5}, 60);  // 43,200 faces
-  const TriangleMesh proxy = draft_proxy(plate, 100);
-  EXPECT_TRUE(analyse_topology(proxy).closed_manifold());
-  EXPECT_NEAR(signed_volume(proxy), signed_volume(plate), 0.05 * signed_volume(plate));
-}
-
-TEST(DraftProxy, CannotKeepAnErrorBudget) {
-  EXPECT_THROW(DecimateOptions({.method = DecimateMethod::draft, .max_error_mm = 1}).check(),
-               UsageError);
-}
-
 TEST(FastCollapse, LeavesTheBorderWhereItIs) {
   const TriangleMesh mesh = opened(lumpy_mesh(50, 4), 1);
   const TriangleMesh thin = fast_collapse(mesh, 500);
   EXPECT_LT(thin.faces.size(), 700u);
   EXPECT_EQ(analyse_topology(thin).boundary_edges, analyse_topology(mesh).boundary_edges);
-}
-
-TEST(VertexClustering, KeepsTheBudgetAndComesNearIt) {
-  const TriangleMesh mesh = lumpy_mesh(50, 4);
-  for (const std::size_t budget : {4, 20, 80, 500, 2000}) {
-    const TriangleMesh proxy = cluster_vertices(mesh, budget);
-    EXPECT_LE(proxy.faces.size(), budget);
-    EXPECT_GE(proxy.faces.size(), budget / 2);
-  }
-}
-
-TEST(VertexClustering, LeavesOnlyFacesThatCanBeUsed) {
-  const TriangleMesh proxy = cluster_vertices(lumpy_mesh(50, 4), 200);
-  const MeshTopology topology = analyse_topology(proxy);
-  EXPECT_EQ(topology.degenerate_faces, 0u);
-  EXPECT_EQ(topology.unused_vertices, 0u);
-  std::set<std::set<std::uint32_t>> corners;
-  for (const Face& face : proxy.faces) corners.insert({face.begin(), face.end()});
-  EXPECT_EQ(corners.size(), proxy.faces.size());
-}
-
-TEST(VertexClustering, FacesStayOutward) {
-  // Clusters shrink a convex body a little (their means lie inside), never turn it.
-  const double volume = signed_volume(cluster_vertices(sphere_mesh(50, 5), 200));
-  const double sphere = 4.0 / 3 * 3.14159265 * 50 * 50 * 50;
-  EXPECT_GT(volume, 0.6 * sphere);
-  EXPECT_LT(volume, sphere);
 }
 
 }  // namespace

@@ -82,28 +82,4 @@ inline TriangleMesh opened(TriangleMesh mesh, std::uint64_t seed) {
   return mesh;
 }
 
-// Genus 0–5, one to four parts, thin sheets, some with a border; about 2,000 to 8,000 faces.
-inline TriangleMesh seeded_mesh(std::uint64_t seed) {
-  RandomStream random(seed, 77);
-  TriangleMesh mesh;
-  const int kind = int(seed % 5);
-  if (kind == 0) {
-    mesh = bent(lumpy_mesh(20, 4), seed);
-  } else if (kind == 1) {
-    mesh = bent(perforated_plate(1 + int(random.below(5)), 5, 4), seed);
-  } else if (kind == 2) {  // a sheet of 1 mm
-    mesh = bent(perforated_plate(int(random.below(3)), 14, 1), seed);
-  } else if (kind == 3) {
-    const int parts = 2 + int(random.below(3));
-    for (int i = 0; i < parts; ++i) {
-      mesh =
-          joined(mesh, moved(bent(i % 2 ? perforated_plate(1, 5, 3) : lumpy_mesh(8, 3), seed + i),
-                             {40.0 * i, 0, 0}));
-    }
-  } else {
-    mesh = opened(bent(lumpy_mesh(20, 4), seed), seed);
-  }
-  return mesh;
-}
-
 }  // namespace organbake

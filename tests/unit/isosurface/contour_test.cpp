@@ -59,10 +59,9 @@ TEST(SlabContour, IsTheSameSurfaceForAnyThickness) {
   for (const bool cap : {true, false}) {
     const CappedField<std::int16_t> field(volume.voxels, volume.size, value_range(volume), 99.5,
                                           cap);
-    const TriangleMesh whole =
-        contour_in_slabs(field, IsosurfaceMethod::flying_edges, {}, field.size()[2]);
+    const TriangleMesh whole = contour_in_slabs(field, {}, field.size()[2]);
     for (const int slices : {2, 3, 7}) {
-      const TriangleMesh mesh = contour_in_slabs(field, IsosurfaceMethod::flying_edges, {}, slices);
+      const TriangleMesh mesh = contour_in_slabs(field, {}, slices);
       EXPECT_EQ(mesh.vertices.size(), whole.vertices.size()) << slices;
       EXPECT_EQ(mesh.faces.size(), whole.faces.size()) << slices;
       EXPECT_NEAR(signed_volume(mesh), signed_volume(whole), 1e-3);
@@ -70,21 +69,6 @@ TEST(SlabContour, IsTheSameSurfaceForAnyThickness) {
       if (cap) expect_closed_and_sound(mesh);
     }
   }
-}
-
-TEST(SlabContour, MarchingCubesGivesTheSameSurface) {
-  const Volume ct = scan_of(asymmetric_organ(), grid_around_origin({1, 1.2, 0.9}, 60));
-  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -450.5, true);
-  const auto surface = [&](IsosurfaceMethod method) {
-    return contour_in_slabs(field, method, {}, 9);
-  };
-  const TriangleMesh fast = surface(IsosurfaceMethod::flying_edges);
-  const TriangleMesh slow = surface(IsosurfaceMethod::marching_cubes);
-  expect_closed_and_sound(slow);
-  EXPECT_EQ(slow.vertices.size(), fast.vertices.size());
-  EXPECT_EQ(slow.faces.size(), fast.faces.size());
-  constexpr double kTriangulation = 1e-3;  // the two cut some cubes' polygons differently
-  EXPECT_NEAR(signed_volume(slow) / signed_volume(fast), 1, kTriangulation);
 }
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

@@ -43,8 +43,6 @@ TEST(Isosurface, DefaultsAreValidAndBoundsAreChecked) {
   EXPECT_THAT(spoiled([](auto& o) { o.smooth_mm = 21; }), HasSubstr("0…20 mm"));
   EXPECT_THAT(spoiled([&](auto& o) { o.smooth_mm = nan; }), HasSubstr("smooth_mm"));
   EXPECT_THAT(spoiled([](auto& o) { o.min_size_mm = -1; }), HasSubstr("min_size_mm"));
-  EXPECT_THAT(spoiled([](auto& o) { o.taubin_steps = -1; }), HasSubstr("0…1000"));
-  EXPECT_THAT(spoiled([](auto& o) { o.taubin_steps = 1001; }), HasSubstr("taubin_steps is 1001"));
   EXPECT_THAT(spoiled([](auto& o) { o.label = 0; }), HasSubstr("background"));
   EXPECT_THAT(spoiled([](auto& o) { o.label = 16777217; }), HasSubstr("16777216"));
 }

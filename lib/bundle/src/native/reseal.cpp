@@ -27,7 +27,7 @@ bool named(const std::string& path, std::initializer_list<const char*> names) {
   });
 }
 bool may_change(const std::string& path) {
-  return path == "base.exr" || named(path, {"color.exr", "depth.exr", "micro.exr", "detail.exr"});
+  return path == "base.exr" || named(path, {"color.exr", "depth.exr", "micro.exr"});
 }
 
 // The files that differ from the manifest, which is brought up to them.
@@ -56,20 +56,6 @@ void check_depth_planes(const BundleReader& reader, const std::string& path) {
   throw BadDataError(name +
                      ": its channels Y and Z hold the same depth, and now differ: edit both "
                      "alike, or leave Z out");
-}
-
-// Players never open detail.exr, so its size is checked here alone.
-void check_detail(const BundleReader& reader, const std::string& path, const Bundle& bundle) {
-  const std::string name = (reader.folder() / path).string();
-  const ChannelImage image = parse_exr(reader.read(path), name);
-  for (std::size_t c = 0; c < bundle.cameras.cameras.size(); ++c) {
-    const Intrinsics& lens = bundle.cameras.cameras[c].intrinsics;
-    if (!path.starts_with(camera_folder(c) + "/")) continue;
-    if (image.width == lens.width && image.height == lens.height) return;
-    throw BadDataError(name + ": is " + std::to_string(image.width) + " × " +
-                       std::to_string(image.height) + ", its camera " + std::to_string(lens.width) +
-                       " × " + std::to_string(lens.height) + " pixels");
-  }
 }
 
 // Throws unless a camera's depth and heights tell the same places.
@@ -109,7 +95,6 @@ ResealedBundle reseal(const fs::path& folder) {
   std::vector<char> moved(bundle.maps.size(), 0);
   for (const std::string& path : resealed.changed) {
     if (named(path, {"depth.exr"})) check_depth_planes(reader, path);
-    if (named(path, {"detail.exr"})) check_detail(reader, path, bundle);
     for (std::size_t c = 0; c < moved.size(); ++c)
       if (path.starts_with(camera_folder(c) + "/") && named(path, {"depth.exr", "micro.exr"}))
         moved[c] = 1;

@@ -69,7 +69,7 @@ struct ResealedBundle {
   std::vector<std::string> changed;  // against the manifest that lies there; none: nothing to write
 };
 
-// Takes over images that were edited by hand: cam_…/color.exr, depth.exr, micro.exr, detail.exr and
+// Takes over images that were edited by hand: cam_…/color.exr, depth.exr, micro.exr and
 // base.exr, of the same size and with the channels that they need. Every check of a bundle is made
 // on what lies there now, and where depth or microstructure changed, that both still tell the same
 // place: farther apart than a texel is wide, pushed skin would jump. Reads alone; the caller writes

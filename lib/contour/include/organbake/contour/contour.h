@@ -14,17 +14,12 @@ namespace organbake {
 // away from the level.
 double least_distance_to_level(const std::array<int, 3>& size);
 
-// The same triangles either way, in another order: marching cubes (Lorensen, Cline 1987) as the
-// paper has it, or flying edges (Schroeder, Maynard, Geveci 2015), several times faster.
-enum class IsosurfaceMethod { flying_edges, marching_cubes };
-
-// The surface where a grid of values crosses `level`, in index coordinates, by vtkFlyingEdges3D or
-// vtkMarchingCubes on the values where they lie, without a copy. Every crossing is kept 1/256 of an
+// The surface where a grid of values crosses `level`, in index coordinates: marching cubes', by
+// vtkFlyingEdges3D on the values where they lie, without a copy. Every crossing is kept 1/256 of an
 // edge away from the grid points, which rids the surface of the slivers that marching cubes leaves
 // there. Faces look from values ≥ level to values below.
 TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int, 3>& size,
-                     double level, IsosurfaceMethod method = IsosurfaceMethod::flying_edges);
-TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
-                     IsosurfaceMethod method = IsosurfaceMethod::flying_edges);
+                     double level);
+TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level);
 
 }  // namespace organbake

@@ -11,22 +11,18 @@
 namespace organbake {
 
 // fitted: a fast pre-pass, Lindstrom–Turk, then vertices and edges fitted to the surface.
-// draft: clusters, then collapses without a queue: for a first look, while fitted takes its time.
-// lindstrom_turk (1998, CGAL), quadric (Garland & Heckbert 1997, OpenMesh) and cluster (the paper's
-// "naive sub-sampling", which need not stay manifold) are kept for comparison.
-enum class DecimateMethod { fitted, draft, lindstrom_turk, quadric, cluster };
-enum class DecimateObjective { rms, max };
+// lindstrom_turk (1998, CGAL) and quadric (Garland & Heckbert 1997, OpenMesh): plain collapses
+// alone, as other programs make them.
+enum class DecimateMethod { fitted, lindstrom_turk, quadric };
 
 struct DecimateOptions {
   DecimateMethod method = DecimateMethod::fitted;
-  std::size_t faces = 80;   // at most this many; not asked when max_error_mm is given
-  double max_error_mm = 0;  // the fewest faces found within this distance both ways; 0 = by faces
+  std::size_t faces = 80;  // at most this many
   // As many more faces than `faces`, up to most_faces, as keep the largest distance both ways
   // within this share of the thickness, vessels by their own; 0 = not asked.
   // What could not be reached shows in the result.
   double max_share = 0;
   std::size_t most_faces = 6000;
-  DecimateObjective objective = DecimateObjective::rms;  // of fitted: what gets small
   bool flips = true;  // of fitted, up to 500 faces: edges flipped where that lowers the distance
 
   void check() const;
@@ -47,7 +43,7 @@ struct DecimateResult {
   std::size_t self_intersecting_faces = 0;  // of the proxy
 };
 
-// Reduces a surface to a proxy. All methods but cluster keep genus, components and manifoldness.
+// Reduces a surface to a proxy, which keeps its genus, components and manifoldness.
 // Throws BadDataError when the surface can't be used or the budget can't be reached.
 DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& options,
                         const RunContext& context = {});
@@ -66,8 +62,7 @@ TriangleMesh collapse_edges(const TriangleMesh& surface, std::size_t faces,
                             const RunContext& context = {});
 
 // Collapses edges by error quadrics (Garland & Heckbert 1997) with OpenMesh's decimater: a widely
-// used peer, for comparison; it loses volume at low counts. The surface must be manifold; the
-// result is.
+// used peer; it loses volume at low counts. The surface must be manifold; the result is.
 TriangleMesh collapse_by_quadrics(const TriangleMesh& surface, std::size_t faces,
                                   const RunContext& context = {});
 

@@ -41,10 +41,4 @@ std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups
                                       const TriangleMesh& to, const RayScene& scene,
                                       const RunContext& context = {});
 
-// The largest distance between two vertices, to one part in 10⁵ (the "maximum 3D diameter" of
-// IBSI's reference manual, 3.1.11). Pairs of boxes are halved as long as their farthest corners lie
-// further apart than what was found: in the order of n log n, for balls, too. 0 for less than two
-// vertices.
-double largest_diameter_mm(const TriangleMesh& mesh);
-
 }  // namespace organbake

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <optional>
 
-#include "organbake/contour/contour.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/volume/volume.h"
@@ -19,7 +18,6 @@ enum class SurfaceCap { flat, round, open };
 struct IsosurfaceOptions {
   // The level, when no mask is given; the organ is above it. Nothing = proposed_level().
   std::optional<double> iso_hu = -300;
-  IsosurfaceMethod method = IsosurfaceMethod::flying_edges;
   // Keep the K pieces of largest area; 0 = all. A cavity is no piece of its own: a label's stay
   // with the piece that they lie in, a CT's (lungs in a body) are filled, unless all is kept.
   std::size_t largest = 1;
@@ -27,7 +25,6 @@ struct IsosurfaceOptions {
   // Moves the vertices to where the sums of the voxels across the edge put it, instead of where two
   // voxels alone do: see refine_crossings(). For a CT, not for a mask.
   bool refine = false;
-  int taubin_steps = 0;  // of smoothing on the finished mesh, volume kept to 0.1 %
   SurfaceCap cap = SurfaceCap::flat;
   // Standard deviation of the Gaussian on a mask; more is taken where the mask's stairs are higher
   // (a mask drawn at 3 mm has stairs of 3 mm, whatever grid it was brought onto), since less lets
