@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Marching cubes' surface (Lorensen, Cline 1987), as VTK's flying edges find it (Schroeder, Maynard,
-// Geveci 2015), several times faster. Crossings are kept off the grid points: where a value equals the level, marching
-// cubes makes triangles without area, on which normals and binding fail.
+// Marching cubes' surface (Lorensen, Cline 1987), as VTK's flying edges find it (Schroeder,
+// Maynard, Geveci 2015), several times faster. Crossings are kept off the grid points: where a
+// value equals the level, marching cubes makes triangles without area, on which normals and binding
+// fail.
 #include "contour_door.h"
 
 #include <vtkCellArray.h>

@@ -101,7 +101,7 @@ class OrganTables {
 // What scales depths, of the farthest skin (mm), and of a texel on the nearest; and what fades.
 struct PictureScale {
   float reach_mm = 1, texel_mm = 1;
-  int fade_px = 0;  // of skin beside the background: SkinFinish::border_fade_px()
+  int fade_px = 0;     // of skin beside the background: SkinFinish::border_fade_px()
   bool relit = false;  // by another light than the baked one
   // Where the light at the scope is from the eye, mm, the view's frame; nothing by another light.
   std::optional<Eigen::Vector3f> scope_light_mm;

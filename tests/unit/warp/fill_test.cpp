@@ -128,8 +128,7 @@ TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
     Picture expected = random_picture(random);
     Frame frame = expected.frame;
     const std::size_t of_columns = fill_runs(expected, true);
-    ASSERT_EQ(slits_filled_in(expected.box, frame), of_columns + fill_runs(expected, false))
-        << i;
+    ASSERT_EQ(slits_filled_in(expected.box, frame), of_columns + fill_runs(expected, false)) << i;
     ASSERT_EQ(frame.cover, expected.frame.cover) << i;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closes the slits and holes that samples leave open between skin. Beside its border skin fades into
-// the background.
+// Closes the slits and holes that samples leave open between skin. Beside its border skin fades
+// into the background.
 #include <algorithm>
 #include <array>
 #include <atomic>

@@ -20,7 +20,8 @@ struct PokeSite {
   double thickness_mm;      // of the organ behind it, or of a sheet a quarter of its extent
 };
 // Skin that the view sees, a little from aside, near its middle, in no groove and away from
-// anchors and borders, for a tip of a radius. Where the view sees none, what poke_direction() tells.
+// anchors and borders, for a tip of a radius. Where the view sees none, what poke_direction()
+// tells.
 PokeSite poke_site(const Bundle& bundle, const View& view, double radius_mm);
 
 // The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
