@@ -13,6 +13,7 @@
 #include "organbake/core/scalar_type.h"
 #include "organbake/core/sha256.h"
 #include "organbake/core/temporary_files.h"
+#include "support/error_message.h"
 #include "support/testing.h"
 
 namespace organbake {
