@@ -4,11 +4,13 @@
 #include "organbake/player/player.h"
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 
@@ -201,21 +203,39 @@ std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
   return drawn;
 }
 
+// How deep and in what direction a tip has pressed in the skin that is nearest to it, mm: by where
+// faces lie and lay at rest, whoever moved them. It fades where the tip goes, from two radii to
+// four.
+Eigen::Vector3d Player::pressed_by(const Solid& tip) const {
+  double nearest_mm = 4 * tip.radius_mm;
+  Eigen::Vector3d pressed_mm = Eigen::Vector3d::Zero();
+  for (const Organ& organ : organs_) {
+    const TriangleMesh& rest = organ.now().proxy;
+    for (const Face& face : rest.faces) {
+      const auto now = [&](int c) -> const auto& { return organ.positions[face[c]]; };
+      const Eigen::Vector3d share = nearest_on_triangle(tip.from, now(0), now(1), now(2));
+      Eigen::Vector3d way = -tip.from, moved = Eigen::Vector3d::Zero();
+      for (int c = 0; c < 3; ++c) {
+        way += share[c] * now(c);
+        moved += share[c] * (now(c) - rest.vertices[face[c]]);
+      }
+      if (way.norm() >= nearest_mm) continue;
+      nearest_mm = way.norm();
+      const Eigen::Vector3d inward = way.stableNormalized();
+      const double near = std::clamp(2 - nearest_mm / (2 * tip.radius_mm), 0.0, 1.0);
+      pressed_mm = near * std::max(0.0, moved.dot(inward)) * inward;
+    }
+  }
+  return pressed_mm;
+}
+
 // What a picture's options leave to the player: the light, and how deep tools have pressed skin in.
 // Of a tool's parts the first is its tip.
 void Player::complete(DrawOptions& options) const {
   options.light = light_for(options.light);
-  if (options.solids.empty()) return;
-  std::vector<Eigen::Vector3d> inward(kMostInstruments, Eigen::Vector3d::Zero());
-  std::vector<double> depth_mm(kMostInstruments, 0);
-  for (const ContactPoint& point : deformer_.contact_points()) {
-    if (point.carried) continue;
-    inward[point.instrument] -= point.force_n.norm() * point.normal;
-    depth_mm[point.instrument] = std::max(depth_mm[point.instrument], point.depth_mm);
-  }
+  std::set<std::uint32_t> told;
   for (Solid& solid : options.solids)
-    solid.pressed_mm =
-        std::exchange(depth_mm[solid.instrument], 0) * inward[solid.instrument].stableNormalized();
+    if (told.insert(solid.instrument).second) solid.pressed_mm = pressed_by(solid);
 }
 
 DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {

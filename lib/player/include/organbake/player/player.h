@@ -204,6 +204,7 @@ class Player {
   static void restore_placed(Organ& organ, const std::optional<OrganState>& state, StateOf of);
   void play_by(TissueSolver solver, double stiffness);
   void take_positions();
+  Eigen::Vector3d pressed_by(const Solid& tip) const;
   void complete(DrawOptions& options) const;
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);
