@@ -44,7 +44,7 @@ const Vector3d kSoft(0.32, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.148f, 0.036f, 0.038f},  // (a), by hue as it is drawn at that lightness
+  return {.albedo = {0.148f, 0.029f, 0.0285f},  // (a), by hue as it is drawn
           .tint = {-0.01f, 0.05f, 0.08f},
           .mottle = 0.155,
           .mottle_mm = 13,
