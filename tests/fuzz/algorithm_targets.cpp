@@ -205,6 +205,7 @@ void decimate_mesh(std::span<const std::byte> bytes, const InputFolder&) {
   DecimateOptions options;
   options.method = DecimateMethod(drawn.below(3));
   options.faces = 4 + drawn.below(200);
+  drawn.below(2);  // was an option that is gone: seeds keep their meshes
   options.flips = drawn.below(2) == 1;
   const TriangleMesh surface = grown_mesh(drawn);
   const DecimateResult made = with_any_threads(
