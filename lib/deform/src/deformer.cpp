@@ -343,9 +343,6 @@ void Deformer::place(std::size_t organ, const std::vector<Eigen::Vector3d>& poin
   impl_->place(organ, points_mm);
 }
 std::vector<Eigen::Vector3d> Deformer::contact_force_n() const { return impl_->contact_force_n(); }
-const std::vector<ContactPoint>& Deformer::contact_points() const {
-  return impl_->report.contact_points;
-}
 bool Deformer::moved() const { return impl_->moved; }
 
 std::size_t Deformer::State::bytes_beside(const State& other) const {

@@ -214,13 +214,12 @@ Eigen::Vector3d Player::pressed_by(const Solid& tip) const {
     for (const Face& face : rest.faces) {
       const auto now = [&](int c) -> const auto& { return organ.positions[face[c]]; };
       const Eigen::Vector3d share = nearest_on_triangle(tip.from, now(0), now(1), now(2));
-      Eigen::Vector3d way = -tip.from, moved = Eigen::Vector3d::Zero();
-      for (int c = 0; c < 3; ++c) {
-        way += share[c] * now(c);
-        moved += share[c] * (now(c) - rest.vertices[face[c]]);
-      }
+      Eigen::Vector3d place = Eigen::Vector3d::Zero(), moved = Eigen::Vector3d::Zero();
+      for (int c = 0; c < 3; ++c) place += share[c] * now(c);
+      const Eigen::Vector3d way = place - tip.from;
       if (way.norm() >= nearest_mm) continue;
       nearest_mm = way.norm();
+      for (int c = 0; c < 3; ++c) moved += share[c] * (now(c) - rest.vertices[face[c]]);
       const Eigen::Vector3d inward = way.stableNormalized();
       const double near = std::clamp(2 - nearest_mm / (2 * tip.radius_mm), 0.0, 1.0);
       pressed_mm = near * std::max(0.0, moved.dot(inward)) * inward;
@@ -239,9 +238,10 @@ void Player::complete(DrawOptions& options) const {
 }
 
 DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {
-  complete(options);
-  if (drawing_)
+  if (drawing_) {
+    complete(options);
     if (const auto report = draw_otherwise(view, options, frame)) return *report;
+  }
   return draw_by_processor(view, options, frame);
 }
 

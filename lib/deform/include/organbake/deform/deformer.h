@@ -126,8 +126,6 @@ class Deformer {
   // N, world. What they press beside anchors is borne by the vertices that give way. Their sum over
   // an instrument's contacts is minus its tip_force_n.
   std::vector<Eigen::Vector3d> contact_force_n() const;
-  // Of the last step that was computed, but for anchored skin's.
-  const std::vector<ContactPoint>& contact_points() const;
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
 
