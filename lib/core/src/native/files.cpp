@@ -5,9 +5,7 @@
 // out.
 #include "organbake/core/files.h"
 
-#include <dlfcn.h>
 #include <fcntl.h>
-#include <link.h>
 #include <linux/fs.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -289,51 +287,6 @@ void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw IoError::writing(folder, "cannot be made: " + error.message());
-}
-
-fs::path program_folder() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw IoError::reading("/proc/self/exe", error.message());
-  return program.parent_path();
-}
-
-fs::path module_folder_above(const fs::path& code) {
-  for (fs::path at = code.parent_path(); at.has_relative_path(); at = at.parent_path())
-    if (const fs::path modules = at / "lib" / "organbake"; fs::is_directory(modules))
-      return modules;
-  return (code.parent_path() / ".." / "lib" / "organbake").lexically_normal();
-}
-
-fs::path module_folder() {
-  Dl_info place{};
-  link_map* of = nullptr;
-  // A program's own name in that list is empty.
-  const auto here = reinterpret_cast<void*>(&module_folder);
-  const bool found = ::dladdr1(here, &place, reinterpret_cast<void**>(&of), RTLD_DL_LINKMAP) != 0;
-  return found && of && *of->l_name
-             ? module_folder_above(fs::absolute(of->l_name).lexically_normal())
-             : module_folder_above(program_folder() / "program");
-}
-
-void* module_door(const std::string& name, const char* door) {
-  const fs::path file = module_folder() / (name + ".so");
-  const auto incomplete = [&](const std::string& why) {
-    return Error(ExitCode::internal,
-                 file.string() + ": " + why + "; the installation is incomplete");
-  };
-  void* const module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!module) {
-    const std::string why = std::string("cannot be loaded: ") + ::dlerror();
-    // A library that is missing, or of another version, is missing from the installation; that one
-    // cannot be read is the system's fault.
-    for (const char* sign : {"No such file", "undefined symbol", "version `"})
-      if (why.find(sign) != why.npos) throw incomplete(why);
-    throw IoError::reading(file, why);
-  }
-  void* const found = ::dlsym(module, door);
-  if (!found) throw incomplete("is no module of this program");
-  return found;
 }
 
 std::vector<fs::path> list_files(const fs::path& folder) {
