@@ -127,10 +127,8 @@ constexpr const char* kBringLibraries =
 Check check_modules() {
   const std::vector<UnloadableModule> unloadable = unloadable_modules();
   if (unloadable.empty()) return {"modules", module_folder().string()};
-  std::string reasons;
-  for (const UnloadableModule& module : unloadable) {
-    reasons += (reasons.empty() ? "" : "; ") + module.reason;
-  }
+  const std::string reasons =
+      joined(unloadable, "; ", [](const UnloadableModule& module) { return module.reason; });
   return {"modules", reasons + kBringLibraries, ExitCode::internal};
 }
 

@@ -252,16 +252,6 @@ int run_verify(const Arguments& arguments, Session& session) {
   return 0;
 }
 
-namespace {
-
-std::string listed(const std::vector<std::string>& files) {
-  std::string text;
-  for (const std::string& file : files) text += (text.empty() ? "" : ", ") + file;
-  return text;
-}
-
-}  // namespace
-
 int run_reseal(const Arguments& arguments, Session& session) {
   const auto words = session.read_command(
       arguments, "reseal BUNDLE",
@@ -275,8 +265,8 @@ int run_reseal(const Arguments& arguments, Session& session) {
   if (!resealed.changed.empty()) {
     write_file_atomically(folder / "manifest.json", manifest_to_json(resealed.manifest));
   }
-  const std::string what =
-      resealed.changed.empty() ? "ok, nothing was changed" : "resealed " + listed(resealed.changed);
+  const std::string what = resealed.changed.empty() ? "ok, nothing was changed"
+                                                    : "resealed " + joined(resealed.changed, ", ");
   session.print_result(words->front() + ": " + what,
                        {{"path", words->front()}, {"changed", resealed.changed}});
   return 0;
@@ -288,9 +278,7 @@ int run_schema(const Arguments& arguments, Session& session) {
       "Prints the JSON Schema of a kind of document, or lists the kinds there are.", {}, 1);
   if (!words) return 0;
   if (words->empty()) {
-    std::string list;
-    for (const std::string& name : schema_names()) list += (list.empty() ? "" : "\n") + name;
-    session.print_result(list, schema_names());
+    session.print_result(joined(schema_names(), "\n"), schema_names());
   } else {
     write_to_stdout(schema_text(words->front()));
   }

@@ -2,6 +2,7 @@
 // A shell's completion of commands, flags and their values: one script, in what bash and zsh have
 // in common. To zsh it comes behind a line that brings bash's builtins (bashcompinit, part of zsh).
 #include "command_manual.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
@@ -12,18 +13,6 @@ std::vector<ManualOption> all_options(const CommandManual& manual) {
   return options;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
-std::string names_of(const std::vector<CommandManual>& commands) {
-  std::vector<std::string> names;
-  for (const CommandManual& command : commands) names.push_back(command.command);
-  return joined(names);
-}
-
 std::string flags_of(const CommandManual& manual) {
   std::vector<std::string> flags;
   for (const ManualOption& option : all_options(manual)) {
@@ -31,7 +20,7 @@ std::string flags_of(const CommandManual& manual) {
       if (!flag.empty()) flags.push_back(flag);
     }
   }
-  return "    '" + manual.command + "') flags='" + joined(flags) + "' ;;\n";
+  return "    '" + manual.command + "') flags='" + joined(flags, " ") + "' ;;\n";
 }
 
 std::string choices_of(const CommandManual& manual) {
@@ -41,14 +30,14 @@ std::string choices_of(const CommandManual& manual) {
     const auto& words = may_be_others ? option.suggestions : option.choices;
     if (words.empty()) continue;
     cases += "    '" + manual.command + " " + option.flag + "') " +
-             (may_be_others ? "words" : "choices") + "='" + joined(words) + "' ;;\n";
+             (may_be_others ? "words" : "choices") + "='" + joined(words, " ") + "' ;;\n";
   }
   return cases;
 }
 
 std::string words_of(const CommandManual& manual) {
   if (manual.words.empty()) return "";
-  return "    '" + manual.command + "') words=${words:-'" + joined(manual.words) + "'} ;;\n";
+  return "    '" + manual.command + "') words=${words:-'" + joined(manual.words, " ") + "'} ;;\n";
 }
 
 }  // namespace
@@ -69,7 +58,8 @@ _)" + name +
          R"(() {
   local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
   local commands=')" +
-         names_of(commands) + R"(' command='' flags='' choices='' words='' word
+         joined(commands, " ", [](const CommandManual& command) { return command.command; }) +
+         R"(' command='' flags='' choices='' words='' word
   COMPREPLY=()
   # Bash takes the '=' of --flag=value for a word.
   if [[ $current == = ]]; then

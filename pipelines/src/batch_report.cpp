@@ -43,12 +43,6 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string in_one_text(const std::vector<std::string>& warnings) {
-  std::string text;
-  for (const std::string& warning : warnings) text += (text.empty() ? "" : "; ") + warning;
-  return text;
-}
-
 bool bad(const BatchRow& row) { return row.exit_code != 0; }
 
 // Failures first, then what was warned of; a strict bake that warned is there all the same.
@@ -180,7 +174,7 @@ std::string batch_csv(const std::vector<BatchRow>& rows) {
       csv += ",";
       if (found != row.figures.end()) csv += to_text(found->second);
     }
-    csv += "," + csv_field(one_line(in_one_text(row.warnings))) + "," +
+    csv += "," + csv_field(one_line(joined(row.warnings, "; "))) + "," +
            csv_field(one_line(row.error)) + "\n";
   }
   return csv;
@@ -212,12 +206,6 @@ std::string cluster_file(std::string_view name) {
   throw std::logic_error("no embedded file of this name");
 }
 
-std::string shell_words(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + shell_word(word);
-  return text;
-}
-
 // Of a task, without what tells it from the others.
 std::vector<std::string> batch_arguments(const JobPlan& plan) {
   std::vector<std::string> words = {(plan.output / "cases.csv").string()};
@@ -240,8 +228,8 @@ std::string shell_word(const std::string& text) {
 }
 
 std::string job_lines(const JobPlan& plan) {
-  std::string start =
-      shell_word(plan.program.string()) + " batch " + shell_words(batch_arguments(plan));
+  std::string start = shell_word(plan.program.string()) + " batch " +
+                      joined(batch_arguments(plan), " ", shell_word);
   if (plan.threads > 0) start += " --threads " + std::to_string(plan.threads);
   const std::string count = std::to_string(plan.tasks);
   std::string text;
@@ -275,7 +263,7 @@ std::string job_array(const JobPlan& plan) {
          "\n#SBATCH --mem=" + whole(plan.memory_mb) + "M\n#SBATCH --time=" + whole(plan.minutes) +
          "\n" + script.substr(first_line, body - first_line) +
          "\nprogram=" + shell_word(plan.program.string()) + " tasks=" + count + "\nset -- " +
-         shell_words(batch_arguments(plan)) + script.substr(body);
+         joined(batch_arguments(plan), " ", shell_word) + script.substr(body);
 }
 
 }  // namespace organbake

@@ -45,9 +45,7 @@ std::string value_text(const Json& value) {
   if (value.is_number()) return page_number(value.get<double>());
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return value.dump();
-  std::string text;
-  for (const Json& item : value) text += (text.empty() ? "" : ", ") + value_text(item);
-  return text;
+  return joined(value, ", ", value_text);
 }
 
 std::string errors_of(const Json& stage) {

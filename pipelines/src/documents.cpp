@@ -148,12 +148,7 @@ std::string expectation(const Json& schema) {
   if (!schema.is_object()) return {};
   if (schema.contains("enum")) return "one of " + schema["enum"].dump();
   if (schema.contains("const")) return schema["const"].get<std::string>();
-  if (schema.contains("anyOf")) {
-    std::string any;
-    for (const Json& part : schema["anyOf"])
-      any += (any.empty() ? "" : ", or ") + expectation(part);
-    return any;
-  }
+  if (schema.contains("anyOf")) return joined(schema["anyOf"], ", or ", expectation);
   const auto type = kTypes.find(schema.value("type", ""));
   std::string text = type == kTypes.end() ? "" : type->second;
   if (schema.contains("minimum")) text += ", at least " + schema["minimum"].dump();

@@ -10,6 +10,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/documents.h"
@@ -21,31 +22,19 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
-  return text;
-}
-
 // From the stage that --from names on, every step runs.
 bool is_forced(const Step& step, const RunOptions& options, bool& reached) {
   reached = reached || options.force || step.stage->name == options.from;
   return reached;
 }
 
-std::string list_of(const Plan& plan) {
-  std::string names;
-  for (const Step& step : plan.steps) names += (names.empty() ? "" : ", ") + step.stage->name;
-  return names;
-}
-
 void check_from(const Plan& plan, const RunOptions& options) {
-  if (options.from.empty()) return;
-  for (const Step& step : plan.steps) {
-    if (step.stage->name == options.from) return;
-  }
+  const auto name_of = [](const Step& step) { return step.stage->name; };
+  if (options.from.empty() ||
+      std::ranges::find(plan.steps, options.from, name_of) != plan.steps.end())
+    return;
   throw UsageError("--from " + options.from + ": this bake runs no such stage; it runs " +
-                   list_of(plan));
+                   joined(plan.steps, ", ", name_of));
 }
 
 StageCall make_call(const Step& step, const fs::path& folder, const RunContext& context,
@@ -110,7 +99,8 @@ Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>&
   }
   if (!explain) return {&step, ingredients, {}, "it is not in the cache"};
   const auto nearest = cache_.nearest(ingredients);
-  const std::string why = nearest ? joined(differences(*nearest, ingredients)) : "it never ran";
+  const std::string why =
+      nearest ? joined(differences(*nearest, ingredients), "; ") : "it never ran";
   return {&step, ingredients, {}, why};
 }
 
