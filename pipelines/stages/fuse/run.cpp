@@ -36,10 +36,6 @@ struct DepthViews {
 
 namespace fs = std::filesystem;
 
-std::optional<fs::path> if_there(const fs::path& path) {
-  return fs::is_regular_file(path) ? std::optional(path) : std::nullopt;
-}
-
 std::vector<DepthFile> depth_files(const StageCall& call) {
   std::vector<DepthFile> files;
   for (const auto& [name, path] : call.inputs_of("depth")) {

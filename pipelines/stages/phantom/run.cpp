@@ -183,11 +183,6 @@ StageReport run_moving_clip(const PhantomStageOptions& options, const StageCall&
   return report;
 }
 
-std::string photo_name(std::size_t index) {
-  const std::string number = std::to_string(index);
-  return "photo_" + std::string(number.size() < 2 ? 2 - number.size() : 0, '0') + number + ".png";
-}
-
 // Photographs go to their own folder with the cameras that took them.
 void write_photos(const OrganPhantom& phantom, const fs::path& folder, const RunContext& context) {
   CameraSet set;
@@ -195,7 +190,7 @@ void write_photos(const OrganPhantom& phantom, const fs::path& folder, const Run
   make_folder(folder);
   for (std::size_t i = 0; i < set.cameras.size(); ++i) {
     context.throw_if_cancelled();
-    set.images.push_back(photo_name(i));
+    set.images.push_back("photo_" + padded(i, 2) + ".png");
     write_png(folder / set.images.back(), phantom.photograph(set.cameras[i], context), 1);
     context.progress(0.4 + 0.6 * static_cast<double>(i + 1) / set.cameras.size());
   }

@@ -67,21 +67,12 @@ class Pipeline {
         .in_turn([this](Work& item) { shade(item); })
         .at_once([this](Work& item) { write(item); })
         .in_turn([this](Work& item) { finish(item); })
-        .run(kAtOnce, [this] { return take(); });
+        .run(kAtOnce, [this] { return take_selected<Work>(clip_.frames, context_); });
     strips_.write(folder_);
     return std::move(result_);
   }
 
  private:
-  std::shared_ptr<Work> take() {
-    context_.throw_if_cancelled();
-    std::optional<SelectedFrame> next = clip_.frames.next();
-    if (!next) return nullptr;
-    auto item = std::make_shared<Work>();
-    item->selected = std::move(*next);
-    return item;
-  }
-
   void prepare(Work& item) const {
     const StoredPicture& image = item.selected.image;
     item.frame = prepare_frame(image, lens_of(clip_, options_, image.color), options_.frame,

@@ -60,6 +60,17 @@ class ClipDriver {
   std::vector<ClipStep> steps_;
 };
 
+// The next of the frames that a stage takes, as its `selected`; nothing behind the last.
+template <class Frame>
+std::shared_ptr<Frame> take_selected(FrameSelection& frames, const RunContext& context) {
+  context.throw_if_cancelled();
+  std::optional<SelectedFrame> next = frames.next();
+  if (!next) return nullptr;
+  auto taken = std::make_shared<Frame>();
+  taken->selected = std::move(*next);
+  return taken;
+}
+
 // What a recorder has laid into a clip's frames (InsetFinder), by reading up to two thousand of
 // them beforehand, up to a damaged one; of no size where there is nothing.
 Mask insets_of(const FrameSelection::NextFrame& next, const RunContext& context);

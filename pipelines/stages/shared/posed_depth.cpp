@@ -114,15 +114,9 @@ MatchedPoses match_poses(const std::vector<fs::path>& maps, const CameraSet& set
   return matched;
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-std::optional<fs::path> if_found(const fs::path& path) {
+std::optional<fs::path> if_there(const fs::path& path) {
   return fs::is_regular_file(path) ? std::optional(path) : std::nullopt;
 }
-
-}  // namespace
 
 std::vector<DepthFile> depth_files_in(const fs::path& folder) {
   const bool ours = fs::is_directory(folder / "depth");
@@ -133,8 +127,8 @@ std::vector<DepthFile> depth_files_in(const fs::path& folder) {
     DepthFile found{depths / file, {}, {}};
     const std::string picture = file.stem().string() + ".png";
     if (ours) {
-      found.confidence = if_found(folder / "confidence" / picture);
-      found.picture = if_found(folder / "pictures" / picture);
+      found.confidence = if_there(folder / "confidence" / picture);
+      found.picture = if_there(folder / "pictures" / picture);
     }
     files.push_back(std::move(found));
   }

@@ -31,6 +31,9 @@ struct DepthFile {
   std::optional<std::filesystem::path> confidence, picture;
 };
 
+// The path, where a file is there.
+std::optional<std::filesystem::path> if_there(const std::filesystem::path& path);
+
 // Those of a folder as the stages write it, or of one of depth maps alone, in the order of their
 // names. Throws BadDataError for one without any.
 std::vector<DepthFile> depth_files_in(const std::filesystem::path& folder);

@@ -70,22 +70,13 @@ class PairPipeline {
     ClipDriver<PairWork>()
         .at_once([this](PairWork& item) { match(item); })
         .in_turn([this](PairWork& item) { finish(item); })
-        .run(kPairsAtOnce, [this] { return take(); });
+        .run(kPairsAtOnce, [this] { return take_selected<PairWork>(frames_, context_); });
     strips_.write(folder_);
     result_.beam = estimate_beam(rings_);
     return std::move(result_);
   }
 
  private:
-  std::shared_ptr<PairWork> take() {
-    context_.throw_if_cancelled();
-    std::optional<SelectedFrame> next = frames_.next();
-    if (!next) return nullptr;
-    auto item = std::make_shared<PairWork>();
-    item->selected = std::move(*next);
-    return item;
-  }
-
   void match(PairWork& item) const {
     const RectifiedEyes& eyes = rectifier_.eyes();
     const StoredPicture& both = item.selected.image;
