@@ -22,7 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
 constexpr double kSameFramePlane_mm = 0.01;
 
@@ -224,7 +223,7 @@ void read_compressed(const DicomDocument& document, const std::string& syntax, D
 
 void read_pixels(const DicomDocument& document, Segmentation& seg, const fs::path& file) {
   const std::string syntax = document.text(DC::TransferSyntaxUID);
-  const DicomCoding coding = syntax == kDeflated ? DicomCoding::native : coding_of(syntax);
+  const DicomCoding coding = coding_of(syntax);
   if (coding == DicomCoding::unknown || coding == DicomCoding::lossy_jpeg || syntax == kBigEndian)
     throw BadDataError(file, "is a segmentation in transfer syntax \"" + syntax +
                                  "\", which is not read; save it uncompressed");
