@@ -282,9 +282,9 @@ std::vector<ObjectPose> places_round(const ObjectPose& start) {
   return places;
 }
 
-bool apart(const ObjectPose& a, const ObjectPose& b) {
+bool apart(const TissueFit& a, const TissueFit& b) {
   constexpr double kTurn_rad = 0.03, kShift_mm = 2;
-  const Motion motion = motion_between(a, b);
+  const Motion motion = motion_between(a.pose, b.pose);
   return motion.head<3>().norm() > kTurn_rad || motion.tail<3>().norm() > kShift_mm;
 }
 
@@ -296,22 +296,6 @@ void drop_those_that_show_little(std::vector<TissueFit>& fits) {
   for (const TissueFit& fit : fits) shown.push_back(fit.pixels);
   const double least = kLeastShare * median(std::move(shown));
   std::erase_if(fits, [&](const TissueFit& fit) { return fit.pixels < least; });
-}
-
-// The likeliest of those that are apart, best first.
-std::vector<TissueFit> likeliest(std::vector<TissueFit> fits, std::size_t count) {
-  drop_those_that_show_little(fits);
-  std::stable_sort(fits.begin(), fits.end(),
-                   [](const TissueFit& a, const TissueFit& b) { return a.cost < b.cost; });
-  std::vector<TissueFit> best;
-  for (const TissueFit& fit : fits) {
-    if (best.size() == count) break;
-    const bool is_new = std::all_of(best.begin(), best.end(), [&](const TissueFit& known) {
-      return apart(known.pose, fit.pose);
-    });
-    if (is_new) best.push_back(fit);
-  }
-  return best;
 }
 
 struct Stage {
@@ -346,7 +330,9 @@ std::optional<ObjectPose> search_tissue(const RegisteredSurface& surface, const 
       context.throw_if_cancelled();
       climb_tissue(surface, tissue, start, stage.steps, fits[i]);
     });
-    fits = likeliest(std::move(fits), stage.kept);
+    drop_those_that_show_little(fits);
+    fits = best_apart(
+        std::move(fits), stage.kept, [](const TissueFit& fit) { return fit.cost; }, apart);
     if (fits.empty()) return std::nullopt;
   }
   return fits.front().pose;

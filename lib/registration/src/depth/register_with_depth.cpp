@@ -263,26 +263,10 @@ bool strayed(const ObjectPose& start, const ScalePrior& prior, const DepthState&
          std::abs(state.log_scale - prior.log_mean) > kFarthest_sd * prior.log_sd;
 }
 
-double apart_mm(const RegisteredSurface& surface, const DepthState& a, const DepthState& b) {
-  const Motion motion = motion_between(a.pose, b.pose);
-  return motion.tail<3>().norm() + motion.head<3>().norm() * surface.radius_mm() / 2;
-}
-
-// The best of those that are apart, best first.
-std::vector<Candidate> best_distinct(const RegisteredSurface& surface,
-                                     std::vector<Candidate> candidates, std::size_t count) {
+bool are_apart(const RegisteredSurface& surface, const Candidate& a, const Candidate& b) {
   constexpr double kApart_mm = 3;
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
-  std::vector<Candidate> best;
-  for (const Candidate& candidate : candidates) {
-    if (best.size() == count) break;
-    if (std::all_of(best.begin(), best.end(), [&](const Candidate& known) {
-          return apart_mm(surface, known.state, candidate.state) > kApart_mm;
-        }))
-      best.push_back(candidate);
-  }
-  return best;
+  const Motion motion = motion_between(a.state.pose, b.state.pose);
+  return motion.tail<3>().norm() + motion.head<3>().norm() * surface.radius_mm() / 2 > kApart_mm;
 }
 
 // The scale that surface, depth and photograph ask for when nothing is expected of it, and its
@@ -387,7 +371,9 @@ FoundByDepth search_by_depth(const RegisteredSurface& surface, const SeenDepth& 
           align_depth(surface, depth, found.prior, round.align, candidates[i].state);
       if (strayed(start, found.prior, candidates[i].state)) candidates[i].cost = 2;
     });
-    candidates = best_distinct(surface, std::move(candidates), round.kept);
+    candidates = best_apart(
+        std::move(candidates), round.kept, [](const Candidate& one) { return one.cost; },
+        [&](const Candidate& a, const Candidate& b) { return are_apart(surface, a, b); });
   }
   found.state = candidates.front().state;
   found.cost = candidates.front().cost;

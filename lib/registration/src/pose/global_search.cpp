@@ -4,7 +4,6 @@
 #include "pose/poses.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 
 #include "organbake/core/parallel.h"
@@ -39,21 +38,16 @@ RefineState state_of(const ObjectPose& pose) {
 std::vector<RefineState> best_distinct(const std::vector<ObjectPose>& poses,
                                        const std::vector<double>& scores, std::size_t count,
                                        double least_angle = kApart) {
-  std::vector<std::size_t> order(poses.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return scores[a] > scores[b]; });
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (scores[i] >= 0) usable.push_back(i);
+  const auto apart = [&](std::size_t a, std::size_t b) {
+    return angle_between(poses[a], poses[b]) > least_angle;
+  };
   std::vector<RefineState> best;
-  std::vector<ObjectPose> kept;
-  for (const std::size_t i : order) {
-    if (best.size() == count) break;
-    const bool apart = std::all_of(kept.begin(), kept.end(), [&](const ObjectPose& pose) {
-      return angle_between(pose, poses[i]) > least_angle;
-    });
-    if (!apart || scores[i] < 0) continue;
-    kept.push_back(poses[i]);
+  for (const std::size_t i : best_apart(
+           usable, count, [&](std::size_t i) { return -scores[i]; }, apart))
     best.push_back(state_of(poses[i]));
-  }
   return best;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <span>
@@ -193,6 +194,20 @@ class PoseCandidates {
 // camera_from_world of at least six pairs that do not lie in one plane, of which most were clicked
 // right. Throws UsageError for fewer pairs or a degenerate set.
 RigidTransform pose_from_pairs(const std::vector<PointPair>& pairs, const Intrinsics& intrinsics);
+
+// The best, first of all, of those items that are apart from all better ones; `count` at most.
+template <class Item, class Cost, class Apart>
+std::vector<Item> best_apart(std::vector<Item> items, std::size_t count, const Cost& cost,
+                             const Apart& apart) {
+  std::ranges::stable_sort(items, {}, cost);
+  std::vector<Item> best;
+  for (const Item& item : items) {
+    if (best.size() == count) break;
+    if (std::ranges::all_of(best, [&](const Item& known) { return apart(known, item); }))
+      best.push_back(item);
+  }
+  return best;
+}
 
 struct SearchResult {
   RefineState best;
