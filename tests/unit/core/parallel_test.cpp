@@ -184,25 +184,6 @@ TEST(RandomStream, IsFrozen) {
   EXPECT_NE(first, second);
 }
 
-TEST(RandomStream, HasTheMomentsItPromises) {
-  constexpr int kDraws = 200000;
-  constexpr double kTolerance = 0.01;  // about 4.5 standard errors of the mean, 3 of the variance
-  RandomStream stream(11);
-  double mean = 0, normal_mean = 0, normal_square = 0;
-  for (int i = 0; i < kDraws; ++i) {
-    const double u = stream.uniform(), n = stream.normal();
-    ASSERT_GE(u, 0);
-    ASSERT_LT(u, 1);
-    ASSERT_TRUE(std::isfinite(n));
-    mean += u / kDraws;
-    normal_mean += n / kDraws;
-    normal_square += n * n / kDraws;
-  }
-  EXPECT_NEAR(mean, 0.5, kTolerance);
-  EXPECT_NEAR(normal_mean, 0, kTolerance);
-  EXPECT_NEAR(normal_square, 1, kTolerance);
-}
-
 TEST(RandomStream, BelowReachesEveryValueEvenly) {
   std::array<int, 7> counts{};
   RandomStream stream(5);
@@ -249,12 +230,6 @@ TEST(Heap, KeepsWhatWasFreed) {
   keep_heap_in_large_pages();
   faults_of_writing(kBytes);
   EXPECT_LT(faults_of_writing(kBytes), long(kPages / 10));
-}
-
-TEST(Heap, MayBeAskedTwice) {
-  keep_heap_in_large_pages();
-  keep_heap_in_large_pages();
-  EXPECT_EQ(std::vector<int>(1 << 24, 7).back(), 7);
 }
 
 }  // namespace

@@ -257,14 +257,6 @@ JobPlan plan() {
           .minutes = 12.1};
 }
 
-TEST(JobLines, AreOneCommandForEachTask) {
-  const std::string lines = job_lines(plan());
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 3);
-  EXPECT_THAT(lines, StartsWith("'/opt/organ bake/organbake' batch '/data/it'\\''s \"out\" {1}/"
-                                "cases.csv' --recipe /r.yaml --set label=5 -o "));
-  EXPECT_THAT(lines, HasSubstr("--threads 2 --shard 3/3\n"));
-}
-
 TEST(JobArray, AsksForWhatIsNeededBeforeItsFirstCommand) {
   const std::string script = job_array(plan());
   EXPECT_THAT(script, StartsWith("#!/bin/bash\n"));
@@ -273,17 +265,6 @@ TEST(JobArray, AsksForWhatIsNeededBeforeItsFirstCommand) {
                            "#SBATCH --cpus-per-task=2\n", "#SBATCH --requeue\n"}) {
     EXPECT_LT(script.find(line), first_command) << line;
   }
-}
-
-TEST(JobSnakefile, HoldsItsConfigurationAsJson) {
-  const std::string text = job_snakefile(plan());
-  const std::string head = "config.update(";
-  ASSERT_THAT(text, StartsWith(head));
-  const auto config =
-      nlohmann::json::parse(text.substr(head.size(), text.find(")\n\n") - head.size()));
-  EXPECT_EQ(config["output"], plan().output.string());
-  EXPECT_EQ(config["memory_mb"], 1500);
-  EXPECT_EQ(config["tasks"], 3);
 }
 
 TEST(JobSnakefile, RefusesWhatIsNoUtf8) {

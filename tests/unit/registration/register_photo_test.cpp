@@ -4,10 +4,8 @@
 #include <tbb/global_control.h>
 
 #include "appearance/prediction.h"
-#include "cost_functions/cost_functions.h"
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/refine.h"
 #include "organbake/registration/registered_surface.h"
 #include "support/meshes.h"
 #include "support/testing.h"
@@ -169,29 +167,6 @@ TEST(ValidPixels, LeaveOutMaskAndBlownOnes) {
   const auto valid = valid_pixels(photo, mask);
   EXPECT_EQ(std::count(valid.begin(), valid.end(), 0), 9 + 1) << "the blown one's neighbours, too";
   EXPECT_EQ(valid[5 * 40 + 5], 0);
-}
-
-TEST(BorderDistance, ClosedMeshesHaveNone) {
-  EXPECT_TRUE(border_distance_mm(make_icosphere(3)).empty());
-  EXPECT_TRUE(border_distance_mm(soup_of(make_icosphere(3))).empty()) << "corners in one place";
-}
-
-TEST(BorderDistance, GrowsFromTheCutToThePole) {
-  for (const bool loose : {false, true}) {
-    TriangleMesh mesh = cut_in_half(make_icosphere(5), Eigen::Vector3d::UnitZ());
-    if (loose) mesh = soup_of(mesh);
-    const auto distance = border_distance_mm(mesh);
-    ASSERT_EQ(distance.size(), mesh.vertices.size());
-    // A way along edges zigzags: at most 2/√3 as long as the straight one, and the cut is a
-    // triangle's height uneven.
-    constexpr double kZigzag = 1.16, kUneven = 0.06;
-    for (const Face& face : mesh.faces)
-      for (const std::uint32_t v : face) {
-        const double arc = std::asin(std::min(1.0, mesh.vertices[v].z()));
-        EXPECT_LE(distance[v], kZigzag * arc + kUneven);
-        EXPECT_GE(distance[v], arc - 2 * kUneven);
-      }
-  }
 }
 
 class OpenSurface : public testing::Test {
