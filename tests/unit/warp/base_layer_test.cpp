@@ -185,6 +185,40 @@ TEST(Rasterise, StaysInItsWindow) {
             [&](int, int, double, const auto&) { FAIL(); });  // beyond reach: the clipper's to cut
 }
 
+// Two layers of random depths over a tile of a given size.
+void check_tile(const PixelBox& tile) {
+  RandomStream random(std::uint64_t(tile.width()) * 1000 + tile.height());
+  std::array<TileKeys, 2> layers;
+  for (TileKeys& layer : layers) {
+    layer.clear(tile, tile);
+    for (std::uint64_t& key : layer.keys)  // the guard band too: it must not count
+      if (random.uniform(0, 1) < 0.97)
+        key = std::uint64_t{key_high(float(random.uniform(50, 90)), 5)} << 32 | random.below(1000);
+  }
+  const std::array<const TileKeys*, 2> both = {&layers[0], &layers[1]};
+  DrawnSamples samples;
+  samples.begin(tile, both);
+  float farthest = 0;
+  for (int y = tile.y0; y < tile.y1; ++y)
+    for (int x = tile.x0; x < tile.x1; ++x) {
+      const auto depth = [&](const TileKeys& layer) {
+        return depth_of(static_cast<std::uint32_t>(layer.row(y)[x - tile.x0] >> 32));
+      };
+      const float nearest = std::min(depth(layers[0]), depth(layers[1]));
+      ASSERT_EQ(samples.open(x, y), std::isinf(nearest)) << x << ',' << y;
+      ASSERT_GE(samples.farthest_mm({x, y, x + 1, y + 1}), nearest);
+      farthest = std::max(farthest, nearest);
+    }
+  ASSERT_EQ(samples.farthest_mm(tile), farthest);
+}
+
+TEST(DrawnSamples, AreOpenWhereNoLayerTookAndAsFarAsTheirCells) {
+  constexpr int kWidth = TileGrid::kWidth, kHeight = TileGrid::kHeight;
+  check_tile({kWidth, kHeight, 2 * kWidth, 2 * kHeight});
+  check_tile({2 * kWidth, 0, 2 * kWidth + 65, 9});
+  check_tile({3, 5, 7, 6});
+}
+
 View small_view() {
   View view;
   view.camera.intrinsics = {320, 200, 300, 310, 150, 90};

@@ -34,20 +34,40 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
 class BaseDrawing::PlacedBlock {
  public:
   PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
-      : base_(base), matrix_(frame.pixel) {
-    const std::uint32_t rows = base.block_end(block.i) - block.i;
-    for (std::uint32_t i = 0; i <= rows; ++i) read_row(block, i);
+      : base_(base), block_(block), matrix_(frame.pixel) {
+    const float step = 1 / static_cast<float>(base.layer_.steps);
+    each_node([&](std::uint32_t k, std::uint32_t i, std::uint32_t j, std::size_t node) {
+      b1_[k] = step * static_cast<float>(i);
+      b2_[k] = step * static_cast<float>(j);
+      h_[k] = base.layer_.height_mm[node];
+    });
     place(frame.pixel, near_mm);
   }
 
   static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
     return i * (kCells + 1) + j;
   }
+  // No farther than any of its triangles; 0 where one is cut.
+  float nearest_mm() const {
+    float inverse = 0;
+    each_node([&](std::uint32_t k, std::uint32_t, std::uint32_t, std::size_t) {
+      inverse = is_beyond(k) ? std::numeric_limits<float>::infinity()
+                             : std::max(inverse, inverse_depth_[k]);
+    });
+    return 1 / inverse;
+  }
+  // Asks the layer for colours and weights, which are then there.
+  void shade() {
+    each_node([&](std::uint32_t k, std::uint32_t, std::uint32_t, std::size_t node) {
+      shade_[k].head<3>() = base_.layer_.color[node];
+      shade_[k][3] = base_.weight_of(base_.layer_.seen_by[node]);
+    });
+  }
   // Pixels × depth, and depth.
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
     return shell_point(matrix_, b1_[at], b2_[at], h_[at]).head<3>();
   }
-  float weight(std::uint32_t at) const { return weight_[at]; }
+  float weight(std::uint32_t at) const { return shade_[at][3]; }
   float b1(std::uint32_t at) const { return b1_[at]; }
   float b2(std::uint32_t at) const { return b2_[at]; }
   float height_mm(std::uint32_t at) const { return h_[at]; }
@@ -65,20 +85,15 @@ class BaseDrawing::PlacedBlock {
   }
 
  private:
-  void read_row(const Block& block, std::uint32_t i) {
-    const BaseLayer& layer = base_.layer_;
-    const std::uint32_t row = block.i + i;
-    const float step = 1 / static_cast<float>(layer.steps);
-    const std::size_t at_row = base_.node(block.patch.face, row, block.j);
-    const std::uint32_t last = std::min(base_.block_end(block.j), layer.steps - row);
-    for (std::uint32_t j = 0; block.j + j <= last; ++j) {
-      const std::uint32_t k = at(i, j);
-      b1_[k] = step * static_cast<float>(row);
-      b2_[k] = step * static_cast<float>(block.j + j);
-      h_[k] = layer.height_mm[at_row + j];
-      weight_[k] = base_.weight_of(layer.seen_by[at_row + j]);
-      shade_[k].head<3>() = layer.color[at_row + j];
-      shade_[k][3] = weight_[k];
+  // visit(at(), its row and column in the face's lattice, its place in the layer)
+  template <class Visit>
+  void each_node(const Visit& visit) const {
+    const std::uint32_t steps = base_.layer_.steps, end = base_.block_end(block_.i);
+    for (std::uint32_t i = block_.i; i <= end; ++i) {
+      const std::uint32_t last = std::min(base_.block_end(block_.j), steps - i);
+      const std::size_t first = base_.node(block_.patch.face, i, block_.j);
+      for (std::uint32_t j = block_.j; j <= last; ++j)
+        visit(at(i - block_.i, j - block_.j), i, j, first + j - block_.j);
     }
   }
 
@@ -107,9 +122,10 @@ class BaseDrawing::PlacedBlock {
   using PerNode = std::array<Number, kNodes>;
 
   const BaseDrawing& base_;
+  const Block& block_;
   const ShellColumns& matrix_;
   PerNode<Eigen::Vector4f> shade_;
-  alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
+  alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, inverse_depth_;
   alignas(32) PerNode<std::int32_t> x_, y_;
 };
 
@@ -271,15 +287,18 @@ std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(std::size_t first, std::
 }
 
 void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,
-                       const OpenPixels& open, BaseTile& tile) const {
+                       float behind_mm, DrawnSamples& samples, BaseTile& tile) const {
   const Chosen& chosen = chosen_[number];
   if (intersected(chosen.box, tile.box).empty()) return;  // another part's
-  const bool fills = chosen.fills_gaps && open.any(chosen.box);
+  const float farthest_mm = samples.farthest_mm(chosen.box);
+  const bool fills = chosen.fills_gaps && !std::isfinite(farthest_mm);
   if (!chosen.weighs && !chosen.everywhere && !fills) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
   const auto near_mm = static_cast<float>(view.near_mm);
-  const PlacedBlock placed(*this, block, frame, near_mm);
+  PlacedBlock placed(*this, block, frame, near_mm);
+  if (placed.nearest_mm() > farthest_mm + behind_mm) return;
+  placed.shade();
   PixelBox drawn;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     const bool cut = placed.is_beyond(at_a) || placed.is_beyond(at_b) || placed.is_beyond(at_c);
@@ -293,13 +312,13 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
     // weights_in: of a pixel's in the part of it that is drawn.
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
-      if (box.empty() || (!weighs && !open.any(box))) return;
+      if (box.empty()) return;
       tile.any_drawn = true;
       drawn = united(drawn, box);
       rasterise<float>(
           triangle, tile.box, [&](int x, int y, float depth, const std::array<float, 3>& part) {
             const std::size_t at = tile.at(x, y);
-            if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
+            if (!(depth < tile.depth[at]) || (!weighs && !samples.open(x, y))) return;
             const std::array<float, 3> w = weights_in(part);
             tile.depth[at] = depth;
             tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;

@@ -19,27 +19,25 @@
 
 namespace organbake {
 
-// Which pixels of a tile no camera's sample placed on: one bit each, so that whole boxes without
-// any are passed over in a few words.
-class OpenPixels {
+// What the cameras' samples leave of a tile to the base layer: pixels that none placed on, and what
+// lies before the farthest of them, which is looked for cell by cell when it is asked for.
+class DrawnSamples {
  public:
-  void find(const PixelBox& tile, std::span<const TileKeys* const> layers);
+  void begin(const PixelBox& tile, std::span<const TileKeys* const> layers);
 
-  bool at(int x, int y) const {  // of the picture
-    const int column = x - tile_.x0;
-    return rows_[y - tile_.y0][column / 64] >> (column % 64) & 1;
-  }
-  // Whether any pixel of the box, clipped to the tile, is open.
-  bool any(const PixelBox& box) const;
+  bool open(int x, int y) const;  // of the picture
+  // Nothing that a pixel of the box, clipped to the tile, shows lies farther; +inf: one is open.
+  float farthest_mm(const PixelBox& box);
 
  private:
-  static constexpr int kWords = TileGrid::kWidth / 64;
-  static_assert(TileGrid::kWidth % 64 == 0);
-  using Row = std::array<std::uint64_t, kWords>;
-  static Row bits_between(int first, int last);
+  static constexpr int kCell = 16;  // pixels a side
+  static constexpr int kColumns = TileGrid::kWidth / kCell, kRows = TileGrid::kHeight / kCell;
+  static constexpr float kUnknown = -1;
+  float look(const PixelBox& cell) const;
 
   PixelBox tile_;
-  std::array<Row, TileGrid::kHeight> rows_;
+  std::span<const TileKeys* const> layers_;
+  std::array<float, std::size_t{kColumns} * kRows> farthest_mm_;
 };
 
 // A corner of what is left of a triangle: pixels × depth, and depth; its shares of the triangle's
@@ -137,14 +135,13 @@ class BaseDrawing {
   std::size_t place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
                     const View& view, const TileGrid& grid, DirtyCells& cells,
                     VisibilitySummary& visibility);
-  // A tile's chosen blocks by number, and whether one fills gaps.
+  // A tile's chosen blocks by number.
   std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
-  bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
 
-  // Draws a chosen block into a tile. `open` is looked at for blocks that fill gaps only.
+  // Draws a chosen block into a tile, unless all of it lies more than behind_mm behind samples.
   // Thread-safe.
-  void draw(std::uint32_t chosen, const PlacedFaces& faces, const View& view,
-            const OpenPixels& open, BaseTile& tile) const;
+  void draw(std::uint32_t chosen, const PlacedFaces& faces, const View& view, float behind_mm,
+            DrawnSamples& samples, BaseTile& tile) const;
 
  private:
   // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.

@@ -12,56 +12,47 @@
 #include "picture/tiles.h"
 
 namespace organbake {
-namespace {
-
-// One bit per cell that no sample has taken, in a form that vectorises.
-std::uint64_t empty_cells(const std::uint64_t* __restrict keys,
-                          const std::uint64_t* __restrict bit) {
-  std::uint64_t word = 0;
-  for (int i = 0; i < 64; ++i) word |= keys[i] == kEmptyKey ? bit[i] : 0;
-  return word;
+void DrawnSamples::begin(const PixelBox& tile, std::span<const TileKeys* const> layers) {
+  tile_ = tile, layers_ = layers;
+  farthest_mm_.fill(kUnknown);
 }
 
-}  // namespace
-
-// Bits first … last−1 of a row.
-OpenPixels::Row OpenPixels::bits_between(int first, int last) {
-  const auto below = [](int bit) {  // all bits lower than `bit`
-    return bit <= 0 ? 0 : bit >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bit) - 1;
-  };
-  Row row;
-  for (int w = 0; w < kWords; ++w) row[w] = below(last - 64 * w) & ~below(first - 64 * w);
-  return row;
+bool DrawnSamples::open(int x, int y) const {
+  return std::all_of(layers_.begin(), layers_.end(), [&](const TileKeys* layer) {
+    return layer->row(y)[x - tile_.x0] == kEmptyKey;
+  });
 }
 
-void OpenPixels::find(const PixelBox& tile, std::span<const TileKeys* const> layers) {
-  tile_ = tile;
-  alignas(32) std::array<std::uint64_t, 64> bit;
-  for (int i = 0; i < 64; ++i) bit[i] = std::uint64_t{1} << i;
-  for (int y = tile.y0; y < tile.y1; ++y) {
-    Row& row = rows_[y - tile.y0];
-    row = bits_between(0, tile.width());
-    // Whole words: the guard band is there to be read, and its bits are not wanted.
-    for (const TileKeys* layer : layers) {
-      for (int w = 0; w < kWords; ++w) {
-        if (row[w] != 0) row[w] &= empty_cells(layer->row(y) + 64 * w, bit.data());
-      }
+float DrawnSamples::look(const PixelBox& cell) const {
+  std::uint32_t farthest = 0;
+  for (int y = cell.y0; y < cell.y1; ++y) {
+    std::array<std::uint32_t, kCell> nearest;
+    nearest.fill(kEmptyHigh);
+    // Whole rows of a cell: the guard band is there to be read.
+    for (const TileKeys* layer : layers_) {
+      const std::uint64_t* const keys = layer->row(y) + (cell.x0 - tile_.x0);
+      for (int i = 0; i < kCell; ++i)
+        nearest[i] = std::min(nearest[i], static_cast<std::uint32_t>(keys[i] >> 32));
+    }
+    for (int i = 0; i < cell.width(); ++i) farthest = std::max(farthest, nearest[i]);
+  }
+  return depth_of(farthest);
+}
+
+float DrawnSamples::farthest_mm(const PixelBox& box) {
+  const PixelBox part = intersected(box, tile_);
+  float farthest = 0;
+  if (part.empty()) return farthest;
+  for (int row = (part.y0 - tile_.y0) / kCell; row <= (part.y1 - 1 - tile_.y0) / kCell; ++row) {
+    for (int column = (part.x0 - tile_.x0) / kCell; column <= (part.x1 - 1 - tile_.x0) / kCell;
+         ++column) {
+      float& of_cell = farthest_mm_[std::size_t(row) * kColumns + column];
+      const int x = tile_.x0 + kCell * column, y = tile_.y0 + kCell * row;
+      if (of_cell == kUnknown) of_cell = look(intersected({x, y, x + kCell, y + kCell}, tile_));
+      farthest = std::max(farthest, of_cell);
     }
   }
-}
-
-bool OpenPixels::any(const PixelBox& box) const {
-  const int x0 = std::max(box.x0, tile_.x0), x1 = std::min(box.x1, tile_.x1);
-  if (x0 >= x1) return false;
-  const Row wanted = bits_between(x0 - tile_.x0, x1 - tile_.x0);
-  const int y1 = std::min(box.y1, tile_.y1);
-  for (int y = std::max(box.y0, tile_.y0); y < y1; ++y) {
-    const Row& row = rows_[y - tile_.y0];
-    std::uint64_t found = 0;
-    for (int w = 0; w < kWords; ++w) found |= row[w] & wanted[w];
-    if (found) return true;
-  }
-  return false;
+  return farthest;
 }
 
 namespace {
@@ -164,18 +155,15 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
 }
 
 const BaseTile* TileDrawing::draw_base(const TilePart& part,
-                                       std::span<const TileKeys* const> layers,
+                                       std::span<const TileKeys* const> layers, float behind_mm,
                                        Scratch& own) const {
   const BaseDrawing& base = placed_->base;
   const std::span<const std::uint32_t> blocks = base.blocks_of(part.tile);
   if (blocks.empty()) return nullptr;
   own.base.clear(part.box, placed_->relit != nullptr || placed_->keep_bound);
-  if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
-    own.open.find(part.box, layers);
-  }
-  for (const std::uint32_t b : blocks) {
-    base.draw(b, placed_->faces, placed_->view, own.open, own.base);
-  }
+  own.samples.begin(part.box, layers);
+  for (const std::uint32_t b : blocks)
+    base.draw(b, placed_->faces, placed_->view, behind_mm, own.samples, own.base);
   own.spans.add(own.base.spans);
   return own.base.any_drawn ? &own.base : nullptr;
 }
@@ -226,7 +214,9 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
     layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
   clock.lap(times.splat);
-  layers.base = draw_base(part, std::span(drawn).first(layers.count), own);
+  // From there on it has no weight beside samples; rounding included.
+  const float behind_mm = 2.01f * layers.same_surface_mm;
+  layers.base = draw_base(part, std::span(drawn).first(layers.count), behind_mm, own);
   clock.lap(times.base);
   resolve_tile(layers, own.spans, box, placed_->background, depth, frame);
   clock.lap(times.resolve);

@@ -144,7 +144,7 @@ class TileDrawing {
     std::array<TileKeys, 3> keys;
     std::array<RowSpans, 3> layer_spans;
     RowSpans spans;  // of all layers
-    OpenPixels open;
+    DrawnSamples samples;
     BaseTile base;
     DrawTimes times, longest;  // of all its parts, and of the one that took the longest
   };
@@ -153,7 +153,7 @@ class TileDrawing {
   void splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks, float tie_mm,
              const PixelBox& part, TileKeys& keys, RowSpans& spans) const;
   const BaseTile* draw_base(const TilePart& part, std::span<const TileKeys* const> layers,
-                            Scratch& own) const;
+                            float behind_mm, Scratch& own) const;
 
   std::optional<PlacedFrame> placed_;
   PerThread<Scratch> scratch_;
