@@ -3,7 +3,7 @@
 // drawing/resolve.cpp does: a layer counts by camera share × confidence, fading out between two
 // and four texels behind the nearest.
 uniform highp usampler2D samples0, samples1, samples2;
-uniform ivec3 first_patch, first_smooth;  // texels of their tables
+uniform ivec3 first_patch, first_color;  // texels of their tables
 uniform highp usampler2DArray keys;
 uniform highp sampler2DArray depths;
 uniform highp usampler2D base_bound;
@@ -11,7 +11,7 @@ uniform highp sampler2D base_depth;
 uniform int layers;
 uniform vec3 shares;
 uniform ivec3 by_share;  // layers, ascending
-uniform bool smooth_colors, base_drawn;
+uniform bool base_drawn;
 uniform float reach, texel_mm;  // mm
 layout(location = 0) out vec4 shown;
 
@@ -35,17 +35,10 @@ vec3 linear_color(vec3 root) {
 vec3 bytes_of(uint word) {
   return vec3(float(word & 255u), float(word >> 8 & 255u), float(word >> 16 & 255u));
 }
-float signed_byte(uint word, int shift) { return float(int(word << shift) >> 24); }
 
 // Colour and confidence of a layer's sample beside which a pixel looks.
-vec4 detail_at(int layer, int slot, vec2 at) {
-  uvec4 place = sample_texel(layer, slot);
-  float more = at.x * (signed_byte(place.w, 24) + at.x * signed_byte(place.w, 8)) +
-               at.y * (signed_byte(place.w, 16) + at.y * signed_byte(place.w, 0));
-  return vec4(linear_color(bytes_of(place.z) + more), float(place.z >> 24) / 255.0);
-}
-vec4 smooth_at(int layer, int slot, vec2 offset) {
-  uvec4 c = sample_texel(layer, first_smooth[layer] + slot);
+vec4 color_at(int layer, int slot, vec2 offset) {
+  uvec4 c = sample_texel(layer, first_color[layer] + slot);
   vec2 at = clamp(offset, -0.5, 0.5), t = at + 0.5;
   float w11 = t.x * t.y, w10 = t.x - w11, w01 = t.y - w11, w00 = 1.0 - t.x - w01;
   float own = (1.0 - 4.0 * at.x * at.x) * (1.0 - 4.0 * at.y * at.y);
@@ -93,13 +86,13 @@ void main() {
   float weight = 0.0;
   for (int l = 0; l < layers; ++l) {
     if (depth_mm[l] >= kNothing) continue;
-    vec4 one = smooth_colors ? smooth_at(l, slot[l], offset[l]) : detail_at(l, slot[l], offset[l]);
+    vec4 one = color_at(l, slot[l], offset[l]);
     float w = shares[l] * one.a * surface_share(depth_mm[l], nearest);
     color += w * one.rgb;
     weight += w;
   }
   if (weight > 0.0 && light != 0) {
-    uvec4 place = sample_texel(leading, slot[leading]);
+    uvec2 place = one_of_two(sample_texel(leading, slot[leading] >> 1), slot[leading]);
     int number = slot[leading] / kSlots;
     Patch p;
     if (leading == 0) p = patch_of(samples0, first_patch.x, number);

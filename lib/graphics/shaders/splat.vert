@@ -29,7 +29,7 @@ void main() {
   slot = uint(number);
   vec2 cells = splat.zw;
   if (cells.x < 1.0 || (skip_nearest && max(cells.x, cells.y) >= kMostSplat)) return;
-  uvec4 place = texelFetch(samples, table_at(number), 0);
+  uvec2 place = one_of_two(texelFetch(samples, table_at(number >> 1), 0), number);
   if (signed_high(place.y) == 0) return;
   float b1 = float(signed_low(place.x)), b2 = float(signed_high(place.x));
   float h = float(signed_low(place.y));

@@ -17,6 +17,9 @@ Patch patch_of(highp usampler2D samples, int first_patch, int number) {
                uintBitsToFloat(d.y), int(d.z));
 }
 
+// Of a texel that holds two slots.
+uvec2 one_of_two(uvec4 texel, int slot) { return (slot & 1) == 0 ? texel.xy : texel.zw; }
+
 int signed_low(uint word) { return int(word << 16) >> 16; }
 int signed_high(uint word) { return int(word) >> 16; }
 

@@ -314,14 +314,14 @@ void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
 void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
   resolve_.use();
-  Eigen::Vector3i first_patch(0, 0, 0), first_smooth(0, 0, 0), by_share(0, 1, 2);
+  Eigen::Vector3i first_patch(0, 0, 0), first_color(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
   constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
   for (int l = 0; l < Targets::kLayers; ++l) {
     const Layer& layer = organ.layers[l < organ.layer_count ? l : 0];
     if (!layer.samples) continue;
     resolve_.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
-    first_patch[l] = layer.samples->first_patch, first_smooth[l] = layer.samples->first_smooth;
+    first_patch[l] = layer.samples->first_patch, first_color[l] = layer.samples->first_color;
     shares[l] = layer.share;
   }
   // Of equal shares the first layer comes last, and stands: DominantSamples.
@@ -336,13 +336,10 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
   resolve_.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
   resolve_.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
   resolve_.set("first_patch", first_patch);
-  resolve_.set("first_smooth", first_smooth);
+  resolve_.set("first_color", first_color);
   resolve_.set("shares", shares);
   resolve_.set("by_share", by_share);
   resolve_.set("layers", organ.layer_count);
-  const Lighting* lighting = organ.source.lighting;
-  resolve_.set("smooth_colors",
-               int(organ.light == DrawnLight::scope && lighting && lighting->scope.has_value()));
   resolve_.set("base_drawn", int(organ.tables->steps() > 0));
   resolve_.set("reach", scale_.reach_mm);
   resolve_.set("texel_mm", static_cast<float>(organ.texel_mm));

@@ -33,11 +33,11 @@ class SkinLightUniforms {
   bool has_noise_ = false;
 };
 
-// One camera's samples in one table, texel by texel: the slots (place, confidence, colour), what
-// smooth colours need of each, and the patches, four texels each.
+// One camera's samples in one table, texel by texel: the slots' places, two a texel, their colours,
+// and the patches, four texels each.
 struct SampleTable {
   Table table{Table::Texel::words};
-  int first_smooth = 0, first_patch = 0, patches = 0;
+  int first_color = 0, first_patch = 0, patches = 0;
   double texel_mm = 0;
 
   // Uploads what it has not: of an organ that is cut further, the patches on parted faces.

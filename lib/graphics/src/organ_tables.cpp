@@ -71,8 +71,8 @@ void SampleTable::take(const SampleSet& source, std::span<const std::uint8_t> pa
   const bool anew = count > room_;
   if (anew) {
     room_ = with_room(count, !parted.empty());
-    first_smooth = static_cast<int>(room_ * kChunk);
-    first_patch = source.smooth.empty() ? first_smooth : 2 * first_smooth;
+    first_color = static_cast<int>(room_ * kChunk / 2);
+    first_patch = 3 * first_color;
     table.reserve(first_patch + 4 * room_);
   }
   put_changed(parted_, std::move(now), anew,
@@ -86,17 +86,14 @@ void SampleTable::put(const SampleSet& source, std::size_t first, std::size_t la
   words.reserve(4 * kChunk * (last - first));
   for (std::size_t i = kChunk * first; i < kChunk * last; ++i) {
     const bool used = i % kChunk < source.chunks[i / kChunk].count;
-    words.insert(words.end(), {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used),
-                               static_cast<std::uint32_t>(source.detail[i]),
-                               static_cast<std::uint32_t>(source.detail[i] >> 32)});
+    words.insert(words.end(),
+                 {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used)});
   }
-  table.put(kChunk * first, words);
+  table.put(kChunk / 2 * first, words);
   words.clear();
-  if (!source.smooth.empty())
-    for (const SmoothDetail& detail :
-         std::span(source.smooth).subspan(kChunk * first, kChunk * (last - first)))
-      words.insert(words.end(), detail.begin(), detail.end());
-  table.put(first_smooth + kChunk * first, words);
+  for (std::size_t i = kChunk * first; i < kChunk * last; ++i)
+    words.insert(words.end(), source.colors[i].begin(), source.colors[i].end());
+  table.put(first_color + kChunk * first, words);
   words.clear();
   for (std::size_t p = first; p < last; ++p) add_patch(source.chunks[p].patch, words);
   table.put(first_patch + 4 * first, words);

@@ -104,11 +104,10 @@ namespace {
 // What turns a camera's maps into its samples, without holding on to the bundle.
 SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   return [read = std::move(read), cameras = bundle.cameras.cameras,
-          rest = shell_matrices(bundle.shell().at_rest()),
-          smooth = bundle.lighting && bundle.lighting->scope](std::size_t c) {
+          rest = shell_matrices(bundle.shell().at_rest())](std::size_t c) {
     const CameraMaps maps = read(c);
     check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
-    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world), smooth);
+    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
   };
 }
 
@@ -266,7 +265,6 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .relit = options.relights() ? &*relit : nullptr,
                .keep_bound = options.keep_bound,
                .coarser = options.bind_as_drawn ? nullptr : drawn_for,
-               .smooth = options.light == DrawnLight::scope && scope,
                .background = background,
                .measure = options.measure});
   report.tiles_drawn = tiles.draw(grid, dirty_cells, depth, frame);

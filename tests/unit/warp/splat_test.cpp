@@ -50,7 +50,7 @@ struct Scene {
     const double texel = large ? random.uniform(0.1, 1.5) : extent / 4;
     one.patch.along_u[0] = one.patch.along_v[1] = static_cast<float>(texel);
     set.chunks = {one};
-    set.detail.assign(kChunk, 0);
+    set.colors.assign(kChunk, {});
     for (auto* place : {&set.b1, &set.b2, &set.h}) {
       place->assign(kChunk, 0);
       for (std::uint32_t i = 0; i < count; ++i)

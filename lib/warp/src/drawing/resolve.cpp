@@ -101,9 +101,6 @@ inline float surface_share(float depth, float nearest, float inverse_tolerance) 
   return low < 1 ? low : 1;
 }
 
-inline float signed_byte(std::uint32_t word, int shift_left) {
-  return static_cast<float>(static_cast<std::int32_t>(word << shift_left) >> 24);
-}
 inline float unsigned_byte(std::uint32_t word, int shift) {
   return static_cast<float>(static_cast<std::int32_t>((word >> shift) & 255u));
 }
@@ -114,13 +111,12 @@ inline float linear_color(float value) {
   return clamped * clamped;
 }
 
-// Fetches the details of a span's samples. One copy each, taken apart in registers afterwards,
-// beats scattered loads of bytes.
-template <class Detail>
-void fetch(const LayerSpan& row, const Detail* __restrict detail, const Part& part,
-           Detail* __restrict fetched) {
+// Fetches the colours of a span's samples. One copy each, taken apart in registers afterwards, beats
+// scattered loads of bytes.
+void fetch(const LayerSpan& row, const TexelColors* __restrict colors, const Part& part,
+           TexelColors* __restrict fetched) {
   for (std::size_t i = part.first; i < part.first + part.count; ++i)
-    fetched[i] = detail[row.slot[i]];
+    fetched[i] = colors[row.slot[i]];
 }
 
 ORGANBAKE_MULTIVERSION void find_nearest(const LayerSpan& __restrict row, const Part& part,
@@ -132,40 +128,14 @@ ORGANBAKE_MULTIVERSION void find_nearest(const LayerSpan& __restrict row, const 
 }
 
 ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
-                                      const PackedDetail* __restrict detail, const Part& part,
+                                      const TexelColors* __restrict colors, const Part& part,
                                       float weight, float inverse_tolerance,
                                       SumSpan& __restrict sum) {
-  const float byte_weight = weight / 255;
-  ORGANBAKE_LANES(4)
-  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
-    const std::size_t i = part.first + k;
-    const auto color = static_cast<std::uint32_t>(detail[i]);
-    const auto terms = static_cast<std::uint32_t>(detail[i] >> 32);
-    const float u = row.u[i], v = row.v[i];
-    // The brightness at the pixel's centre beyond the sample's.
-    const float more = u * (signed_byte(terms, 24) + u * signed_byte(terms, 8)) +
-                       v * (signed_byte(terms, 16) + v * signed_byte(terms, 0));
-    const float r = linear_color(unsigned_byte(color, 0) + more);
-    const float g = linear_color(unsigned_byte(color, 8) + more);
-    const float b = linear_color(unsigned_byte(color, 16) + more);
-    const float w = byte_weight * unsigned_byte(color, 24) *
-                    surface_share(row.depth[i], sum.nearest[i], inverse_tolerance);
-    sum.red[i] += w * r;
-    sum.green[i] += w * g;
-    sum.blue[i] += w * b;
-    sum.weight[i] += w;
-  }
-}
-
-ORGANBAKE_MULTIVERSION void add_smooth_layer(const LayerSpan& __restrict row,
-                                             const SmoothDetail* __restrict detail,
-                                             const Part& part, float weight,
-                                             float inverse_tolerance, SumSpan& __restrict sum) {
   const float byte_weight = weight / 255;
   const auto within = [](float v) { return v > -0.5f ? (v < 0.5f ? v : 0.5f) : -0.5f; };
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
-    const SmoothDetail& texel = detail[i];
+    const TexelColors& texel = colors[i];
     const std::uint32_t c00 = texel[0], c10 = texel[1], c01 = texel[2], c11 = texel[3];
     const float u = within(row.u[i]), v = within(row.v[i]);
     const float s = u + 0.5f, t = v + 0.5f, w11 = s * t, w10 = s - w11, w01 = t - w11;
@@ -315,14 +285,8 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
   for (int l = 0; l < tile.count; ++l) {
     const TileLayers::Layer& layer = tile.layers[l];
-    if (tile.smooth) {
-      alignas(64) std::array<SmoothDetail, kSpan> fetched;
-      fetch(rows[l], layer.set->smooth.data(), parts[l], fetched.data());
-      add_smooth_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
-      continue;
-    }
-    alignas(64) std::array<PackedDetail, kSpan> fetched;
-    fetch(rows[l], layer.set->detail.data(), parts[l], fetched.data());
+    alignas(64) std::array<TexelColors, kSpan> fetched;
+    fetch(rows[l], layer.set->colors.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
   alignas(64) float of_samples[kSpan];

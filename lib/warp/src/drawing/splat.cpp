@@ -297,13 +297,10 @@ void prefetch_slots(const std::vector<Number>& numbers, std::size_t first) {
 
 }  // namespace
 
-void prefetch_chunk(const SampleSet& set, std::uint32_t chunk, bool smooth) {
+void prefetch_chunk(const SampleSet& set, std::uint32_t chunk) {
   const std::size_t first = std::size_t{chunk} * kChunk;
   for (const auto* places : {&set.b1, &set.b2, &set.h}) prefetch_slots(*places, first);
-  if (smooth)
-    prefetch_slots(set.smooth, first);
-  else
-    prefetch_slots(set.detail, first);
+  prefetch_slots(set.colors, first);
 }
 
 void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,

@@ -262,8 +262,8 @@ inline unsigned first_lanes(int count) { return count < 8 ? (1u << count) - 1 : 
 
 // Sends for what splat_chunk() will read of a chunk, and for the colours that the tile's pixels
 // will ask for in another order: they come while chunks before it are drawn. A frame in a twentieth
-// less time. smooth: by SampleSet::smooth.
-void prefetch_chunk(const SampleSet& set, std::uint32_t chunk, bool smooth);
+// less time.
+void prefetch_chunk(const SampleSet& set, std::uint32_t chunk);
 
 // Draws a chunk's samples into the tile. tie_mm = kTieTexels × texel size. What does not fall
 // into the tile, lies before the near plane or loses its pixel leaves no trace.

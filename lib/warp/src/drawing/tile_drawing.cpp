@@ -142,7 +142,7 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
       return !intersected(camera.chunks[chunks[at]].box, part).empty();
     };
     if (i + kAhead < chunks.size() && touches(i + kAhead))
-      prefetch_chunk(*camera.set, chunks[i + kAhead], placed_->smooth);
+      prefetch_chunk(*camera.set, chunks[i + kAhead]);
     if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
     if (placed_->relit) placed_->relit->prefetch(camera.set->chunks[c].patch.face);
@@ -196,7 +196,6 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
   layers.texel_mm = placed_->texel_mm;
-  layers.smooth = placed_->smooth;
   layers.relit = placed_->relit;
   layers.keep_bound = placed_->keep_bound;
   layers.coarser = placed_->coarser;

@@ -66,7 +66,6 @@ struct TileLayers {
   const RelitSkin* relit = nullptr;
   bool keep_bound = false;                // fill the frame's bound pixels
   const CoarserOrgan* coarser = nullptr;  // what is bound goes on from it to the whole one
-  bool smooth = false;                    // by SampleSet::smooth
   float tie_mm = 0;                       // as splatted
   float same_surface_mm = 0;              // up to this far behind the nearest layer is one surface
   float texel_mm = 0;                     // of the cameras, on the surface
@@ -121,7 +120,6 @@ struct PlacedFrame {
   const RelitSkin* relit;       // nullptr: the light that was baked
   bool keep_bound;              // tell where the skin of each pixel is bound
   const CoarserOrgan* coarser;  // from which what is bound goes on to the whole one
-  bool smooth;                  // colours run on over texels' borders (SmoothDetail)
   const Background& background;
   bool measure;
 };

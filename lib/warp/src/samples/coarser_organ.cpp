@@ -90,14 +90,13 @@ CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
     const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
     if (x < 0 || y < 0 || x >= lens.width || y >= lens.height) return;  // by its rounding
     const std::size_t texel = std::size_t(y) * lens.width + x;
-    const auto linear = [&](int shift) {
-      const float root = static_cast<float>(samples.detail[slot] >> shift & 255u) / 255;
-      return root * root;
+    const auto own = [&](int k) {
+      return static_cast<float>(own_byte(samples.colors[slot], k)) / 255;
     };
     maps.depth_mm[texel] = static_cast<float>(point.z());
-    maps.color[texel] = {linear(0), linear(8), linear(16)};
+    maps.color[texel] = {own(0) * own(0), own(1) * own(1), own(2) * own(2)};
     maps.face[texel] = face;
-    maps.confidence[texel] = static_cast<float>(samples.detail[slot] >> 24 & 255u) / 255;
+    maps.confidence[texel] = own(3);
   };
   for (std::size_t c = 0; c < samples.chunks.size(); ++c)
     for (std::size_t i = 0; i < samples.chunks[c].count; ++i) put(c * kChunk + i);
@@ -228,8 +227,7 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
                  const std::vector<ShellMatrix> rest = in_frame(rest_, frame);
                  const CameraMaps maps =
                      maps_of(whole_samples_->made(c), cameras[c], in_frame(whole_rest_, frame));
-                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest,
-                                         bundle_.lighting && bundle_.lighting->scope);
+                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest);
                }) {
   bundle_.proxy = whole.proxy;
   if (whole.skin) bundle_.skin = corners_of(*whole.skin, whole.proxy.vertices.size());

@@ -61,8 +61,7 @@ Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
 // Samples of a chunk that lie in one part.
 struct Group {
   std::vector<Eigen::Array3f> bound;
-  std::vector<PackedDetail> detail;
-  std::vector<SmoothDetail> smooth;
+  std::vector<TexelColors> colors;
 };
 
 class ChunkSplitter {
@@ -88,8 +87,7 @@ class ChunkSplitter {
           parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
       groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
                                       static_cast<float>(in_part.y()), bound[2]);
-      groups[best].detail.push_back(set_.detail[slot]);
-      if (!set_.smooth.empty()) groups[best].smooth.push_back(set_.smooth[slot]);
+      groups[best].colors.push_back(set_.colors[slot]);
     }
     bool own = true;
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -103,8 +101,7 @@ class ChunkSplitter {
   std::uint32_t add_chunk() {
     set_.chunks.emplace_back();
     const std::size_t slots = set_.chunks.size() * kChunk;
-    set_.b1.resize(slots), set_.b2.resize(slots), set_.h.resize(slots), set_.detail.resize(slots);
-    if (!set_.smooth.empty()) set_.smooth.resize(slots);
+    set_.b1.resize(slots), set_.b2.resize(slots), set_.h.resize(slots), set_.colors.resize(slots);
     return static_cast<std::uint32_t>(set_.chunks.size() - 1);
   }
 
@@ -124,9 +121,8 @@ class ChunkSplitter {
     for (std::vector<PatchCoordinate>* places : {&set_.b1, &set_.b2, &set_.h})
       std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
     set_.put(group.bound, first, patch);
-    const auto at = static_cast<std::ptrdiff_t>(first);
-    std::copy(group.detail.begin(), group.detail.end(), set_.detail.begin() + at);
-    std::copy(group.smooth.begin(), group.smooth.end(), set_.smooth.begin() + at);
+    std::copy(group.colors.begin(), group.colors.end(),
+              set_.colors.begin() + static_cast<std::ptrdiff_t>(first));
   }
 
   SampleSet& set_;
@@ -152,19 +148,6 @@ std::uint8_t dimmed(std::uint32_t value, double kept) {
   return static_cast<std::uint8_t>(std::lround(kept * value));
 }
 
-// The parabola of a texel's brightness through its neighbours' along one axis, once a film leaves
-// of the three these shares.
-void dim_terms(double brightness, double before, double here, double after, std::int8_t& along,
-               std::int8_t& curve) {
-  const double last = (brightness - along + curve) * before,
-               next = (brightness + along + curve) * after;
-  const auto to_int8 = [](double v) {
-    return static_cast<std::int8_t>(std::lround(std::clamp(v, -127.0, 127.0)));
-  };
-  along = to_int8((next - last) / 2);
-  curve = to_int8((next + last) / 2 - brightness * here);
-}
-
 // The film on the texels of one patch.
 class PatchFilm {
  public:
@@ -184,31 +167,18 @@ class PatchFilm {
   }
   bool none() const { return lips_.empty(); }
 
-  // Each texel is dimmed by what lies on its middle, its neighbours and its corners: texels that
-  // are dark as a whole would show as steps. at: b1, b2.
-  void cover(const Eigen::Vector2d& at, PackedDetail& detail) const {
-    const Eigen::Vector3d middle_mm = place_mm(at);
-    const Eigen::Array3d kept = kept_at(middle_mm, 0, 0);
-    const auto mean_at = [&](int u, int v) { return kept_at(middle_mm, u, v).mean(); };
-    auto texel = __builtin_bit_cast(TexelDetail, detail);
-    const double brightness = (texel.red + texel.green + texel.blue) / 3.0;
-    dim_terms(brightness, mean_at(-1, 0), kept.mean(), mean_at(1, 0), texel.along_u, texel.curve_u);
-    dim_terms(brightness, mean_at(0, -1), kept.mean(), mean_at(0, 1), texel.along_v, texel.curve_v);
-    texel.red = dimmed(texel.red, kept[0]);
-    texel.green = dimmed(texel.green, kept[1]);
-    texel.blue = dimmed(texel.blue, kept[2]);
-    detail = __builtin_bit_cast(PackedDetail, texel);
-  }
-  void cover(const Eigen::Vector2d& at, SmoothDetail& smooth) const {
+  // Each texel is dimmed by what lies on its middle and its corners: texels that are dark as a whole
+  // would show as steps. at: b1, b2.
+  void cover(const Eigen::Vector2d& at, TexelColors& texel) const {
     const Eigen::Vector3d middle_mm = place_mm(at);
     const Eigen::Array3d in_middle = kept_at(middle_mm, 0, 0);
     for (int k = 0; k < 4; ++k) {
       const Eigen::Array3d at_corner = kept_at(middle_mm, k % 2 - 0.5, k / 2 - 0.5);
-      std::uint32_t middle = smooth[k] >> 24, corner = 0;
+      std::uint32_t middle = own_byte(texel, k), corner = 0;
       if (k < 3) middle = dimmed(middle, in_middle[k]);
       for (int c = 0; c < 3; ++c)
-        corner |= std::uint32_t{dimmed(smooth[k] >> (8 * c) & 255u, at_corner[c])} << (8 * c);
-      smooth[k] = corner | middle << 24;
+        corner |= std::uint32_t{dimmed(texel[k] >> (8 * c) & 255u, at_corner[c])} << (8 * c);
+      texel[k] = corner | middle << 24;
     }
   }
 
@@ -239,8 +209,7 @@ void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples
     for (std::size_t slot = std::size_t{c} * kChunk, i = 0; i < chunk.count; ++i, ++slot) {
       const std::array<float, 3> bound = samples.bound(slot);
       const Eigen::Vector2d at(bound[0], bound[1]);
-      film.cover(at, samples.detail[slot]);
-      if (!samples.smooth.empty()) film.cover(at, samples.smooth[slot]);
+      film.cover(at, samples.colors[slot]);
     }
   }
 }

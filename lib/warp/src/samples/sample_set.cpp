@@ -160,8 +160,7 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
     const float h = map.maps.height_mm[texels[i]];
     const Eigen::Vector2d b = barycentric_at_height(m, h, at.point(i));
     bound[i] = {static_cast<float>(b.x()), static_cast<float>(b.y()), h};
-    set.detail[first_slot + i] = map.detail.texels[texels[i]];
-    if (!set.smooth.empty()) set.smooth[first_slot + i] = map.detail.smooth[texels[i]];
+    set.colors[first_slot + i] = map.detail.colors[texels[i]];
   }
   set.put(std::span(bound).first(run.count), first_slot, chunk.patch);
   const DepthPlane plane = fit_depth(map, at, m);
@@ -211,7 +210,7 @@ void SampleSet::copy_patches() {
 }
 
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
-                           const std::vector<ShellMatrix>& rest_in_camera, bool smooth) {
+                           const std::vector<ShellMatrix>& rest_in_camera) {
   const TexelOrder order = order_texels(maps);
   const double focal = std::sqrt(camera.intrinsics.fx * camera.intrinsics.fy);
   const std::size_t slots = order.runs.size() * kChunk;
@@ -222,12 +221,11 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
   }
   SampleSet set;
   set.b1.resize(slots), set.b2.resize(slots), set.h.resize(slots);
-  set.detail.resize(slots);
-  set.smooth.resize(smooth ? slots : 0);
+  set.colors.resize(slots);
   set.chunks.resize(order.runs.size());
   set.sample_count = order.texels.size();
   set.texel_mm = mean_texel_mm(maps, order, focal);
-  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal, smooth)};
+  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
   constexpr std::size_t kGrain = 64;  // chunks a task
   parallel_pieces(std::size_t{0}, order.runs.size(), kGrain,
                   [&](std::size_t first, std::size_t last) {

@@ -28,9 +28,9 @@ inline constexpr std::uint32_t kMostSlots = 1u << 24;
 
 // Binds every texel that has a face, and confidence. rest_in_camera holds the rest shell matrix of
 // every proxy face in the camera's frame. Throws BadDataError when the map has more samples than
-// kMostSlots. smooth: whether SampleSet::smooth is wanted.
+// kMostSlots.
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
-                           const std::vector<ShellMatrix>& rest_in_camera, bool smooth = false);
+                           const std::vector<ShellMatrix>& rest_in_camera);
 
 // The texels of one chunk: texels[first … first + count).
 struct TexelRun {
@@ -50,10 +50,9 @@ TexelOrder order_texels(const CameraMaps& maps);
 // What a camera's map says of its texels together with their neighbours on the same surface, for
 // all texels at once: whole rows at a time cost a fifth of texel by texel.
 struct MapDetail {
-  MapDetail(const CameraMaps& maps, double focal_px, bool with_smooth = false);
+  MapDetail(const CameraMaps& maps, double focal_px);
 
-  std::vector<PackedDetail> texels;  // a TexelDetail each
-  std::vector<SmoothDetail> smooth;  // empty unless asked for
+  std::vector<TexelColors> colors;
   // Change of depth per column and row, mm, by the same differences; NaN without a neighbour.
   std::vector<float> slope_u, slope_v;
 };

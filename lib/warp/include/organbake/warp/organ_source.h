@@ -64,27 +64,14 @@ class PatchTable {
   std::array<std::vector<float>, kNumbers> numbers_;
 };
 
-// Colour of one sample and the Taylor terms of its brightness along the map's columns (u) and rows
-// (v), so that a pixel that looks beside the sample still gets the light of the very point it sees.
-// Everything is in square-root light (255·√linear): as fine as sRGB in 8 bits, and squaring makes
-// it linear. Eight ninths of what changes from texel to texel is brightness, the mean of the
-// channels: terms of each channel would double what a frame reads, for 0.03 dB.
-struct TexelDetail {
-  std::uint8_t red = 0, green = 0, blue = 0;
-  std::uint8_t confidence = 0;           // 255 = 1
-  std::int8_t along_u = 0, along_v = 0;  // first differences per texel
-  std::int8_t curve_u = 0, curve_v = 0;  // half of the second differences
-};
-// As one little-endian number, the form in which the inner loop gathers it.
-using PackedDetail = std::uint64_t;
-static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
-
-// What a texel's pixels show where it is seen from so near that each covers several of them: at
-// each corner of the texel the mean of the texels that meet there on the same surface, bilinear
-// between them, and the texel's own colour in its middle. So colours run on over its borders. In
-// square-root light, too. Word k: red, green and blue of corner k (u₀v₀, u₁v₀, u₀v₁, u₁v₁), and in
-// the highest byte the texel's own red, green, blue and confidence.
-using SmoothDetail = std::array<std::uint32_t, 4>;
+// What a texel's pixels show, each where it looks: at each corner of the texel what the texels that
+// meet there on the same surface come to, bilinear between them, and the texel's own colour in its
+// middle. So colours run on over its borders. In square-root light (255·√linear): as fine as sRGB
+// in 8 bits, and squaring makes it linear. Word k: red, green and blue of corner k (u₀v₀, u₁v₀,
+// u₀v₁, u₁v₁), and in the highest byte the texel's own red, green, blue and confidence (255 = 1).
+using TexelColors = std::array<std::uint32_t, 4>;
+// The texel's own.
+inline std::uint32_t own_byte(const TexelColors& texel, int k) { return texel[k] >> 24; }
 
 // Where samples lie within their patch: center + extent × coordinate / kFullCoordinate, each
 // coordinate of a sample in two bytes. A ten-thousandth of a texel is lost.
@@ -105,8 +92,7 @@ struct Chunk {
 // map neighbourhood.
 struct SampleSet {
   std::vector<PatchCoordinate> b1, b2, h;
-  std::vector<PackedDetail> detail;
-  std::vector<SmoothDetail> smooth;  // empty unless asked for
+  std::vector<TexelColors> colors;
   std::vector<Chunk> chunks;
   PatchTable patches;  // the chunks', once more
   std::size_t sample_count = 0;
