@@ -102,9 +102,6 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.samples_drawn += more.samples_drawn;
     sum.samples_facing_away += more.samples_facing_away;
     sum.samples_outside_view += more.samples_outside_view;
-    sum.faces_drawn += more.faces_drawn;
-    sum.faces_facing_away += more.faces_facing_away;
-    sum.faces_outside_view += more.faces_outside_view;
     sum.base_triangles += more.base_triangles;
     sum.sample_pixels += more.sample_pixels;
     sum.base_pixels += more.base_pixels;

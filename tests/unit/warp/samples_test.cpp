@@ -170,7 +170,8 @@ TEST(TexelColors, DoNotMixAcrossADepthEdge) {
   maps.depth_mm[2 * 8 + 2] = 99;
   const MapDetail all(maps, 100);
   const std::size_t texel = 2 * 8 + 3;  // the last before the edge
-  for (int corner = 0; corner < 4; ++corner) EXPECT_EQ(corner_byte(all.colors[texel], corner, 0), 40u);
+  for (int corner = 0; corner < 4; ++corner)
+    EXPECT_EQ(corner_byte(all.colors[texel], corner, 0), 40u);
   EXPECT_EQ(all.slope_u[texel], 1);  // from its left neighbour alone
 }
 

@@ -111,8 +111,8 @@ inline float linear_color(float value) {
   return clamped * clamped;
 }
 
-// Fetches the colours of a span's samples. One copy each, taken apart in registers afterwards, beats
-// scattered loads of bytes.
+// Fetches the colours of a span's samples. One copy each, taken apart in registers afterwards,
+// beats scattered loads of bytes.
 void fetch(const LayerSpan& row, const TexelColors* __restrict colors, const Part& part,
            TexelColors* __restrict fetched) {
   for (std::size_t i = part.first; i < part.first + part.count; ++i)

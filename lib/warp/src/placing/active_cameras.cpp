@@ -169,51 +169,34 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
 
 namespace {
 
-// What is counted of some of a camera's faces, and of all of them together.
+// What is counted of some of a camera's chunks, and of all of them together.
 struct ChunkCounts {
   PixelBox box;
-  std::array<std::size_t, 3> samples{}, faces{};  // by ChunkVisibility
+  std::array<std::size_t, 3> samples{};  // by ChunkVisibility
   int largest_px = 0;
 
   void add(const ChunkCounts& more) {
     box = united(box, more.box);
-    for (std::size_t fate = 0; fate < samples.size(); ++fate) {
-      samples[fate] += more.samples[fate];
-      faces[fate] += more.faces[fate];
-    }
+    for (std::size_t fate = 0; fate < samples.size(); ++fate) samples[fate] += more.samples[fate];
     largest_px = std::max(largest_px, more.largest_px);
   }
 };
 
-// From any thread: faces of several cameras may be the same.
+// From any thread: faces of several chunks may be the same.
 void flag(std::uint8_t& flag) { __atomic_store_n(&flag, std::uint8_t{1}, __ATOMIC_RELAXED); }
 
-// Of the faces whose first chunk is one of first … last − 1. In one pass: there are tens of
-// thousands of chunks.
 ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::size_t last,
                          VisibilitySummary& visibility) {
-  const std::vector<Chunk>& chunks = camera.set->chunks;
-  const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
-  while (first > 0 && first < last && face_of(first) == face_of(first - 1)) ++first;
   // In registers: a box in memory is a chain of loads that wait for stores.
   PixelBox box;
   ChunkCounts counts;
-  for (std::size_t c = first; c < last;) {
-    const std::uint32_t face = face_of(c);
-    std::array<std::size_t, 3> samples{};
-    for (; c < chunks.size() && face_of(c) == face; ++c) {
-      const ChunkFrame& chunk = camera.chunks[c];
-      samples[static_cast<int>(chunk.visibility)] += chunks[c].count;
-      if (chunk.visibility != ChunkVisibility::drawn) continue;
-      counts.largest_px = std::max({counts.largest_px, chunk.columns, chunk.rows});
-      box = united(box, chunk.box);
-    }
-    for (std::size_t fate = 0; fate < samples.size(); ++fate) counts.samples[fate] += samples[fate];
-    if (samples[0] > 0) flag(visibility.shown[face]);
-    const ChunkVisibility fate = samples[0] > 0   ? ChunkVisibility::drawn
-                                 : samples[2] > 0 ? ChunkVisibility::outside_view
-                                                  : ChunkVisibility::faces_away;
-    ++counts.faces[static_cast<int>(fate)];
+  for (std::size_t c = first; c < last; ++c) {
+    const ChunkFrame& chunk = camera.chunks[c];
+    counts.samples[static_cast<int>(chunk.visibility)] += camera.set->chunks[c].count;
+    if (chunk.visibility != ChunkVisibility::drawn) continue;
+    flag(visibility.shown[camera.set->patches.face(c)]);
+    counts.largest_px = std::max({counts.largest_px, chunk.columns, chunk.rows});
+    box = united(box, chunk.box);
   }
   counts.box = box;
   return counts;
@@ -239,9 +222,6 @@ VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report
   report.samples_drawn += counts.samples[0];
   report.samples_facing_away += counts.samples[1];
   report.samples_outside_view += counts.samples[2];
-  report.faces_drawn += counts.faces[0];
-  report.faces_facing_away += counts.faces[1];
-  report.faces_outside_view += counts.faces[2];
   report.largest_stretch_px = std::max<double>(report.largest_stretch_px, counts.largest_px);
   visibility.box = counts.box;
   return visibility;

@@ -215,8 +215,7 @@ class ActiveCameras {
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // What becomes of the chunks of all faces; samples and faces drawn and skipped are added to the
-  // report.
+  // What becomes of the chunks of all faces; samples drawn and skipped are added to the report.
   VisibilitySummary summarise(std::size_t faces, DrawReport& report) const;
 
  private:

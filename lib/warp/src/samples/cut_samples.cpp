@@ -167,8 +167,8 @@ class PatchFilm {
   }
   bool none() const { return lips_.empty(); }
 
-  // Each texel is dimmed by what lies on its middle and its corners: texels that are dark as a whole
-  // would show as steps. at: b1, b2.
+  // Each texel is dimmed by what lies on its middle and its corners: texels that are dark as a
+  // whole would show as steps. at: b1, b2.
   void cover(const Eigen::Vector2d& at, TexelColors& texel) const {
     const Eigen::Vector3d middle_mm = place_mm(at);
     const Eigen::Array3d in_middle = kept_at(middle_mm, 0, 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The finer content of a map's texels, packed into words: colour, and what it becomes at their
-// corners by neighbours on the same surface; and slopes of the depth. Rows are worked on whole, five
-// at a time, by loops that become vector code.
+// corners by neighbours on the same surface; and slopes of the depth. Rows are worked on whole,
+// five at a time, by loops that become vector code.
 #include "samples/samples.h"
 
 #include <algorithm>
@@ -95,8 +95,10 @@ void MapRow::look_round(const MapRow& above, const MapRow& below, float steepest
 // The mean of the texels that meet at one corner of a texel and go on with its surface: of those in
 // its own row and the one `beyond`, and `aside` of it.
 void mix_corner(const std::int16_t* here, const std::int16_t* beyond, int aside,
-                const std::uint8_t* __restrict has_beside, const std::uint8_t* __restrict has_beyond,
-                const std::uint8_t* __restrict has_across, int width, std::uint8_t* __restrict out) {
+                const std::uint8_t* __restrict has_beside,
+                const std::uint8_t* __restrict has_beyond,
+                const std::uint8_t* __restrict has_across, int width,
+                std::uint8_t* __restrict out) {
   for (int x = 0; x < width; ++x) {
     const int sum = here[x] + has_beside[x] * here[x + aside] + has_beyond[x] * beyond[x] +
                     has_across[x] * beyond[x + aside];
@@ -117,7 +119,8 @@ void pack_colors(const MapRow& above, const MapRow& here, const MapRow& below,
                  here.joined[4 + aside].data(), here.joined[row + 1].data(),
                  here.joined[row + 1 + aside].data(), width, scratch[c].data());
     for (int x = 0; x < width; ++x) {
-      const std::uint32_t own = k < 3 ? std::uint32_t(here.color[k][x + 1]) : here.confidence[x + 1];
+      const std::uint32_t own =
+          k < 3 ? std::uint32_t(here.color[k][x + 1]) : here.confidence[x + 1];
       out[x][k] = scratch[0][x] | std::uint32_t{scratch[1][x]} << 8 |
                   std::uint32_t{scratch[2][x]} << 16 | own << 24;
     }

@@ -86,8 +86,6 @@ struct DrawReport {
   std::size_t samples_drawn = 0;        // of chunks that were drawn
   std::size_t samples_facing_away = 0;  // skipped in whole chunks
   std::size_t samples_outside_view = 0;
-  // Per active camera and face: skipped in whole, by what skipped its last chunk.
-  std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
   std::size_t base_triangles = 0;  // of its blocks that were looked at
   std::size_t sample_pixels = 0, base_pixels = 0, filled_pixels = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel
