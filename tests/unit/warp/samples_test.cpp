@@ -148,7 +148,7 @@ TEST(TexelColors, RunOnFromTexelToTexel) {
       const std::size_t at = std::size_t(y) * maps.width + x;
       const auto one_surface = [&](std::size_t to) {
         return maps.face[to] != kNoFace && maps.confidence[to] > 0.1f &&
-               std::abs(maps.depth_mm[to] - maps.depth_mm[at]) < 0.2f;
+               std::abs(maps.depth_mm[to] - maps.depth_mm[at]) < 1;
       };
       bool all_round = true;
       for (int k = 0; k < 9; ++k)
@@ -278,7 +278,7 @@ TEST(LipFilm, RunsOnFromTexelToTexel) {
     if (i % kAcross == kAcross - 1) continue;
     EXPECT_EQ(set.colors[i][1] & 0xffffffu, set.colors[i + 1][0] & 0xffffffu);
     EXPECT_EQ(set.colors[i][3] & 0xffffffu, set.colors[i + 1][2] & 0xffffffu);
-    const std::uint32_t a = own_byte(set.colors[i], 0), b = own_byte(set.colors[i + 1], 0);
+    const std::uint32_t a = own_byte(set.colors[i], 2), b = own_byte(set.colors[i + 1], 2);
     deepest = std::max(deepest, a > b ? a - b : b - a);
   }
   EXPECT_GT(deepest, 60u);
