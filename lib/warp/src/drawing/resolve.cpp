@@ -17,11 +17,12 @@ namespace organbake {
 namespace {
 
 ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerSpan& __restrict row, int count,
-                                        NearestSamples& __restrict nearest) {
+                                        float* __restrict nearest_mm,
+                                        std::int32_t* __restrict layer) {
   ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    nearest.layer[i] = row.depth[i] < nearest.depth[i] ? l : nearest.layer[i];
-    nearest.depth[i] = row.depth[i] < nearest.depth[i] ? row.depth[i] : nearest.depth[i];
+    layer[i] = row.depth[i] < nearest_mm[i] ? l : layer[i];
+    nearest_mm[i] = row.depth[i] < nearest_mm[i] ? row.depth[i] : nearest_mm[i];
   }
 }
 
@@ -35,15 +36,12 @@ ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerSpan& __restrict r
 
 }  // namespace
 
-NearestSamples::NearestSamples(const LayerSpans& rows, int layers, int count) {
-  std::fill_n(layer, whole_vectors(count), 0);
-  std::fill_n(depth, whole_vectors(count), std::numeric_limits<float>::infinity());
-  for (int l = 0; l < layers; ++l) take_nearer(l, rows[l], count, *this);
-}
-
 DominantSamples::DominantSamples(const LayerShares& shares, const LayerSpans& rows,
                                  const SumSpan& sum, float tolerance_mm, int count) {
-  std::copy_n(NearestSamples(rows, shares.count, count).layer, whole_vectors(count), layer);
+  alignas(64) float nearest_mm[kSpan];
+  std::fill_n(layer, whole_vectors(count), 0);
+  std::fill_n(nearest_mm, whole_vectors(count), std::numeric_limits<float>::infinity());
+  for (int l = 0; l < shares.count; ++l) take_nearer(l, rows[l], count, nearest_mm, layer);
   std::array<int, 3> by_share = {0, 1, 2};
   const auto used = by_share.begin() + shares.count;
   // Of equal shares the first layer comes last, and stands.
@@ -101,8 +99,8 @@ inline float surface_share(float depth, float nearest, float inverse_tolerance) 
   return low < 1 ? low : 1;
 }
 
-inline float unsigned_byte(std::uint32_t word, int shift) {
-  return static_cast<float>(static_cast<std::int32_t>((word >> shift) & 255u));
+inline float high_byte(std::uint32_t word) {
+  return static_cast<float>(static_cast<std::int32_t>(word >> 24));
 }
 
 // Square-root light, squared into linear light.
@@ -138,21 +136,23 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
     const TexelColors& texel = colors[i];
     const std::uint32_t c00 = texel[0], c10 = texel[1], c01 = texel[2], c11 = texel[3];
     const float u = within(row.u[i]), v = within(row.v[i]);
-    const float s = u + 0.5f, t = v + 0.5f, w11 = s * t, w10 = s - w11, w01 = t - w11;
-    const float w00 = 1 - s - w01;
-    // The texel's own colour, fading to its border.
-    const float own = (1 - 4 * u * u) * (1 - 4 * v * v);
-    const auto channel = [&](int shift, std::uint32_t middle) {
-      const float a = unsigned_byte(c00, shift), b = unsigned_byte(c10, shift);
-      const float c = unsigned_byte(c01, shift), d = unsigned_byte(c11, shift);
-      return linear_color(w00 * a + w10 * b + w01 * c + w11 * d +
-                          own * (unsigned_byte(middle, 24) - 0.25f * (a + b + c + d)));
+    // The texel's own colour, fading to its border, in the place of its corners' mean.
+    const float own = (1 - 4 * u * u) * (1 - 4 * v * v), less = 0.25f * own;
+    const float s = u + 0.5f, t = v + 0.5f, w11 = s * t - less, w10 = s - s * t - less;
+    const float w01 = t - s * t - less, w00 = 1 - own - w11 - w10 - w01;
+    // Bytes stay where they are in their word, which is a power of 2: a shift less for each.
+    const auto channel = [&](std::uint32_t mask, float unit, std::uint32_t middle) {
+      const auto at = [mask](std::uint32_t word) {
+        return static_cast<float>(static_cast<std::int32_t>(word & mask));
+      };
+      const float corners = w00 * at(c00) + w10 * at(c10) + w01 * at(c01) + w11 * at(c11);
+      return linear_color(unit * corners + own * high_byte(middle));
     };
-    const float w = byte_weight * unsigned_byte(c11, 24) *
+    const float w = byte_weight * high_byte(c11) *
                     surface_share(row.depth[i], sum.nearest[i], inverse_tolerance);
-    sum.red[i] += w * channel(0, c00);
-    sum.green[i] += w * channel(8, c10);
-    sum.blue[i] += w * channel(16, c01);
+    sum.red[i] += w * channel(0xFFu, 1, c00);
+    sum.green[i] += w * channel(0xFF00u, 1.0f / 256, c10);
+    sum.blue[i] += w * channel(0xFF0000u, 1.0f / 65536, c01);
     sum.weight[i] += w;
   }
 }
@@ -254,9 +254,10 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 
 // Marks the pixels that only the base layer covers.
 void mark_base(const LayerSpans& rows, int layers, int count, Cover* __restrict cover) {
-  const NearestSamples nearest(rows, layers, count);
   for (int i = 0; i < count; ++i) {
-    const bool base = (nearest.depth[i] == kInfinity) & (cover[i] == Cover::samples);
+    float nearest_mm = kInfinity;
+    for (int l = 0; l < layers; ++l) nearest_mm = std::min(nearest_mm, rows[l].depth[i]);
+    const bool base = (nearest_mm == kInfinity) & (cover[i] == Cover::samples);
     cover[i] = base ? Cover::base : cover[i];
   }
 }

@@ -34,14 +34,6 @@ struct LayerShares {
   int count;  // layers in use
 };
 
-// The nearest sample of each pixel: its layer, and its depth, +inf where there is none.
-struct NearestSamples {
-  alignas(64) std::int32_t layer[kSpan];
-  alignas(64) float depth[kSpan];
-
-  NearestSamples(const LayerSpans& rows, int layers, int count);
-};
-
 // The sample that speaks for each pixel: of the camera with the largest share of those that see the
 // nearest skin (up to tolerance_mm behind it). The nearest sample itself may be of a camera that
 // hardly counts there.
