@@ -232,7 +232,6 @@ void bend(RandomStream& random, FaceFrame& face) {
     for (int axis = 0; axis < 3; ++axis)
       face.metric(axis, k) = static_cast<float>(random.uniform(-30, 30));
   }
-  face.bent = true;
 }
 
 // A face somewhere round the view, partly before its near plane and beyond its borders.
@@ -270,7 +269,6 @@ TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
   RandomStream random(5);
   const View view = small_view();
   std::array<int, 3> fates{};
-  int uncut = 0;
   for (int round = 0; round < 300; ++round) {
     std::vector<FaceFrame> faces(3);
     for (FaceFrame& face : faces) face = random_face(random, view);
@@ -287,11 +285,9 @@ TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
       place_patches(PatchTable(std::span(&patches[i], 1)), 0, 1, faces, view, &alone);
       ASSERT_EQ(together[i], alone) << round << ' ' << i;
       ++fates[static_cast<int>(alone.visibility)];
-      uncut += alone.uncut;
     }
   }
   for (const int count : fates) EXPECT_GT(count, 100);
-  EXPECT_GT(uncut, 100);
 }
 
 // What a box promises: every corner of the patch that is before the eye lands inside it.

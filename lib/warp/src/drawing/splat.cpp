@@ -64,41 +64,33 @@ ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
   return m;
 }
 
-// Three streams of samples' places within their patch.
-struct Sampled {
-  const PatchCoordinate *b1, *b2, *h;
-};
-
-// The hot loop: 15 multiply-adds (24 where the face is bent) and a reciprocal per sample, then its
-// first pixel. It runs over all slots of the chunk. Where the tile cuts the chunk, it tells which
-// of its `count` samples are inside.
-template <bool kCut, bool kBent>
-[[gnu::always_inline]] inline void place(const Sampled& sampled, int count,
-                                         const ShellColumns& matrix, const ChunkFrame& c,
-                                         const Placement& at, float near_mm,
-                                         PlacedSamples& __restrict out) {
+// The hot loop: 24 multiply-adds and a reciprocal per sample, then its first pixel, and whether
+// that is inside. It runs over all slots of the chunk, of which `count` are samples.
+ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int count,
+                                  const ShellColumns& matrix, const ChunkFrame& c,
+                                  const Placement& at, float near_mm,
+                                  PlacedSamples& __restrict out) {
+  const PatchCoordinate *const of_b1 = set.b1.data() + first, *const of_b2 = set.b2.data() + first,
+                               *const of_h = set.h.data() + first;
   float m[3][9];
   for (int r = 0; r < 3; ++r) {
     for (int k = 0; k < 9; ++k) m[r][k] = matrix(r, k);
   }
   for (int i = 0; i < static_cast<int>(kChunk); ++i) {
-    const float b1 = sampled.b1[i], b2 = sampled.b2[i], h = sampled.h[i];
+    const float b1 = of_b1[i], b2 = of_b2[i], h = of_h[i];
     const auto coordinate = [&](int r) __attribute__((always_inline)) {
       const float flat =
           m[r][0] + b1 * m[r][1] + b2 * m[r][2] + h * (m[r][3] + b1 * m[r][4] + b2 * m[r][5]);
-      if constexpr (!kBent) return flat;
       return flat + b1 * (b1 * m[r][6] + b2 * m[r][7]) + b2 * b2 * m[r][8];
     };
     const float x = coordinate(0), y = coordinate(1), z = coordinate(2);
-    const float inverse = 1 / (kCut ? highest_of(z, near_mm) : z);
+    const float inverse = 1 / highest_of(z, near_mm);
     // Clamped one step beyond what is accepted: whatever rounding makes of a view from a thousand
     // kilometres or of a vertex as far off, a splat stays within the guard band. NaN goes low.
     const float s = lowest_of(highest_of(x * inverse - at.left, at.low_x - 1), at.high_x + 1);
     const float t = lowest_of(highest_of(y * inverse - at.top, at.low_y - 1), at.high_y + 1);
-    if constexpr (kCut) {
-      out.inside[i] = (i < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
-                      (t > at.low_y - 1) & (t <= at.high_y);
-    }
+    out.inside[i] = (i < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
+                    (t > at.low_y - 1) & (t <= at.high_y);
     const float column = std::ceil(s), row = std::ceil(t);
     const float dx = column - s - at.half_columns, dy = row - t - at.half_rows;
     out.u[i] = c.u_x * dx + c.u_y * dy;
@@ -108,36 +100,9 @@ template <bool kCut, bool kBent>
   }
 }
 
-ORGANBAKE_MULTIVERSION void place_cut(const Sampled& sampled, int count, const ShellColumns& matrix,
-                                      const ChunkFrame& c, const Placement& at, float near_mm,
-                                      PlacedSamples& __restrict out) {
-  place<true, false>(sampled, count, matrix, c, at, near_mm, out);
-}
-
-// None at rest; a deep poke bends most faces.
-ORGANBAKE_MULTIVERSION void place_cut_bent(const Sampled& sampled, int count,
-                                           const ShellColumns& matrix, const ChunkFrame& c,
-                                           const Placement& at, float near_mm,
-                                           PlacedSamples& __restrict out) {
-  place<true, true>(sampled, count, matrix, c, at, near_mm, out);
-}
-
-ORGANBAKE_MULTIVERSION void place_uncut(const Sampled& sampled, const ShellColumns& matrix,
-                                        const ChunkFrame& c, const Placement& at,
-                                        PlacedSamples& __restrict out) {
-  place<false, false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
-}
-
-ORGANBAKE_MULTIVERSION void place_uncut_bent(const Sampled& sampled, const ShellColumns& matrix,
-                                             const ChunkFrame& c, const Placement& at,
-                                             PlacedSamples& __restrict out) {
-  place<false, true>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
-}
-
 // Moves the samples that touch the tile together.
 void compact(PlacedSamples& placed) {
-  placed.left = kAllSamples;
-  placed.sample = &placed.left;
+  placed.sample = kAllSamples;
   int kept = 0;
   for (std::uint32_t i = 0; i < kChunk; i += 8) {
     const Compaction packed(lanes_unlike(&placed.inside[i], 0));
@@ -145,17 +110,10 @@ void compact(PlacedSamples& placed) {
     packed(&placed.v[i], &placed.v[kept]);
     packed(&placed.z[i], &placed.z[kept]);
     packed(&placed.cell[i], &placed.cell[kept]);
-    packed(&placed.left[i], &placed.left[kept]);
+    packed(&placed.sample[i], &placed.sample[kept]);
     kept += packed.count();
   }
   placed.count = kept;
-}
-
-// Whether moving the inner samples together is not worth it: those outside are placed beyond the
-// tile's border, in its guard band, and what they bring there is never looked at.
-bool mostly_within(const PixelBox& box, const PixelBox& tile) {
-  const PixelBox part = intersected(box, tile);
-  return 5 * part.width() * part.height() > 3 * box.width() * box.height();
 }
 
 }  // namespace
@@ -166,13 +124,7 @@ void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& 
   const std::size_t first = std::size_t{chunk} * kChunk;
   const Placement at = placement(frame, tile, cells);
   const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
-  const Sampled sampled{set.b1.data() + first, set.b2.data() + first, set.h.data() + first};
-  placed.count = static_cast<int>(set.chunks[chunk].count);
-  placed.sample = &kAllSamples;
-  if (frame.uncut && mostly_within(frame.box, tile.box))
-    return (face.bent ? place_uncut_bent : place_uncut)(sampled, matrix, frame, at, placed);
-  (face.bent ? place_cut_bent : place_cut)(sampled, placed.count, matrix, frame, at, near_mm,
-                                           placed);
+  place(set, first, static_cast<int>(set.chunks[chunk].count), matrix, frame, at, near_mm, placed);
   compact(placed);
 }
 
@@ -210,7 +162,7 @@ struct PackedKeys {
 ORGANBAKE_MULTIVERSION void make_keys(const PlacedSamples& placed, std::uint32_t first_slot,
                                       float du, float dv, const ChunkFrame& c, float tie_mm,
                                       KeyHalves& __restrict keys) {
-  const std::uint32_t* const sample = placed.sample->data();
+  const std::uint32_t* const sample = placed.sample.data();
   for (unsigned i = 0; i < whole_vectors(placed.count); ++i) {
     const Key key = make_key(placed.u[i] + du, placed.v[i] + dv, placed.z[i], c, tie_mm,
                              first_slot + sample[i]);
@@ -280,7 +232,7 @@ void splat_large(const PlacedSamples& placed, std::uint32_t first_slot, const Ch
             placed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
         const float v =
             placed.v[i] + c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
-        const std::uint32_t slot = first_slot + (*placed.sample)[i];
+        const std::uint32_t slot = first_slot + placed.sample[i];
         cells[tx] = std::min(cells[tx], make_key(u, v, placed.z[i], c, tie_mm, slot).value());
       }
     }

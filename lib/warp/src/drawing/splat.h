@@ -92,10 +92,9 @@ struct PlacedSamples {
   static_assert(kChunk % kLanes == 0);
 
   int count;
-  const Numbers* sample;  // which of the chunk's each is
   alignas(64) std::array<float, kChunk> u, v, z;
   alignas(64) std::array<std::int32_t, kChunk> cell;
-  alignas(64) Numbers inside, left;  // of a chunk that the tile cuts
+  alignas(64) Numbers sample, inside;  // which of the chunk's each is
 };
 
 void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,

@@ -42,7 +42,6 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_m
     moved_[f] = revisions_[f] != shell.revisions()[f];
     if (!moved(f)) return;
     revisions_[f] = shell.revisions()[f];
-    frames_[f].bent = is_bent(shell.matrices()[f]);
     frames_[f].two_sided = shell.two_sided(f);
     ShellMatrix metric = pose.rotation * shell.matrices()[f];
     metric.col(0) += pose.translation;
@@ -204,23 +203,19 @@ struct Interval {
 struct PlacedChunk {
   Footprint footprint;
   int x0, y0, x1, y1;
-  int away, uncut;  // flags
-  int turned;       // whether its middle faces away, even if not all of it does
+  int away;    // a flag
+  int turned;  // whether its middle faces away, even if not all of it does
 
   [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
                                      const Triple& s_v, const Placing& to)
       : footprint(p, s_u, s_v, to) {
-    const float front = p.center.z - p.half.z, z1 = p.center.z + p.half.z;
-    const float z0 = larger(front, to.near);
+    const float z0 = larger(p.center.z - p.half.z, to.near), z1 = p.center.z + p.half.z;
     const Interval x(p.center.x, p.half.x, z0, z1, to.fx, to.cx, footprint.columns);
     const Interval y(p.center.y, p.half.y, z0, z1, to.fy, to.cy, footprint.rows);
     x0 = clamped_int(x.low, 0, to.width), y0 = clamped_int(y.low, 0, to.height);
     // Nothing, when all of it lies before the near plane.
     x1 = clamped_int(z1 < to.near ? 0 : x.high, 0, to.width);
     y1 = clamped_int(y.high, 0, to.height);
-    // (As a difference: the same comparison twice keeps the loop from becoming one over vectors.)
-    uncut = (front - to.near > 0) & (x.low >= 0) & (y.low >= 0) &
-            (x.high <= static_cast<float>(to.width)) & (y.high <= static_cast<float>(to.height));
     // Columns run right, rows down, so v × u points out of the surface.
     const Triple normal = s_v.cross(s_u);
     away = faces_away(p, normal, patch.sine, patch.cosine);
@@ -234,7 +229,7 @@ struct Batch {
   using Each = std::array<Number, kPatchBatch>;
   static_assert(kPatchBatch % kLanes == 0);
   alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v;
-  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned, uncut;
+  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned;
 };
 
 using Numbers = std::array<const float*, PatchTable::kNumbers>;
@@ -273,7 +268,7 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
     out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v;
     out.columns[i] = foot.columns, out.rows[i] = foot.rows;
     out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
-    out.away[i] = c.away, out.turned[i] = c.turned, out.uncut[i] = c.uncut;
+    out.away[i] = c.away, out.turned[i] = c.turned;
   }
 }
 
@@ -287,7 +282,6 @@ ChunkFrame frame_at(const Batch& b, int i, const FaceFrame& face) {
   out.z_u = b.z_u[i], out.z_v = b.z_v[i];
   out.columns = b.columns[i], out.rows = b.rows[i];
   out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
-  out.uncut = b.uncut[i] != 0;
   out.left_to_base = b.turned[i] && face.near && !face.two_sided;
   out.visibility = out.box.empty() ? ChunkVisibility::outside_view : ChunkVisibility::drawn;
   return out;

@@ -63,12 +63,11 @@ class PosedShell {
 using ShellColumns = Eigen::Matrix<float, 4, 9>;
 
 // One face of the shell's surface in one frame: its deformed shell matrix in the view's frame, in
-// millimetres and multiplied by the intrinsics, so that a sample of a flat face lands with 15
-// multiply-adds and one reciprocal.
+// millimetres and multiplied by the intrinsics, so that a sample lands with 24 multiply-adds and
+// one reciprocal.
 struct FaceFrame {
   ShellColumns metric;     // camera millimetres
   ShellColumns pixel;      // pixel × depth, pixel × depth, depth
-  bool bent = false;       // the last three columns are not zero
   bool two_sided = false;  // see PosedShell
   bool near = false;       // see kNearTexel_px
 };
@@ -124,7 +123,6 @@ struct ChunkFrame {
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
   ChunkVisibility visibility;
-  bool uncut;  // neither the view's border nor its near plane cuts it
   // Its face is seen from near, and its middle faces away: the base layer alone draws it.
   bool left_to_base;
 
@@ -215,7 +213,7 @@ class ActiveCameras {
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // What becomes of the chunks of all faces; samples drawn and skipped are added to the report.
+  // What of the chunks is seen; their samples are added to the report.
   VisibilitySummary summarise(std::size_t faces, DrawReport& report) const;
 
  private:
