@@ -137,10 +137,7 @@ void show_drawing(const DrawReport& draw) {
   for (int i = 0; i < 3; ++i)
     if (w.weights[i] > 0) reading("from camera", "%u: %.0f %%", w.cameras[i], 100 * w.weights[i]);
   reading("points drawn", "%zu", draw.samples_drawn);
-  reading("  facing away", "%zu", draw.samples_facing_away);
-  reading("  outside", "%zu", draw.samples_outside_view);
   reading("pixels filled", "%zu", draw.filled_pixels);
-  reading("enlarged up to", "%.1f times", draw.largest_stretch_px);
 }
 
 }  // namespace

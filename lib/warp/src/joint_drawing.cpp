@@ -88,10 +88,11 @@ void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame&
   skin.read({0, 0, width, height}, frame);
   FrontEdges edges;
   edges.find(skin, depth, deeper_mm);
-  Outline().soften(edges, frame);
+  KeptPixels kept;
+  Outline().soften(edges, frame, kept);
 }
 
-// The sums of what was drawn and skipped, the largest texels; the cameras are the first organ's.
+// The sums of what was drawn, the largest texels; the cameras are the first organ's.
 DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {
   DrawReport sum = reports.front();
   sum.unchanged = unchanged;
@@ -100,14 +101,11 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.tiles_drawn += more.tiles_drawn;
     sum.tiles_kept += more.tiles_kept;
     sum.samples_drawn += more.samples_drawn;
-    sum.samples_facing_away += more.samples_facing_away;
-    sum.samples_outside_view += more.samples_outside_view;
     sum.base_triangles += more.base_triangles;
     sum.sample_pixels += more.sample_pixels;
     sum.base_pixels += more.base_pixels;
     sum.filled_pixels += more.filled_pixels;
     sum.texel_mm = std::max(sum.texel_mm, more.texel_mm);
-    sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
     sum.times += more.times;
     sum.critical_path += more.critical_path;
   }

@@ -43,6 +43,19 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   frame.organ.clear();
 }
 
+void count_pixels(const Frame& frame, const PixelBox& box, DrawReport& report) {
+  std::atomic<std::size_t> samples = 0, base = 0;
+  constexpr int kGrain = 64;
+  parallel_pieces(box.y0, std::max(box.y0, box.y1), kGrain, [&](int y, int last) {
+    for (; y < last; ++y) {
+      const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;
+      samples += std::size_t(std::count(row + box.x0, row + box.x1, Cover::samples));
+      base += std::size_t(std::count(row + box.x0, row + box.x1, Cover::base));
+    }
+  });
+  report.sample_pixels = samples, report.base_pixels = base;
+}
+
 }  // namespace
 
 struct Warper::Impl {
@@ -190,7 +203,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   shell.pose(positions);
   report.weights = choose_cameras(view);
   report.texel_mm = active.texel_mm();
-  if (continued) post_process.undo(background, frame);
+  if (continued) post_process.undo(frame);
   place_faces(view, options, report.texel_mm, continued);
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
@@ -205,8 +218,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
   tiles.count(clock.lap(), report);
-  parallel_both([&] { report.sample_pixels = count_cover(frame, visibility.box, Cover::samples); },
-                [&] { report.base_pixels = count_cover(frame, visibility.box, Cover::base); });
+  count_pixels(frame, visibility.box, report);
   clock.lap(report.times.fill, report.critical_path.fill);
   post_process.apply(view, options, visibility.box, depth, kStepTexels * report.texel_mm, frame,
                      report);

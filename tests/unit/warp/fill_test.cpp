@@ -13,11 +13,17 @@ namespace {
 
 // The bits must tell the frame's skin afterwards, too.
 std::size_t slits_filled_in(const PixelBox& box, Frame& frame) {
-  CoverMask kept, anew;
-  kept.read(box, frame);
-  const std::size_t pixels = fill_slits(kept, frame);
+  const Frame before = frame;
+  CoverMask bits, anew;
+  bits.read(box, frame);
+  KeptPixels kept;
+  const std::size_t pixels = fill_slits(bits, frame, kept);
   anew.read(box, frame);
-  EXPECT_EQ(kept, anew);
+  EXPECT_EQ(bits, anew);
+  Frame restored = frame;
+  kept.restore(restored);
+  EXPECT_EQ(restored.cover, before.cover);
+  EXPECT_EQ(restored.color.pixels, before.color.pixels);
   return pixels;
 }
 
@@ -133,17 +139,6 @@ TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
   }
 }
 
-TEST(FillOfRandomPictures, CoversAreCounted) {
-  RandomStream random(3);
-  for (int i = 0; i < kPictures; ++i) {
-    const Picture p = random_picture(random);
-    for (const Cover cover : {Cover::samples, Cover::base, Cover::solid}) {
-      const auto expected = std::count(p.frame.cover.begin(), p.frame.cover.end(), cover);
-      ASSERT_EQ(count_cover(p.frame, p.box, cover), static_cast<std::size_t>(expected)) << i;
-    }
-  }
-}
-
 constexpr int kFadeSide = 96, kFade_px = 12;
 constexpr std::array<std::uint8_t, 3> kNight = {0, 0, 0};
 constexpr PixelBox kWholePicture = {0, 0, kFadeSide, kFadeSide};
@@ -158,7 +153,8 @@ TEST(BorderFade, ObliqueBordersFadeByTheDistanceAloneOverTheWidth) {
   const double angle = 0.4, c = std::cos(angle), s = std::sin(angle);
   const auto depth = [&](double x, double y) { return c * (x - 48) + s * (y - 48); };
   Frame frame = skin_where([&](double x, double y) { return depth(x, y) > 0; });
-  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  KeptPixels kept;
+  fade_borders(kWholePicture, kFade_px, kNight, frame, kept);
   std::vector<double> least(kFadeSide, 1), most(kFadeSide, 0);  // by whole pixels of distance
   // Beyond the picture's edge borders go straight on, away from it.
   for (int y = kFade_px; y < kFadeSide - kFade_px; ++y) {
@@ -185,7 +181,8 @@ TEST(BorderFade, TeethAreCutAlongALine) {
   Frame frame = skin_where([](double x, double y) {
     return y > 40 + kTooth * (std::fmod(x, 2 * kTooth) < kTooth ? 1 : 0);
   });
-  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  KeptPixels kept;
+  fade_borders(kWholePicture, kFade_px, kNight, frame, kept);
   int first = kFadeSide, last = 0;  // rows in which columns are half lit first
   for (int x = kFade_px; x < kFadeSide - kFade_px; ++x) {
     int y = 0;
@@ -198,7 +195,8 @@ TEST(BorderFade, TeethAreCutAlongALine) {
 TEST(BorderFade, SkinThatLeavesThePictureStays) {
   Frame frame = skin_where([](double, double) { return true; });
   const Frame before = frame;
-  BorderFade().apply(kWholePicture, kFade_px, kNight, frame);
+  KeptPixels kept;
+  fade_borders(kWholePicture, kFade_px, kNight, frame, kept);
   EXPECT_EQ(frame.color.pixels, before.color.pixels);
 }
 
@@ -206,17 +204,17 @@ TEST(BorderFade, EndsInTheBackgroundAndIsTakenBack) {
   const auto disc = [](double x, double y) { return std::hypot(x - 40, y - 50) < 30; };
   Frame frame = skin_where(disc);
   const Frame before = frame;
-  BorderFade fade;
+  KeptPixels kept;
   const std::array<std::uint8_t, 3> background = {30, 11, 9};
-  fade.apply({10, 20, 70, 80}, SkinFinish::kWidestFade_px, background, frame);
+  fade_borders({10, 20, 70, 80}, SkinFinish::kWidestFade_px, background, frame, kept);
   EXPECT_EQ(frame.cover, before.cover);
   const std::uint8_t* const rim = frame.color.at(10, 50);
   for (int k = 0; k < 3; ++k) EXPECT_EQ(rim[k], background[k]);
   EXPECT_EQ(frame.color.at(40, 50)[0], 255);
   EXPECT_EQ(frame.color.at(5, 50)[0], 0);  // the background is left alone
-  fade.undo(frame);
+  kept.restore(frame);
   EXPECT_EQ(frame.color.pixels, before.color.pixels);
-  fade.apply(kWholePicture, 1, background, frame);
+  fade_borders(kWholePicture, 1, background, frame, kept);
   EXPECT_EQ(frame.color.pixels, before.color.pixels);
 }
 

@@ -243,22 +243,16 @@ TEST(WarperBounds, NothingIsSeenBehindAnEyeInTheSkin) {
   EXPECT_GT(covered, 1000u);
 }
 
-TEST(WarperBounds, EverySampleIsDrawnOrCountedAsSkipped) {
+TEST(WarperBounds, SamplesThatNoPixelCanShowAreNotDrawn) {
   Warper warper(bounds_organ());
-  const auto total = [](const DrawReport& r) {
-    return r.samples_drawn + r.samples_facing_away + r.samples_outside_view;
-  };
   Frame frame;
-  const DrawReport seen = warper.draw(bounds_organ().proxy.vertices, front(200, 150), {}, frame);
-  EXPECT_GT(seen.samples_drawn, 0u);
-  EXPECT_GT(seen.samples_facing_away, 0u);
-  EXPECT_EQ(seen.samples_outside_view, 0u);
+  EXPECT_GT(warper.draw(bounds_organ().proxy.vertices, front(200, 150), {}, frame).samples_drawn,
+            0u);
   View aside = front(200, 150);
   aside.camera.intrinsics.cx = 1e5;  // looks past the organ
   const DrawReport missed = warper.draw(bounds_organ().proxy.vertices, aside, {}, frame);
   EXPECT_EQ(missed.samples_drawn, 0u);
   EXPECT_EQ(missed.sample_pixels + missed.base_pixels, 0u);
-  EXPECT_EQ(total(missed), total(seen));
 }
 
 TEST(WarperBounds, BadViewsAreRefused) {

@@ -14,16 +14,17 @@ namespace {
 
 PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.color.height}; }
 
-void soften(const PixelBox& box, Outline& outline, Frame& frame) {
+void soften(const PixelBox& box, Outline& outline, Frame& frame, KeptPixels& kept) {
   CoverMask skin;
   skin.read_with_border(box, frame);
   FrontEdges edges;
   edges.find(skin);
-  outline.soften(edges, frame);
+  outline.soften(edges, frame, kept);
 }
 void soften(const PixelBox& box, Frame& frame) {
   Outline outline;
-  soften(box, outline, frame);
+  KeptPixels kept;
+  soften(box, outline, frame, kept);
 }
 void soften(Frame& frame) { soften(whole(frame), frame); }
 
@@ -112,10 +113,11 @@ TEST(Outline, IsTakenBack) {
   const Frame sharp = white_on_black(90, 70, disc(28.4, 44, 33));
   Frame frame = sharp;
   for (int round = 0; round < 2; ++round) {
-    soften(whole(frame), outline, frame);
+    KeptPixels kept;
+    soften(whole(frame), outline, frame, kept);
     EXPECT_NE(frame.color.pixels, sharp.color.pixels);
     EXPECT_EQ(frame.cover, sharp.cover);
-    outline.undo(frame);
+    kept.restore(frame);
     EXPECT_EQ(frame.color.pixels, sharp.color.pixels);
   }
 }
@@ -187,7 +189,8 @@ void soften_by_depth(Frame& frame, const DepthAt& depth_at) {
   skin.read(whole(frame), frame);
   FrontEdges edges;
   edges.find(skin, depth, kDeeper_mm);
-  Outline().soften(edges, frame);
+  KeptPixels kept;
+  Outline().soften(edges, frame, kept);
 }
 // All of it skin.
 void soften_inside(Frame& frame, const DepthAt& depth_at) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -42,20 +41,6 @@ std::uint64_t bits_of(const Cover* covers, Cover wanted) {
   return bits_of(flags);
 }
 
-// Calls visit(covers) for each 64 covers of a box's row; of the last, those outside are `beyond`.
-template <class Visit>
-void for_each_word(const Frame& frame, const PixelBox& box, int y, Cover beyond,
-                   const Visit& visit) {
-  const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
-  int x = 0;
-  for (; x + kWord <= box.width(); x += kWord) visit(row + x);
-  if (x == box.width()) return;
-  std::array<Cover, kWord> last;
-  last.fill(beyond);
-  std::copy_n(row + x, box.width() - x, last.begin());
-  visit(last.data());
-}
-
 }  // namespace
 
 void CoverMask::read(const PixelBox& box, const Frame& frame) {
@@ -66,13 +51,19 @@ void CoverMask::read(const PixelBox& box, const Frame& frame) {
   open_.resize(words);
   parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
     std::size_t at = std::size_t(y - box.y0) * words_;
-    // Beyond the box: tools, which are neither skin nor open.
     for (; y < last; ++y) {
-      for_each_word(frame, box, y, Cover::solid, [&](const Cover* covers) {
+      const Cover* const row = &frame.cover[std::size_t(y) * frame.color.width];
+      for (int x = box.x0; x < box.x1; x += kWord) {
+        const int count = std::min(kWord, box.x1 - x);
+        std::array<Cover, kWord>
+            beside{};  // beyond the box: tools, which are neither skin nor open
+        if (count < kWord)
+          std::fill(std::copy_n(row + x, count, beside.begin()), beside.end(), Cover::solid);
+        const Cover* const covers = count < kWord ? beside.data() : row + x;
         const std::uint64_t open = bits_of(covers, Cover::background);
         open_[at] = open;
         skin_[at++] = ~(open | bits_of(covers, Cover::solid));
-      });
+      }
     }
   });
 }
@@ -81,22 +72,6 @@ void CoverMask::read_with_border(const PixelBox& box, const Frame& frame) {
   const PixelBox picture{0, 0, frame.color.width, frame.color.height};
   if (box.empty()) return read({}, frame);
   read(intersected({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, picture), frame);
-}
-
-std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
-  const Cover other = wanted == Cover::solid ? Cover::background : Cover::solid;
-  std::atomic<std::size_t> count = 0;
-  if (box.empty()) return count;
-  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
-    std::size_t of_piece = 0;
-    for (; y < last; ++y) {
-      for_each_word(frame, box, y, other, [&](const Cover* covers) {
-        of_piece += static_cast<std::size_t>(std::popcount(bits_of(covers, wanted)));
-      });
-    }
-    count += of_piece;
-  });
-  return count;
 }
 
 namespace {

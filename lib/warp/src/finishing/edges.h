@@ -75,9 +75,6 @@ class CoverMask {
   std::vector<std::uint64_t> skin_, open_;
 };
 
-// How many pixels of the box have the cover.
-std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted);
-
 // No smooth skin falls this far from one pixel to the next, and then goes on level or rises again.
 inline constexpr float kStepTexels = 8;
 

@@ -3,10 +3,10 @@
 // into the background.
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -23,13 +23,27 @@ struct Step {
   int x, y;
 };
 
+struct SlitFilling {
+  CoverMask& bits;
+  Frame& frame;
+  KeptPixels& kept;
+  std::mutex keeping = {};
+
+  std::size_t index(PixelAt at) const { return std::size_t(at.y) * frame.color.width + at.x; }
+  void bridge(PixelAt before, Step step, int count);
+  void fill(PixelAt end, Step back);
+};
+
 // Mixes the pixels between two covered ones, `count` of them.
-void bridge(PixelAt before, Step step, int count, CoverMask& bits, Frame& frame) {
+void SlitFilling::bridge(PixelAt before, Step step, int count) {
   const auto pixel = [&](int i) { return PixelAt{before.x + i * step.x, before.y + i * step.y}; };
-  const auto index = [&](PixelAt at) { return std::size_t(at.y) * frame.color.width + at.x; };
   const std::size_t first = index(before), last = index(pixel(count + 1));
   for (int i = 1; i <= count; ++i) {
     const std::size_t at = index(pixel(i));
+    {
+      const std::lock_guard lock(keeping);
+      kept.keep(at, frame);
+    }
     for (int c = 0; c < 3; ++c) {
       const int a = frame.color.pixels[3 * first + c], b = frame.color.pixels[3 * last + c];
       frame.color.pixels[3 * at + c] =
@@ -44,54 +58,38 @@ void bridge(PixelAt before, Step step, int count, CoverMask& bits, Frame& frame)
   }
 }
 
-// Fills the slit that ends beside a pixel of skin; `back` leads into it. Returns its pixels, 0 when
-// it is none.
-int fill_slit(CoverMask& bits, PixelAt end, Step back, Frame& frame) {
+// The slit that ends beside a pixel of skin, if it is one; `back` leads into it.
+void SlitFilling::fill(PixelAt end, Step back) {
   int run = 0;
   PixelAt at = end;
   do {
     at = {at.x + back.x, at.y + back.y};
   } while (bits.is_open(at) && ++run <= kWidestSlit);
-  if (!bits.is_skin(at)) return 0;
-  bridge(at, {-back.x, -back.y}, run, bits, frame);
-  return run;
-}
-
-// Columns know nothing of each other: a word's are filled at once with other words'.
-std::size_t fill_columns(CoverMask& bits, Frame& frame) {
-  std::atomic<std::size_t> pixels = 0;
-  parallel_for(0, bits.words(), [&](int word) {
-    for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y) {
-      bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
-        pixels += fill_slit(bits, end, {0, -1}, frame);
-      });
-    }
-  });
-  return pixels;
-}
-
-// Nor do rows of other rows.
-std::size_t fill_rows(CoverMask& bits, Frame& frame) {
-  constexpr int kGrain = 64;
-  std::atomic<std::size_t> pixels = 0;
-  parallel_pieces(bits.box().y0, bits.box().y1, kGrain, [&](int y, int last) {
-    for (; y < last; ++y) {
-      for (int word = 0; word < bits.words(); ++word) {
-        const std::uint64_t ends = bits.skin(y)[word] & bits.right_of(bits.open(y), word);
-        bits.for_each(ends, word, y, [&](PixelAt end) {
-          pixels += fill_slit(bits, end, {-1, 0}, frame);
-        });
-      }
-    }
-  });
-  return pixels;
+  if (bits.is_skin(at)) bridge(at, {-back.x, -back.y}, run);
 }
 
 }  // namespace
 
-std::size_t fill_slits(CoverMask& bits, Frame& frame) {
-  const std::size_t of_columns = fill_columns(bits, frame);
-  return of_columns + fill_rows(bits, frame);
+// Columns know nothing of each other: a word's are filled at once with other words'. Nor do rows.
+std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept) {
+  const std::size_t before = kept.size();
+  SlitFilling slits{bits, frame, kept};
+  parallel_for(0, bits.words(), [&](int word) {
+    for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y)
+      bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
+        slits.fill(end, {0, -1});
+      });
+  });
+  constexpr int kGrain = 64;
+  parallel_pieces(bits.box().y0, bits.box().y1, kGrain, [&](int y, int last) {
+    for (; y < last; ++y)
+      for (int word = 0; word < bits.words(); ++word)
+        bits.for_each(bits.skin(y)[word] & bits.right_of(bits.open(y), word), word, y,
+                      [&](PixelAt end) {
+                        slits.fill(end, {-1, 0});
+                      });
+  });
+  return kept.size() - before;
 }
 
 // By how much of the pixels round it are covered, under a tent of the fade's width: half of them on
@@ -133,9 +131,8 @@ float share_of(Sum sum, Sum all) {
 
 }  // namespace
 
-void BorderFade::apply(const PixelBox& box, int width_px,
-                       const std::array<std::uint8_t, 3>& background, Frame& frame) {
-  faded_.clear();
+void fade_borders(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
+                  Frame& frame, KeptPixels& kept) {
   if (width_px < 2 || box.empty()) return;
   const int width = width_px, first_row = box.y0 - width;
   const std::size_t columns = box.width();
@@ -145,8 +142,11 @@ void BorderFade::apply(const PixelBox& box, int width_px,
     const int y = std::clamp(first_row + i, 0, frame.color.height - 1);
     add_across(frame, box, y, width, std::span(across).subspan(columns * i, columns));
   });
-  const auto& linear = linear_from_srgb8();
-  std::vector<std::vector<Pixel>> by_row(box.height());
+  struct Faded {
+    std::size_t at;
+    float share;
+  };
+  std::vector<std::vector<Faded>> by_row(box.height());
   parallel_for(0, box.height(), [&](int i) {
     std::vector<Sum> sums(columns);
     for (int d = 1 - width; d < width; ++d)
@@ -155,21 +155,19 @@ void BorderFade::apply(const PixelBox& box, int width_px,
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t at = std::size_t(box.y0 + i) * frame.color.width + x;
       const Sum sum = sums[x - box.x0];
-      if (sum == all || frame.cover[at] == Cover::background) continue;
-      const float share = share_of(sum, all);
+      if (sum != all && frame.cover[at] != Cover::background)
+        by_row[i].push_back({at, share_of(sum, all)});
+    }
+  });
+  const auto& linear = linear_from_srgb8();
+  for (const auto& row : by_row) {
+    for (const auto& [at, share] : row) {
+      kept.keep(at, frame);
       std::uint8_t* const rgb = &frame.color.pixels[3 * at];
-      by_row[i].push_back({static_cast<std::uint32_t>(at), {rgb[0], rgb[1], rgb[2]}});
       for (int c = 0; c < 3; ++c)
         rgb[c] = srgb8_from_linear(share * linear[rgb[c]] + (1 - share) * linear[background[c]]);
     }
-  });
-  for (const auto& row : by_row) faded_.insert(faded_.end(), row.begin(), row.end());
-}
-
-void BorderFade::undo(Frame& frame) const {
-  for (const Pixel& pixel : faded_)
-    std::copy(pixel.before.begin(), pixel.before.end(),
-              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+  }
 }
 
 }  // namespace organbake

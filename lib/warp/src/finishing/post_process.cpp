@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 
 #include "finishing/edges.h"
 #include "organbake/core/parallel.h"
@@ -51,7 +49,7 @@ struct Outline::Border {
 void Outline::change(const Change& change) {
   // Aslant, a border has stretches both ways: the longer ones tell more.
   if (std::abs(int{change.steps}) <= std::abs(int{change_[change.at]})) return;
-  if (change_[change.at] == 0) softened_.push_back({change.at, {}, {}});
+  if (change_[change.at] == 0) softened_.push_back({change.at, {}});
   change_[change.at] = change.steps;
 }
 
@@ -184,7 +182,7 @@ Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
   return mixed;
 }
 
-void Outline::soften(const FrontEdges& edges, Frame& frame) {
+void Outline::soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept) {
   softened_.clear();
   if (edges.empty()) return;
   width_ = frame.color.width;
@@ -193,25 +191,16 @@ void Outline::soften(const FrontEdges& edges, Frame& frame) {
   follow_all();
   constexpr std::size_t kGrain = 128;
   parallel_pieces(std::size_t{0}, softened_.size(), kGrain, [&](std::size_t i, std::size_t last) {
-    for (; i < last; ++i) {
-      Pixel& pixel = softened_[i];
-      std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
-      pixel.after = blended(pixel, frame);
-    }
+    for (; i < last; ++i) softened_[i].softened = blended(softened_[i], frame);
   });
   // Only now: each takes its neighbours' colours as they were.
   for (const Pixel& pixel : softened_) {
-    std::copy(pixel.after.begin(), pixel.after.end(),
+    kept.keep(pixel.at, frame);
+    std::copy(pixel.softened.begin(), pixel.softened.end(),
               &frame.color.pixels[3 * std::size_t{pixel.at}]);
     change_[pixel.at] = 0;
   }
   edges_ = nullptr;
-}
-
-void Outline::undo(Frame& frame) const {
-  for (const Pixel& pixel : softened_)
-    std::copy(pixel.before.begin(), pixel.before.end(),
-              &frame.color.pixels[3 * std::size_t{pixel.at}]);
 }
 
 OutlineAreas areas_of_slope(int length, BorderStep before, BorderStep after, int i) {
@@ -239,52 +228,51 @@ OutlineAreas areas_of_bow(int length, BorderStep ends, double rise, int i) {
   return ends == to_open ? OutlineAreas{before, beyond} : OutlineAreas{beyond, before};
 }
 
-PostProcess::Pixel PostProcess::pixel_of(const Frame& frame, std::size_t at) {
+void KeptPixels::keep(std::size_t at, const Frame& frame) {
   const std::uint8_t* const rgb = &frame.color.pixels[3 * at];
-  return {static_cast<std::uint32_t>(at),
-          {rgb[0], rgb[1], rgb[2]},
-          frame.cover[at],
-          frame.depth_mm.empty() ? 0 : frame.depth_mm[at]};
+  pixels_.push_back({static_cast<std::uint32_t>(at),
+                     {rgb[0], rgb[1], rgb[2]},
+                     frame.cover[at],
+                     frame.depth_mm.empty() ? 0 : frame.depth_mm[at]});
 }
 
-void PostProcess::open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm,
-                       Frame& frame) {
-  for (const std::uint32_t pixel : find_see_through(drawn, depth, deeper_mm)) {
-    opened_.push_back(pixel_of(frame, pixel));
-    frame.cover[pixel] = Cover::background;
-  }
+void KeptPixels::keep(const PixelBox& box, const Frame& frame) {
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x) keep(std::size_t(y) * frame.color.width + x, frame);
 }
 
-void PostProcess::keep(const PixelBox& box, const Frame& frame) {
-  for (int y = box.y0; y < box.y1; ++y) {
-    for (int x = box.x0; x < box.x1; ++x) {
-      hidden_.push_back(pixel_of(frame, std::size_t(y) * frame.color.width + x));
-    }
+void KeptPixels::restore(Frame& frame) const {
+  for (auto pixel = pixels_.rbegin(); pixel != pixels_.rend(); ++pixel) {
+    std::copy(pixel->color.begin(), pixel->color.end(),
+              &frame.color.pixels[3 * std::size_t{pixel->at}]);
+    frame.cover[pixel->at] = pixel->cover;
+    if (!frame.depth_mm.empty()) frame.depth_mm[pixel->at] = pixel->depth;
   }
 }
 
 void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame& frame) {
   const bool at_scope = options.light == DrawnLight::scope;
   const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
-  for (const SolidBlock& block : blocks) keep(block.box, frame);
+  for (const SolidBlock& block : blocks) kept_.keep(block.box, frame);
   if (options.relights())
     shade_skin_by_solids(
         options.solids, view, at_scope ? std::optional(light_mm_) : std::nullopt,
-        [&](PixelBox box) { keep(box, frame); }, frame);
+        [&](PixelBox box) { kept_.keep(box, frame); }, frame);
   draw_solids(options.solids, blocks, view, at_scope, frame);
 }
 
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
                         const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report) {
   PhaseClock clock(options.measure);
-  drawn_ = drawn;
-  opened_.clear();
-  hidden_.clear();
-  open(drawn, depth, deeper_mm, frame);
+  kept_.clear();
+  for (const std::uint32_t pixel : find_see_through(drawn, depth, deeper_mm)) {
+    kept_.keep(pixel, frame);
+    frame.cover[pixel] = Cover::background;
+  }
   skin_.read_with_border(drawn, frame);
-  report.filled_pixels = fill_slits(skin_, frame);
+  report.filled_pixels = fill_slits(skin_, frame, kept_);
   const int fade_px = finish_.border_fade_px(view.camera.intrinsics.fx);
-  fade_.apply(drawn, options.smooth_outline ? fade_px : 0, options.background, frame);
+  fade_borders(drawn, options.smooth_outline ? fade_px : 0, options.background, frame, kept_);
   if (!options.solids.empty()) {
     clock.lap(report.times.fill, report.critical_path.fill);
     draw_tools(view, options, frame);
@@ -293,34 +281,8 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   }
   if (!options.smooth_outline) skin_ = {};
   edges_.find(skin_, depth, deeper_mm);
-  outline_.soften(edges_, frame);
+  outline_.soften(edges_, frame, kept_);
   clock.lap(report.times.fill, report.critical_path.fill);
-}
-
-void PostProcess::undo(const Background& background, Frame& frame) const {
-  outline_.undo(frame);
-  const auto restore = [&](const Pixel& pixel, float depth) {
-    std::copy(pixel.color.begin(), pixel.color.end(),
-              &frame.color.pixels[3 * std::size_t(pixel.at)]);
-    frame.cover[pixel.at] = pixel.cover;
-    if (!frame.depth_mm.empty()) frame.depth_mm[pixel.at] = depth;
-  };
-  for (const Pixel& pixel : hidden_) restore(pixel, pixel.depth);
-  fade_.undo(frame);
-  constexpr float kNothing = std::numeric_limits<float>::infinity();
-  for (int y = drawn_.y0; y < drawn_.y1; ++y) {
-    const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;
-    const Cover* const end = row + drawn_.x1;
-    // Filled pixels are rare: the library finds the next one.
-    for (const Cover* at = row + drawn_.x0; at < end; ++at) {
-      at = static_cast<const Cover*>(std::memchr(at, static_cast<int>(Cover::filled), end - at));
-      if (!at) break;
-      restore({static_cast<std::uint32_t>(at - frame.cover.data()), background.color(),
-               Cover::background, 0},
-              kNothing);
-    }
-  }
-  for (const Pixel& pixel : opened_) restore(pixel, pixel.depth);
 }
 
 }  // namespace organbake

@@ -9,7 +9,6 @@
 #include <optional>
 #include <vector>
 
-#include "drawing/tile_drawing.h"
 #include "finishing/edges.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/warp/frame.h"
@@ -26,30 +25,37 @@ namespace organbake {
 // between two lobes.
 inline constexpr int kWidestSlit = 4;
 
-// Gives the pixels of all slits in the box of `bits`, which tell the frame's skin, the colours
-// between their two ends, in the frame and the bits. Columns go first, rows take what is left.
-// Returns how many pixels they are.
-std::size_t fill_slits(CoverMask& bits, Frame& frame);
-
-// Fades skin into the background over some pixels beside where it ends against it, for tissue that
-// ends where a picture was cut off and not where it turns away: SkinFinish::border_fade_rad.
-// Colours alone change. Runs before tools are drawn, and before the outline is smoothed.
-class BorderFade {
+// Pixels as they were before the last steps of a picture changed them.
+class KeptPixels {
  public:
-  // box: all of the skin. width_px: 2 … SkinFinish::kWidestFade_px, or less for none. Forgets what
-  // it faded before.
-  void apply(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
-             Frame& frame);
-  // The frame as it was before apply().
-  void undo(Frame& frame) const;
+  void clear() { pixels_.clear(); }
+  std::size_t size() const { return pixels_.size(); }
+  void keep(std::size_t at, const Frame& frame);
+  void keep(const PixelBox& box, const Frame& frame);
+  // The frame as it was: what was kept first of a pixel holds.
+  void restore(Frame& frame) const;
 
  private:
   struct Pixel {
     std::uint32_t at;
-    std::array<std::uint8_t, 3> before;
+    std::array<std::uint8_t, 3> color;
+    Cover cover;
+    float depth;  // 0 where the frame keeps none
   };
-  std::vector<Pixel> faded_;
+  std::vector<Pixel> pixels_;
 };
+
+// Gives the pixels of all slits in the box of `bits`, which tell the frame's skin, the colours
+// between their two ends, in the frame and the bits. Columns go first, rows take what is left.
+// Returns how many pixels they are.
+std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept);
+
+// Fades skin into the background over some pixels beside where it ends against it, for tissue that
+// ends where a picture was cut off and not where it turns away: SkinFinish::border_fade_rad.
+// Colours alone change. Runs before tools are drawn, and before the outline is smoothed. box: all
+// of the skin. width_px: 2 … SkinFinish::kWidestFade_px, or less for none.
+void fade_borders(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
+                  Frame& frame, KeptPixels& kept);
 
 // To which side a border between skin and what lies behind it steps at an end of a straight
 // stretch; none where it ends.
@@ -78,16 +84,13 @@ OutlineAreas areas_of_bow(int length, BorderStep ends, double rise, int i);
 // Where skin meets a tool nothing is smoothed: tools take several samples a pixel.
 class Outline {
  public:
-  // Forgets what it softened before.
-  void soften(const FrontEdges& edges, Frame& frame);
-  // The frame as it was before soften().
-  void undo(Frame& frame) const;
+  void soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept);
 
  private:
   using Color = std::array<std::uint8_t, 3>;  // sRGB
   struct Pixel {
     std::uint32_t at;
-    Color before, after;
+    Color softened;
   };
   struct Border;
   // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
@@ -139,8 +142,8 @@ struct DrawOptions;
 struct DrawReport;
 
 // The last steps of a frame, after its tiles: slits opened and filled, borders that a picture
-// cut faded, tools drawn, the outline smoothed. Remembers what it covers up, so that the next frame
-// of the same view can take it back and draw the tiles that changed alone.
+// cut faded, tools drawn, the outline smoothed. The next frame of the same view takes it all back,
+// and draws the tiles that changed alone.
 class PostProcess {
  public:
   // light_mm: of the light at the scope, from the eye, camera axes: by it tools throw shadows.
@@ -152,27 +155,15 @@ class PostProcess {
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
              const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report);
   // The frame as it was before apply().
-  void undo(const Background& background, Frame& frame) const;
+  void undo(Frame& frame) const { kept_.restore(frame); }
 
  private:
-  struct Pixel {
-    std::uint32_t at;
-    std::array<std::uint8_t, 3> color;
-    Cover cover;
-    float depth;  // 0 where the frame keeps none
-  };
-  static Pixel pixel_of(const Frame& frame, std::size_t at);
-  void keep(const PixelBox& box, const Frame& frame);
   void draw_tools(const View& view, const DrawOptions& options, Frame& frame);
-  void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
   Eigen::Vector3d light_mm_;
   SkinFinish finish_;
-  PixelBox drawn_;
-  CoverMask skin_;             // with a border
-  std::vector<Pixel> opened_;  // as they were
-  std::vector<Pixel> hidden_;  // under the tools' box
-  BorderFade fade_;
+  KeptPixels kept_;
+  CoverMask skin_;    // with a border
   FrontEdges edges_;  // of skin_
   Outline outline_;
 };

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -130,6 +129,24 @@ void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hi
   if (solid.plate) hit_plate(d, *solid.plate, solid.capsules.front().radius, near, hit);
 }
 
+// The first of some solids that a ray hits.
+struct FirstHit : Hit {
+  const PlacedSolid* solid = nullptr;
+
+  FirstHit(const Vector3d& d, const std::vector<PlacedSolid>& all,
+           const std::vector<std::uint32_t>& numbers, double near) {
+    for (const std::uint32_t s : numbers) {
+      const double before = along;
+      hit_solid(d, all[s], near, *this);
+      if (along < before) solid = &all[s];
+    }
+  }
+};
+
+Vector3d ray_through(const Intrinsics& k, double x, double y) {
+  return {(x - k.cx) / k.fx, (y - k.cy) / k.fy, 1};
+}
+
 // Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
 // line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
 // about. By the light at the scope in a cavity: nearly black where it mirrors neither, the line as
@@ -175,34 +192,16 @@ std::vector<Solid> wider_by_a_pixel(std::vector<Solid> solids, const View& view)
   return solids;
 }
 
-bool meets_any(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y) {
-  const Intrinsics& k = view.camera.intrinsics;
-  const Vector3d d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
-  return std::any_of(solids.begin(), solids.end(), [&](const PlacedSolid* solid) {
-    Hit hit;  // behind the eye, too: it may be within what is wider
-    hit_solid(d, *solid, -std::numeric_limits<double>::infinity(), hit);
-    return std::isfinite(hit.along);
-  });
-}
-
-PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y,
-                     double tissue_depth, bool in_cavity) {
-  const Intrinsics& k = view.camera.intrinsics;
+PixelHit trace_pixel(const std::vector<PlacedSolid>& all, const std::vector<std::uint32_t>& numbers,
+                     const View& view, int x, int y, double tissue_depth, bool in_cavity) {
   PixelHit pixel;
   for (int ray = 0; ray < kSide * kSide; ++ray) {
-    const int column = ray % kSide, row = ray / kSide;
-    const double px = x + (column + 0.5) / kSide, py = y + (row + 0.5) / kSide;
-    const Vector3d d((px - k.cx) / k.fx, (py - k.cy) / k.fy, 1);
-    Hit nearest;
-    const PlacedSolid* shown = nullptr;
-    for (const PlacedSolid* solid : solids) {
-      const double before = nearest.along;
-      hit_solid(d, *solid, view.near_mm, nearest);
-      if (nearest.along < before) shown = solid;
-    }
-    if (!shown || !(nearest.along < tissue_depth)) continue;
-    pixel.color += shade(*shown, nearest, d, in_cavity);
-    pixel.depth = std::min(pixel.depth, nearest.along);
+    const double px = x + (ray % kSide + 0.5) / kSide, py = y + (ray / kSide + 0.5) / kSide;
+    const Vector3d d = ray_through(view.camera.intrinsics, px, py);
+    const FirstHit hit(d, all, numbers, view.near_mm);
+    if (!hit.solid || !(hit.along < tissue_depth)) continue;
+    pixel.color += shade(*hit.solid, hit, d, in_cavity);
+    pixel.depth = std::min(pixel.depth, hit.along);
     ++pixel.rays;
   }
   return pixel;
@@ -307,20 +306,13 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
                   const std::function<void(int, int, const SolidSeen&)>& visit) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
   const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
-  const Intrinsics& k = view.camera.intrinsics;
   const auto trace = [&](const SolidBlock& block, int x, int y) {
-    const Vector3d d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
-    Hit nearest;
-    SolidSeen seen;
-    for (const std::uint32_t s : block.solids) {
-      const double before = nearest.along;
-      hit_solid(d, placed[s], view.near_mm, nearest);
-      if (nearest.along < before) seen.solid = s;
-    }
-    if (!std::isfinite(nearest.along)) return;
-    seen.depth_mm = static_cast<float>(nearest.along);
-    seen.normal = nearest.normal.cast<float>();
-    visit(x, y, seen);
+    const FirstHit hit(ray_through(view.camera.intrinsics, x + 0.5, y + 0.5), placed, block.solids,
+                       view.near_mm);
+    if (!hit.solid) return;
+    visit(x, y,
+          {static_cast<std::uint32_t>(hit.solid - placed.data()), static_cast<float>(hit.along),
+           hit.normal.cast<float>()});
   };
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const PixelBox& box = blocks[b].box;
@@ -329,30 +321,23 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
   });
 }
 
-std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
-                        const View& view, bool in_cavity, Frame& frame) {
+void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                 const View& view, bool in_cavity, Frame& frame) {
+  constexpr double kBehindToo = -std::numeric_limits<double>::infinity();  // within what is wider
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
   const std::vector<PlacedSolid> wider = placed_in(view, wider_by_a_pixel(solids, view));
-  std::atomic<std::size_t> touched = 0;
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    std::vector<const PlacedSolid*> near, around;
-    for (const std::uint32_t s : blocks[b].solids)
-      near.push_back(&placed[s]), around.push_back(&wider[s]);
-    const PixelBox& box = blocks[b].box;
-    std::size_t in_block = 0;
+    const auto& [box, near] = blocks[b];
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
-        if (!meets_any(around, view, x, y)) continue;
+        const Vector3d d = ray_through(view.camera.intrinsics, x + 0.5, y + 0.5);
+        if (!FirstHit(d, wider, near, kBehindToo).solid) continue;
         const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
-        const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm, in_cavity);
-        if (hit.rays == 0) continue;
-        draw_pixel(hit, x, y, frame);
-        ++in_block;
+        const PixelHit hit = trace_pixel(placed, near, view, x, y, tissue_mm, in_cavity);
+        if (hit.rays > 0) draw_pixel(hit, x, y, frame);
       }
     }
-    touched += in_block;
   });
-  return touched;
 }
 
 }  // namespace organbake

@@ -91,9 +91,7 @@ struct PaperWarp::Warped {
   std::vector<float> depth_mm;  // +inf where nothing placed
   std::vector<Eigen::Vector3f> color;
   std::vector<Eigen::Vector3f> rest_mm;  // the skin that placed, at rest; empty unless asked for
-  // How many of its texels were drawn and how many lay outside; the widest square.
-  std::size_t drawn = 0, outside_view = 0;
-  double widest_px = 0;
+  std::size_t drawn = 0;                 // texels
 
   void clear(std::size_t pixels, bool keep_rest) {
     depth_mm.assign(pixels, kFarAway);
@@ -106,12 +104,9 @@ struct PaperWarp::Warped {
     const double side =
         std::clamp(std::ceil(texel_px - kSpareSplat_px), 1.0, double(kWidestSplat_px));
     if (!(place.x() > -side && place.y() > -side && place.x() < k.width + side &&
-          place.y() < k.height + side)) {
-      ++outside_view;
+          place.y() < k.height + side))
       return;
-    }
     ++drawn;
-    widest_px = std::max(widest_px, side);
     const int x0 = static_cast<int>(std::floor(place.x() - side / 2 + 0.5));
     const int y0 = static_cast<int>(std::floor(place.y() - side / 2 + 0.5));
     const int n = static_cast<int>(side);
@@ -216,10 +211,7 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
     const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
     const Eigen::Vector3d p =
         view_from_camera * Eigen::Vector3d(double(z) * unproject(camera.intrinsics, pixel));
-    if (p.z() < view.near_mm) {
-      ++out.outside_view;
-      continue;
-    }
+    if (p.z() < view.near_mm) continue;
     const Eigen::Vector2d placed = project(k, p);
     const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
                                            [&](std::size_t t) { return maps.color[t]; });
@@ -255,11 +247,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   for (const double weight : report.weights.weights) {
     if (weight > 0) shares[used++] = static_cast<float>(weight);
   }
-  for (const Warped& warped : std::span(views).first(used)) {
-    report.samples_drawn += warped.drawn;
-    report.samples_outside_view += warped.outside_view;
-    report.largest_stretch_px = std::max(report.largest_stretch_px, warped.widest_px);
-  }
+  for (const Warped& warped : std::span(views).first(used)) report.samples_drawn += warped.drawn;
 
   frame.serial = 0;
   frame.color = Rgb8Image(width, height);
@@ -306,7 +294,8 @@ void smooth_outline(Frame& frame) {
   skin.read_with_border({0, 0, frame.color.width, frame.color.height}, frame);
   FrontEdges edges;
   edges.find(skin);
-  Outline().soften(edges, frame);
+  KeptPixels kept;
+  Outline().soften(edges, frame, kept);
 }
 
 }  // namespace organbake

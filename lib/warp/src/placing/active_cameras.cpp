@@ -167,63 +167,34 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
   });
 }
 
-namespace {
-
-// What is counted of some of a camera's chunks, and of all of them together.
-struct ChunkCounts {
-  PixelBox box;
-  std::array<std::size_t, 3> samples{};  // by ChunkVisibility
-  int largest_px = 0;
-
-  void add(const ChunkCounts& more) {
-    box = united(box, more.box);
-    for (std::size_t fate = 0; fate < samples.size(); ++fate) samples[fate] += more.samples[fate];
-    largest_px = std::max(largest_px, more.largest_px);
-  }
-};
-
-// From any thread: faces of several chunks may be the same.
-void flag(std::uint8_t& flag) { __atomic_store_n(&flag, std::uint8_t{1}, __ATOMIC_RELAXED); }
-
-ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::size_t last,
-                         VisibilitySummary& visibility) {
-  // In registers: a box in memory is a chain of loads that wait for stores.
-  PixelBox box;
-  ChunkCounts counts;
-  for (std::size_t c = first; c < last; ++c) {
-    const ChunkFrame& chunk = camera.chunks[c];
-    counts.samples[static_cast<int>(chunk.visibility)] += camera.set->chunks[c].count;
-    if (chunk.visibility != ChunkVisibility::drawn) continue;
-    flag(visibility.shown[camera.set->patches.face(c)]);
-    counts.largest_px = std::max({counts.largest_px, chunk.columns, chunk.rows});
-    box = united(box, chunk.box);
-  }
-  counts.box = box;
-  return counts;
-}
-
-}  // namespace
-
 VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
   VisibilitySummary visibility;
   visibility.shown.assign(faces, 0);
-  constexpr std::size_t kGrain = 2048;
-  ChunkCounts counts;
   std::mutex mutex;
+  const auto count_chunks = [&](const ActiveCamera& camera, std::size_t c, std::size_t last) {
+    // In registers: a box in memory is a chain of loads that wait for stores.
+    PixelBox box;
+    std::size_t samples = 0;
+    for (; c < last; ++c) {
+      const ChunkFrame& chunk = camera.chunks[c];
+      if (chunk.visibility != ChunkVisibility::drawn) continue;
+      // From any thread: faces of several chunks may be the same.
+      __atomic_store_n(&visibility.shown[camera.set->patches.face(c)], std::uint8_t{1},
+                       __ATOMIC_RELAXED);
+      samples += camera.set->chunks[c].count;
+      box = united(box, chunk.box);
+    }
+    const std::lock_guard lock(mutex);  // whole numbers: in any order
+    visibility.box = united(visibility.box, box);
+    report.samples_drawn += samples;
+  };
+  constexpr std::size_t kGrain = 2048;
   parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
     const ActiveCamera& camera = cameras_[number];
-    parallel_pieces(std::size_t{0}, camera.chunks.size(), kGrain,
-                    [&](std::size_t first, std::size_t last) {
-                      const ChunkCounts more = count_chunks(camera, first, last, visibility);
-                      const std::lock_guard lock(mutex);
-                      counts.add(more);  // whole numbers: in any order
-                    });
+    parallel_pieces(
+        std::size_t{0}, camera.chunks.size(), kGrain,
+        [&](std::size_t first, std::size_t last) { count_chunks(camera, first, last); });
   });
-  report.samples_drawn += counts.samples[0];
-  report.samples_facing_away += counts.samples[1];
-  report.samples_outside_view += counts.samples[2];
-  report.largest_stretch_px = std::max<double>(report.largest_stretch_px, counts.largest_px);
-  visibility.box = counts.box;
   return visibility;
 }
 

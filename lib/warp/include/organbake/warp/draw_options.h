@@ -81,15 +81,12 @@ struct DrawReport {
   bool unchanged = false;  // same view, positions and options: the frame was left alone
   // Tiles of which anything was drawn, and those that stayed since nothing moved there.
   int tiles_drawn = 0, tiles_kept = 0;
-  ViewWeights weights;                  // the cameras in use
-  float texel_mm = 0;                   // mean size of their texels on the surface
-  std::size_t samples_drawn = 0;        // of chunks that were drawn
-  std::size_t samples_facing_away = 0;  // skipped in whole chunks
-  std::size_t samples_outside_view = 0;
+  ViewWeights weights;             // the cameras in use
+  float texel_mm = 0;              // mean size of their texels on the surface
+  std::size_t samples_drawn = 0;   // of chunks that were drawn
   std::size_t base_triangles = 0;  // of its blocks that were looked at
   std::size_t sample_pixels = 0, base_pixels = 0, filled_pixels = 0;
-  double largest_stretch_px = 0;  // widest splat, pixels per texel
-  DrawTimes times;                // of work, summed over threads
+  DrawTimes times;          // of work, summed over threads
   DrawTimes critical_path;  // of its longest chain: more threads do not shorten it (WorkMeter)
 };
 

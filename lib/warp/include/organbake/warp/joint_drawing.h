@@ -61,8 +61,8 @@ class JointDrawing {
     const std::optional<Lighting>& lighting;
   };
 
-  // Throws what Warper::draw() does. The report has the sums of what was drawn and skipped, the
-  // largest texels, and the first organ's cameras.
+  // Throws what Warper::draw() does. The report has the sums of what was drawn, the largest
+  // texels, and the first organ's cameras.
   DrawReport draw(const std::vector<Organ>& organs, const View& view, const DrawOptions& options,
                   Frame& frame);
 

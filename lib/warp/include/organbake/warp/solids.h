@@ -43,9 +43,9 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
 
 // Draws solids lit from the eye into their blocks of a frame that keeps its depth, hidden where
 // tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. in_cavity: as the light at the
-// scope shows them amid tissue. Returns the pixels touched.
-std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
-                        const View& view, bool in_cavity, Frame& frame);
+// scope shows them amid tissue.
+void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                 const View& view, bool in_cavity, Frame& frame);
 // Of its own light, what the tissue round about sends to a tool, RGB.
 inline constexpr std::array<float, 3> kTissueMirrored = {0.3f, 0.08f, 0.06f};
 
