@@ -16,6 +16,11 @@ namespace {
 // Of the paper's Table 1, means over its five angles.
 constexpr double kPaperMean_px = 1.74, kPaperPolygonsMean_px = 10.9;
 
+// Where one camera alone sees a riser narrower than its texel, the map does not tell where between
+// the texels the skin falls: by up to 5.67 of them to one across at 80°, where confidence ends, of
+// 0.54 px each (720 px to 1,024 texels on the same skin, nearer), seen from up to 40° aside.
+constexpr double kGrazing_px = 2;
+
 struct Loaded {
   explicit Loaded(const std::filesystem::path& folder)
       : player(folder, {}, true), surface(BundleReader(folder).read_surface()) {}
@@ -24,7 +29,7 @@ struct Loaded {
 };
 
 struct Summary {
-  double mean_px = 0, max_px = 0, polygons_mean_px = 0;
+  double mean_px = 0, nearly_all_px = 0, max_px = 0, polygons_mean_px = 0;
   double least_psnr_db = 1e9, least_ssim = 1;
   double gain_over_paper_db = 1e9;  // the least
   double below_ideal_db = -1e9;     // the most
@@ -39,6 +44,7 @@ Summary summary_of(const ComparisonTable& table) {
     const double share = 1 / static_cast<double>(table.rows.size());
     s.mean_px += share * row.projection.image_based.mean_px;
     s.polygons_mean_px += share * row.projection.polygons.mean_px;
+    s.nearly_all_px = std::max(s.nearly_all_px, row.projection.image_based.nearly_all_px);
     s.max_px = std::max(s.max_px, row.projection.image_based.max_px);
     s.least_psnr_db = std::min(s.least_psnr_db, row.picture.psnr_db);
     s.least_ssim = std::min(s.least_ssim, row.picture.ssim);
@@ -103,7 +109,8 @@ TEST(PaperTable, IsReachedByEightyFaces) {
   const ComparisonTable fitted_table = compare_with_truth(ours.player, ours.surface, options);
   const Summary s = summary_of(fitted_table);
   expect({scene + ": projection error, mean", "px", s.mean_px, 0.10});
-  expect({scene + ": projection error, largest", "px", s.max_px, 0.5});
+  expect({scene + ": projection error, 999 of 1,000 vertices", "px", s.nearly_all_px, 0.5});
+  expect({scene + ": projection error, largest", "px", s.max_px, kGrazing_px});
   expect({scene + ": polygons' mean error / image-based", "×", s.polygons_mean_px / s.mean_px,
           kPaperPolygonsMean_px / kPaperMean_px, Figure::Goal::at_least});
   // Less than the 0.38 px by which samples in whole pixels are off.

@@ -199,8 +199,7 @@ class Comparer {
     row.displayed = projection_.displayed(frame_, positions, view);
     const Rgb8Image ideal =
         smoothed(ideal_picture(player_.bundle(), truth_, positions, view, kBlack));
-    row.ideal = {compare_images(ideal, truth.color, truth.covered).psnr_db,
-                 structural_similarity(ideal, truth.color, truth.covered), 0};
+    row.ideal = errors_of(ideal, truth);
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -235,14 +234,18 @@ class Comparer {
   }
 
  private:
+  // The outline's pixels show skin, too, where it covers a part of them only.
+  static PictureErrors errors_of(const Rgb8Image& on_black, const TruthFrame& truth) {
+    std::vector<std::uint8_t> either = truth.covered;
+    for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(on_black, i);
+    return {compare_images(on_black, truth.color, either).psnr_db,
+            structural_similarity(on_black, truth.color, either), 0};
+  }
   // Of frame_.
   PictureErrors picture_errors(const TruthFrame& truth, const std::vector<std::size_t>& inner) {
-    // The outline's pixels show skin, too, where it covers a part of them only.
-    std::vector<std::uint8_t> either = truth.covered;
-    for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(frame_.color, i);
-    return {compare_images(frame_.color, truth.color, either).psnr_db,
-            structural_similarity(frame_.color, truth.color, either),
-            count_covers(frame_, inner, Cover::background)};
+    PictureErrors errors = errors_of(frame_.color, truth);
+    errors.holes = count_covers(frame_, inner, Cover::background);
+    return errors;
   }
   View view_at(double angle) const {
     return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
@@ -267,7 +270,10 @@ class Comparer {
 };
 
 Json errors_json(const PixelErrors& e) {
-  return {{"mean_px", e.mean_px}, {"max_px", e.max_px}, {"vertices", e.vertices}};
+  return {{"mean_px", e.mean_px},
+          {"nearly_all_px", e.nearly_all_px},
+          {"max_px", e.max_px},
+          {"vertices", e.vertices}};
 }
 
 Json steps_json(const SeamSteps& s) {

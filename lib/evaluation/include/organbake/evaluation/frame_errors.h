@@ -17,7 +17,7 @@
 namespace organbake {
 
 struct PixelErrors {
-  double mean_px = 0, max_px = 0;
+  double mean_px = 0, nearly_all_px = 0, max_px = 0;  // nearly: 999 of 1,000 are no larger
   std::size_t vertices = 0;  // that were measured; of a displayed error, pixels
 };
 
@@ -32,7 +32,8 @@ struct ProjectionErrors {
 // Compares image-based and polygonal drawing with the truth, geometrically (before any rounding to
 // pixels; the paper, 3.2). Image-based: each visible original vertex is looked up bilinearly in the
 // depth map of the heaviest of the view's three cameras that see it (share × confidence, as pixels
-// are blended), the surface point found there is bound, carried and projected. Polygons: each
+// are blended, and no more confidence than the piece between its texels deserves by its tilt), the
+// surface point found there is bound, carried and projected. Polygons: each
 // vertex is replaced by its closest point on the shell's surface at rest, the proxy or its smooth
 // skin, whose own triangle carries it.
 class ProjectionComparison {
