@@ -290,7 +290,8 @@ TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
   for (const int count : fates) EXPECT_GT(count, 100);
 }
 
-// What a box promises: every corner of the patch that is before the eye lands inside it.
+// What a box promises: every corner of the patch that is before the eye lands inside it, and no
+// nearer than it says.
 TEST(PatchFrames, BoxesHoldTheirPatches) {
   RandomStream random(6);
   const View view = small_view();
@@ -312,6 +313,7 @@ TEST(PatchFrames, BoxesHoldTheirPatches) {
       if (p.z() < view.near_mm || x < 0 || y < 0 || x >= k.width || y >= k.height) continue;
       ++corners;
       ASSERT_TRUE(x >= frame.box.x0 && x < frame.box.x1 && y >= frame.box.y0 && y < frame.box.y1);
+      ASSERT_GT(p.z(), frame.nearest_mm * (1 - 1e-5));
     }
   }
   EXPECT_GT(corners, 500);

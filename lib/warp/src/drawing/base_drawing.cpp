@@ -40,28 +40,14 @@ class BaseDrawing::PlacedBlock {
       b1_[k] = step * static_cast<float>(i);
       b2_[k] = step * static_cast<float>(j);
       h_[k] = base.layer_.height_mm[node];
+      shade_[k].head<3>() = base.layer_.color[node];
+      shade_[k][3] = base.weight_of(base.layer_.seen_by[node]);
     });
     place(frame.pixel, near_mm);
   }
 
   static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
     return i * (kCells + 1) + j;
-  }
-  // No farther than any of its triangles; 0 where one is cut.
-  float nearest_mm() const {
-    float inverse = 0;
-    each_node([&](std::uint32_t k, std::uint32_t, std::uint32_t, std::size_t) {
-      inverse = is_beyond(k) ? std::numeric_limits<float>::infinity()
-                             : std::max(inverse, inverse_depth_[k]);
-    });
-    return 1 / inverse;
-  }
-  // Asks the layer for colours and weights, which are then there.
-  void shade() {
-    each_node([&](std::uint32_t k, std::uint32_t, std::uint32_t, std::size_t node) {
-      shade_[k].head<3>() = base_.layer_.color[node];
-      shade_[k][3] = base_.weight_of(base_.layer_.seen_by[node]);
-    });
   }
   // Pixels × depth, and depth.
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
@@ -293,12 +279,11 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const float farthest_mm = samples.farthest_mm(chosen.box);
   const bool fills = chosen.fills_gaps && !std::isfinite(farthest_mm);
   if (!chosen.weighs && !chosen.everywhere && !fills) return;
+  if (placed_[chosen.block].nearest_mm > farthest_mm + behind_mm) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
   const auto near_mm = static_cast<float>(view.near_mm);
-  PlacedBlock placed(*this, block, frame, near_mm);
-  if (placed.nearest_mm() > farthest_mm + behind_mm) return;
-  placed.shade();
+  const PlacedBlock placed(*this, block, frame, near_mm);
   PixelBox drawn;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     const bool cut = placed.is_beyond(at_a) || placed.is_beyond(at_b) || placed.is_beyond(at_c);

@@ -254,10 +254,13 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 
 // Marks the pixels that only the base layer covers.
 void mark_base(const LayerSpans& rows, int layers, int count, Cover* __restrict cover) {
+  alignas(64) float nearest_mm[kSpan];
+  std::fill_n(nearest_mm, kSpan, kInfinity);
+  for (int l = 0; l < layers; ++l)
+    for (int i = 0; i < kSpan; ++i)
+      nearest_mm[i] = rows[l].depth[i] < nearest_mm[i] ? rows[l].depth[i] : nearest_mm[i];
   for (int i = 0; i < count; ++i) {
-    float nearest_mm = kInfinity;
-    for (int l = 0; l < layers; ++l) nearest_mm = std::min(nearest_mm, rows[l].depth[i]);
-    const bool base = (nearest_mm == kInfinity) & (cover[i] == Cover::samples);
+    const bool base = (nearest_mm[i] == kInfinity) & (cover[i] == Cover::samples);
     cover[i] = base ? Cover::base : cover[i];
   }
 }

@@ -202,6 +202,7 @@ struct Interval {
 
 struct PlacedChunk {
   Footprint footprint;
+  float z0;
   int x0, y0, x1, y1;
   int away;    // a flag
   int turned;  // whether its middle faces away, even if not all of it does
@@ -209,7 +210,8 @@ struct PlacedChunk {
   [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
                                      const Triple& s_v, const Placing& to)
       : footprint(p, s_u, s_v, to) {
-    const float z0 = larger(p.center.z - p.half.z, to.near), z1 = p.center.z + p.half.z;
+    z0 = larger(p.center.z - p.half.z, to.near);
+    const float z1 = p.center.z + p.half.z;
     const Interval x(p.center.x, p.half.x, z0, z1, to.fx, to.cx, footprint.columns);
     const Interval y(p.center.y, p.half.y, z0, z1, to.fy, to.cy, footprint.rows);
     x0 = clamped_int(x.low, 0, to.width), y0 = clamped_int(y.low, 0, to.height);
@@ -228,7 +230,7 @@ struct Batch {
   template <class Number>
   using Each = std::array<Number, kPatchBatch>;
   static_assert(kPatchBatch % kLanes == 0);
-  alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v;
+  alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v, z0;
   alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned;
 };
 
@@ -265,7 +267,7 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
     const PlacedChunk c(p, patch, p.along(patch.along_u), p.along(patch.along_v), to);
     const Footprint& foot = c.footprint;
     out.u_x[i] = foot.u_x, out.u_y[i] = foot.u_y, out.v_x[i] = foot.v_x, out.v_y[i] = foot.v_y;
-    out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v;
+    out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v, out.z0[i] = c.z0;
     out.columns[i] = foot.columns, out.rows[i] = foot.rows;
     out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
     out.away[i] = c.away, out.turned[i] = c.turned;
@@ -279,7 +281,7 @@ ChunkFrame frame_at(const Batch& b, int i, const FaceFrame& face) {
     return out;
   }
   out.u_x = b.u_x[i], out.u_y = b.u_y[i], out.v_x = b.v_x[i], out.v_y = b.v_y[i];
-  out.z_u = b.z_u[i], out.z_v = b.z_v[i];
+  out.z_u = b.z_u[i], out.z_v = b.z_v[i], out.nearest_mm = b.z0[i];
   out.columns = b.columns[i], out.rows = b.rows[i];
   out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
   out.left_to_base = b.turned[i] && face.near && !face.two_sided;

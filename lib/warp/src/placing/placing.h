@@ -122,6 +122,7 @@ struct ChunkFrame {
   float z_u, z_v;            // depth per offset
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
+  float nearest_mm;          // no depth of it is less
   ChunkVisibility visibility;
   // Its face is seen from near, and its middle faces away: the base layer alone draws it.
   bool left_to_base;
