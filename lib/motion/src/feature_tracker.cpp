@@ -6,8 +6,10 @@
 #include "organbake/motion/feature_tracker.h"
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <optional>
@@ -44,20 +46,35 @@ namespace {
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
 
-// The centre of the circle that a field's border inside the picture lies on (Kåsa 1976); nothing
-// where it lies on none, or on too short an arc to tell.
+// The border of a field inside the picture, but for where it runs along the field's own bounding
+// box: recorders cut the circle off, and leave dark lines at the picture's edges.
+std::vector<Eigen::Vector2d> round_border(const Mask& field) {
+  Eigen::AlignedBox2i box;
+  for (int y = 0; y < field.height; ++y)
+    for (int x = 0; x < field.width; ++x)
+      if (field.at(x, y)) box.extend(Eigen::Vector2i(x, y));
+  if (box.isEmpty()) return {};
+  const int rim = std::max(1, field.width / kRim);
+  std::vector<Eigen::Vector2d> border;
+  for (int y = box.min().y() + rim; y <= box.max().y() - rim; ++y)
+    for (int x = box.min().x() + rim; x <= box.max().x() - rim; ++x)
+      if (field.at(x, y) && (!field.at(x - 1, y) || !field.at(x + 1, y) || !field.at(x, y - 1) ||
+                             !field.at(x, y + 1)))
+        border.emplace_back(x + 0.5, y + 0.5);
+  return border;
+}
+
+// The centre of the circle that a field's border lies on (Kåsa 1976); nothing where it lies on
+// none, or on too short an arc to tell.
 std::optional<Eigen::Vector2d> circle_center(const Mask& field) {
   constexpr double kOn = 0.015, kNearlyAll = 0.8;  // of the radius; of the border
   // Least eigenvalue of what directions tell of centre and radius; half a circle has 0.09.
   constexpr double kTold = 0.1;
-  std::vector<Eigen::Vector2d> border;
-  for (int y = 1; y + 1 < field.height; ++y)
-    for (int x = 1; x + 1 < field.width; ++x)
-      if (field.at(x, y) && (!field.at(x - 1, y) || !field.at(x + 1, y) || !field.at(x, y - 1) ||
-                             !field.at(x, y + 1)))
-        border.emplace_back(x + 0.5, y + 0.5);
+  constexpr double kArc = 0.125;  // of the whole circle; four corners of a window lie on one, too
+  const std::vector<Eigen::Vector2d> border = round_border(field);
   std::vector<Eigen::Vector2d> on = border;
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  double radius = 0;
   Eigen::Matrix3d told = Eigen::Matrix3d::Zero();
   // Twice more without what dark tissue and letters break out of the circle.
   for (int pass = 0; pass < 3 && on.size() >= 3; ++pass) {
@@ -70,7 +87,7 @@ std::optional<Eigen::Vector2d> circle_center(const Mask& field) {
     }
     const Eigen::Vector3d circle = normal.ldlt().solve(right);
     center = 0.5 * circle.head<2>();
-    const double radius = std::sqrt(std::max(0.0, circle.z() + center.squaredNorm()));
+    radius = std::sqrt(std::max(0.0, circle.z() + center.squaredNorm()));
     on.clear();
     told.setZero();
     for (const Eigen::Vector2d& p : border) {
@@ -82,7 +99,9 @@ std::optional<Eigen::Vector2d> circle_center(const Mask& field) {
     }
   }
   const auto size = static_cast<double>(on.size());
-  if (on.size() < 3 || size < kNearlyAll * double(border.size())) return std::nullopt;
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (size < std::max(kArc * kTurn * radius, kNearlyAll * double(border.size())) || size < 3)
+    return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(told / size);
   if (eigen.eigenvalues()[0] < kTold) return std::nullopt;
   return center;
