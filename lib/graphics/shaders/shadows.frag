@@ -57,7 +57,7 @@ float kept_in_dent(vec3 place, Capsule capsule, float gap) {
   float t = along > 0.0 ? clamp(dot(place - capsule.from, axis) / along, 0.0, 1.0) : 0.0;
   vec3 way = place - (capsule.from + t * axis);
   float below = clamp((dot(way, inward) - capsule.radius) / depth + 1.0, 0.0, 1.0);
-  float shade = kDarkestDent * depth / (depth + capsule.radius) * below;
+  float shade = kDarkestDent * depth / (depth + 0.5 * capsule.radius) * below * (2.0 - below);
   return 1.0 - shade * rising(kDentReach * (capsule.radius + depth), 0.0, gap);
 }
 
@@ -98,7 +98,8 @@ void finish(ivec2 at) {
     shade_by(Capsule(b.xyz, c.xyz, a.w, color, vec3(0.0)), skin, shade);
     shade_by(Capsule(c.xyz, a.xyz, a.w, color, vec3(0.0)), skin, shade);
   }
-  shade.x *= shade.z;
+  shade.xy *= shade.z;
   if (shade.x > 0.995 && shade.y < 0.001) return;
-  shown.rgb = floor(srgb_of(shade.x * linear_of(shown.rgb) + shade.y) * 255.0 + 0.5) / 255.0;
+  vec3 kept = shade.x / (1.0 - vec3(kTissueRed, kTissueGreen, kTissueBlue) * (1.0 - shade.x));
+  shown.rgb = floor(srgb_of(kept * linear_of(shown.rgb) + shade.y) * 255.0 + 0.5) / 255.0;
 }

@@ -162,8 +162,8 @@ class SiteChoice {
   }
 
  private:
-  static constexpr double kNear = 2.5;        // tip radii: as far as a dent reaches about
-  static constexpr double kAside_rad = 0.45;  // of the view, so that it sees how deep a dent is
+  static constexpr double kNear = 2.5;       // tip radii: as far as a dent reaches about
+  static constexpr double kAside_rad = 0.6;  // of the view, so that it sees how deep a dent is
   static constexpr double kSteepest_rad = 1.1;
   static double mean_edge_mm(const TriangleMesh& mesh) {
     double sum = 0;

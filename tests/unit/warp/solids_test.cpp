@@ -164,10 +164,12 @@ Frame shaded(const std::vector<Solid>& solids, const Eigen::Vector3d& light_mm) 
   return frame;
 }
 
-int green_at(const Frame& frame, double x_mm) {
+int channel_at(const Frame& frame, double x_mm, int channel) {
   return frame.color.at(static_cast<int>(kShadowedSide_px / 2 + 250 * x_mm / kSkin_mm),
-                        kShadowedSide_px / 2)[1];
+                        kShadowedSide_px / 2)[channel];
 }
+int red_at(const Frame& frame, double x_mm) { return channel_at(frame, x_mm, 0); }
+int green_at(const Frame& frame, double x_mm) { return channel_at(frame, x_mm, 1); }
 
 // The light is to the right of the eye, so that the shadow lies to the left of the rod: where the
 // line from the light along the rod's left side meets the skin.
@@ -195,8 +197,8 @@ TEST(ToolShadows, FadeAsTheToolLeavesTheSkin) {
   EXPECT_EQ(shaded(rod_before_skin(9), {4, -3, 0}).color.pixels, wall_of_skin().color.pixels);
 }
 
-// Below its rim a dent is the darker the deeper it is; skin at the rim and away from it is as it
-// was.
+// Below its rim a dent is the darker and redder the deeper it is; skin at the rim and away from it
+// is as it was.
 TEST(ToolShadows, ADentIsDarkerTheDeeperItIs) {
   Solid ball;
   ball.radius_mm = 4, ball.from = ball.to = Eigen::Vector3d(0, 0, kSkin_mm - ball.radius_mm);
@@ -207,8 +209,10 @@ TEST(ToolShadows, ADentIsDarkerTheDeeperItIs) {
     const Frame pressed = shaded({ball}, {4, -3, 0});
     EXPECT_LT(green_at(pressed, 6), last - 4) << depth_mm << " mm";
     last = green_at(pressed, 6);
+    EXPECT_GT(red_at(pressed, 6), last + depth_mm / 2);
     EXPECT_GE(green_at(pressed, 30), 149);
   }
+  EXPECT_LT(last, 75);
   // Skin that lies where it lay.
   ball.from.z() = ball.to.z() = kSkin_mm - ball.radius_mm + 10;
   const Frame at_rim = shaded({ball}, {4, -3, 0});

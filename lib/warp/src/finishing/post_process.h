@@ -123,7 +123,7 @@ inline constexpr double kLampRadius_mm = 1.5, kLeastSoft_mm = 0.25, kDarkestShad
 inline constexpr double kOccluded = 0.75, kOccludedNear_mm = 1.5, kOccludedByRadius = 0.5;
 // A dent's floor keeps so much light off itself at its darkest, the deeper the darker; it is as
 // wide as so many of its tool's radii and depths together.
-inline constexpr double kDarkestDent = 0.8, kDentReach = 2;
+inline constexpr double kDarkestDent = 0.95, kDentReach = 1.6;
 // How near a mirror image must be, and what water mirrors straight down.
 inline constexpr double kMirrorReach_mm = 12, kWaterMirror = 0.03;
 // Normals from depths: over so many pixels each way, where depth changes by less than this share.

@@ -91,25 +91,26 @@ void hit_sphere(const Vector3d& d, const Vector3d& center, double clearance, dou
   if (t > near && t < hit.along) hit = {t, (t * d - center) / radius};
 }
 
-// The same with the side of a capsule.
-void hit_side(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
+// The same with a capsule. Its ends lie within the endless rod along its axis: a ray that enters
+// that beside the capsule meets the end on that side or nothing.
+void hit_capsule(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
   const Vector3d& axis = solid.axis;
   const Vector3d across = d - axis * axis.dot(d);
   const double a = across.squaredNorm(), b = across.dot(solid.from_eye);
   const double discriminant = b * b - a * solid.side_clearance;
-  if (!(a > 0) || discriminant < 0) return;
-  const double t = (-b - std::sqrt(discriminant)) / a;
+  const bool aslant = solid.length > 0 && a > 0;
+  if (aslant && discriminant < 0) return;
+  const double t = aslant ? (-b - std::sqrt(discriminant)) / a : near;
   const double height = axis.dot(t * d - solid.from);
-  if (t > near && t < hit.along && height >= 0 && height <= solid.length) {
-    hit = {t, (t * d - solid.from - axis * height) / solid.radius, std::sqrt(a) / d.norm()};
+  if (t > near && height >= 0 && height <= solid.length) {
+    if (t < hit.along)
+      hit = {t, (t * d - solid.from - axis * height) / solid.radius, std::sqrt(a) / d.norm()};
+    return;
   }
-}
-
-void hit_capsule(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
-  hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
-  if (!(solid.length > 0)) return;
-  hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
-  hit_side(d, solid, near, hit);
+  if (!(t > near && height > 0))
+    hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
+  if (solid.length > 0 && !(t > near && height < 0))
+    hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
 }
 
 // The same with that of a plate's sides which faces the eye.
@@ -172,40 +173,77 @@ Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& 
   return (solid.color * lamp + shine * line * Eigen::Vector3f::Ones()).cwiseMin(1.0f);
 }
 
+constexpr int kSide = 2;  // rays a pixel, each way
+
+// Of a pixel: the tools' light by the rays that hit, and what share of the rays those are.
 struct PixelHit {
-  Eigen::Vector3f color = Eigen::Vector3f::Zero();  // summed over the rays that hit
-  int rays = 0;
+  Eigen::Vector3f color = Eigen::Vector3f::Zero();
+  float share = 0;
   double depth = std::numeric_limits<double>::infinity();
 };
 
-constexpr int kSide = 2;
-
-// The solids, wider by more than a pixel: what the ray through a pixel's centre misses of them, its
-// other rays miss of the solids.
-std::vector<Solid> wider_by_a_pixel(std::vector<Solid> solids, const View& view) {
+// The solids, narrower by more than a pixel: where the ray through a pixel's centre meets them, its
+// other rays meet the solids.
+std::vector<Solid> narrower_by_a_pixel(std::vector<Solid> solids, const View& view) {
+  constexpr double kLeast_mm = 1e-6;
   for (Solid& solid : solids) {
     double farthest_mm = 0;
     for (const Vector3d& at : {solid.from, solid.to, solid.corner.value_or(solid.to)})
       farthest_mm = std::max(farthest_mm, (view.camera.camera_from_world * at).norm());
-    solid.radius_mm += (farthest_mm + solid.radius_mm) / view.camera.intrinsics.fx;
+    const double pixel_mm = (farthest_mm + solid.radius_mm) / view.camera.intrinsics.fx;
+    solid.radius_mm = std::max(kLeast_mm, solid.radius_mm - pixel_mm);
   }
   return solids;
 }
 
-PixelHit trace_pixel(const std::vector<PlacedSolid>& all, const std::vector<std::uint32_t>& numbers,
-                     const View& view, int x, int y, double tissue_depth, bool in_cavity) {
-  PixelHit pixel;
-  for (int ray = 0; ray < kSide * kSide; ++ray) {
-    const double px = x + (ray % kSide + 0.5) / kSide, py = y + (ray / kSide + 0.5) / kSide;
-    const Vector3d d = ray_through(view.camera.intrinsics, px, py);
-    const FirstHit hit(d, all, numbers, view.near_mm);
-    if (!hit.solid || !(hit.along < tissue_depth)) continue;
-    pixel.color += shade(*hit.solid, hit, d, in_cavity);
-    pixel.depth = std::min(pixel.depth, hit.along);
-    ++pixel.rays;
+// What may be seen of the solids in a block, as they are and narrower by a pixel.
+struct NearSolids {
+  const std::vector<PlacedSolid>&all, &narrower;
+  const std::vector<std::uint32_t>& numbers;
+  const View& view;
+
+  Vector3d sub_ray(int x, int y, int ray) const {
+    return ray_through(view.camera.intrinsics, x + (ray % kSide + 0.5) / kSide,
+                       y + (ray / kSide + 0.5) / kSide);
   }
-  return pixel;
-}
+  // Whether all rays of a pixel hit one solid, and none another.
+  bool fill(const Vector3d& center, int x, int y) const {
+    const PlacedSolid* one = FirstHit(center, narrower, numbers, 0).solid;
+    if (!one) return false;
+    for (const std::uint32_t s : numbers)
+      for (int ray = 0; ray < kSide * kSide && &narrower[s] != one; ++ray) {
+        Hit other;
+        hit_solid(sub_ray(x, y, ray), all[s], 0, other);
+        if (std::isfinite(other.along)) return false;
+      }
+    return true;
+  }
+  void trace(const Vector3d& d, double tissue_depth, bool in_cavity, float share,
+             PixelHit& pixel) const {
+    const FirstHit hit(d, all, numbers, view.near_mm);
+    if (!hit.solid || !(hit.along < tissue_depth)) return;
+    pixel.color += share * shade(*hit.solid, hit, d, in_cavity);
+    pixel.depth = std::min(pixel.depth, hit.along);
+    pixel.share += share;
+  }
+  // Well within one solid, and before or behind the tissue by more than a pixel is deep, one ray
+  // tells all of a pixel.
+  PixelHit trace_pixel(int x, int y, double tissue_depth, bool in_cavity) const {
+    const Vector3d center = ray_through(view.camera.intrinsics, x + 0.5, y + 0.5);
+    PixelHit pixel;
+    if (fill(center, x, y)) {
+      trace(center, std::numeric_limits<double>::infinity(), in_cavity, 1, pixel);
+      constexpr double kDeep_px = 4;
+      const double deep_mm = kDeep_px * pixel.depth / view.camera.intrinsics.fx;
+      if (pixel.share == 0 || pixel.depth - deep_mm > tissue_depth) return {};
+      if (pixel.depth + deep_mm < tissue_depth) return pixel;
+      pixel = {};
+    }
+    for (int ray = 0; ray < kSide * kSide; ++ray)
+      trace(sub_ray(x, y, ray), tissue_depth, in_cavity, 1.0f / (kSide * kSide), pixel);
+    return pixel;
+  }
+};
 
 std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
   const RigidTransform& pose = view.camera.camera_from_world;
@@ -215,7 +253,7 @@ std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& s
   return placed;
 }
 
-constexpr int kBlock = 16;  // pixels a side
+constexpr int kBlock = 8;  // pixels a side
 
 // A solid's length is cut into as many pieces as a word has bits: where a long shaft leads across
 // the picture, the boxes of its pieces follow it.
@@ -264,13 +302,9 @@ std::vector<Pieces> pieces_seen(const PieceEnds& ends, double radius, int axis, 
 
 void draw_pixel(const PixelHit& hit, int x, int y, Frame& frame) {
   const std::size_t at = std::size_t(y) * frame.color.width + x;
-  const float share = 1.0f / (kSide * kSide);
   std::uint8_t* rgb = frame.color.at(x, y);
-  for (int k = 0; k < 3; ++k) {
-    const float below = linear_from_srgb8()[rgb[k]];
-    const float rest = 1 - share * static_cast<float>(hit.rays);
-    rgb[k] = srgb8_from_linear(share * hit.color[k] + rest * below);
-  }
+  for (int k = 0; k < 3; ++k)
+    rgb[k] = srgb8_from_linear(hit.color[k] + (1 - hit.share) * linear_from_srgb8()[rgb[k]]);
   frame.cover[at] = Cover::solid;
   frame.depth_mm[at] = static_cast<float>(hit.depth);
 }
@@ -323,18 +357,16 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
 
 void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                  const View& view, bool in_cavity, Frame& frame) {
-  constexpr double kBehindToo = -std::numeric_limits<double>::infinity();  // within what is wider
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
-  const std::vector<PlacedSolid> wider = placed_in(view, wider_by_a_pixel(solids, view));
+  const std::vector<PlacedSolid> narrower = placed_in(view, narrower_by_a_pixel(solids, view));
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const auto& [box, near] = blocks[b];
+    const NearSolids near{placed, narrower, blocks[b].solids, view};
+    const PixelBox& box = blocks[b].box;
     for (int y = box.y0; y < box.y1; ++y) {
       for (int x = box.x0; x < box.x1; ++x) {
-        const Vector3d d = ray_through(view.camera.intrinsics, x + 0.5, y + 0.5);
-        if (!FirstHit(d, wider, near, kBehindToo).solid) continue;
         const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
-        const PixelHit hit = trace_pixel(placed, near, view, x, y, tissue_mm, in_cavity);
-        if (hit.rays > 0) draw_pixel(hit, x, y, frame);
+        const PixelHit hit = near.trace_pixel(x, y, tissue_mm, in_cavity);
+        if (hit.share > 0) draw_pixel(hit, x, y, frame);
       }
     }
   });

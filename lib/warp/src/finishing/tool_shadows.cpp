@@ -2,8 +2,9 @@
 // All of it from distances between segments: a shadow where the way to the light passes a capsule,
 // with a penumbra as wide as the light is (Quilez 2010, "Soft shadows in raymarched SDFs", by the
 // nearest point in the place of marching); ambient occlusion by the gap, and in a dent by how far
-// below its rim skin lies; a mirror image where the mirrored ray passes a capsule within a few
-// millimetres.
+// below its rim skin lies, redder the darker by what tissue sends to tissue (Jimenez et al. 2016,
+// "Practical realtime strategies for accurate indirect occlusion"); a mirror image where the
+// mirrored ray passes a capsule within a few millimetres.
 #include "finishing/post_process.h"
 
 #include <Eigen/Geometry>
@@ -21,61 +22,66 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Capsule {
-  Vector3d from, to;  // camera axes
-  double radius;
-  float color;
-  Vector3d pressed = Vector3d::Zero();
-};
-
 double dent_reach(double radius_mm, const Vector3d& pressed_mm) {
   return pressed_mm.isZero(0) ? 0 : kDentReach * (radius_mm + pressed_mm.norm());
 }
+
+// In camera axes.
+struct Capsule {
+  Vector3d from, axis;
+  double radius;
+  float color;
+  Vector3d pressed = Vector3d::Zero();
+  Vector3d inward = pressed.stableNormalized();
+  double depth = pressed.norm(), squared_length = axis.squaredNorm();
+  double dent = dent_reach(radius, pressed), reach = std::max(kShadeReach_mm, dent);
+
+  // From its axis, at the point nearest to a place, to that.
+  Vector3d way_to(const Vector3d& place) const {
+    const Vector3d way = place - from;
+    const double along = way.dot(axis);
+    if (!(along > 0)) return way;
+    return way - std::min(along / squared_length, 1.0) * axis;
+  }
+};
 
 std::vector<Capsule> capsules_of(const Solid& solid, const RigidTransform& pose) {
   const Vector3d a = pose * solid.from, b = pose * solid.to;
   const float color = solid.color.mean();
   std::vector<Capsule> capsules = {
-      {a, b, solid.radius_mm, color, pose.rotation * solid.pressed_mm}};
+      {a, b - a, solid.radius_mm, color, pose.rotation * solid.pressed_mm}};
   if (!solid.corner) return capsules;
   const Vector3d c = pose * *solid.corner;
-  capsules.push_back({b, c, solid.radius_mm, color});
-  capsules.push_back({c, a, solid.radius_mm, color});
+  capsules.push_back({b, c - b, solid.radius_mm, color});
+  capsules.push_back({c, a - c, solid.radius_mm, color});
   return capsules;
 }
 
 struct Passing {
   double gap;    // between the ray and the capsule's surface, mm; below 0: through it
   double along;  // the ray, mm
-  double share;  // of the capsule's axis
 };
 
 // Where a ray from p along the unit direction d, `length` long, is nearest to a capsule (Ericson
 // 2005, 5.1.9).
 Passing passing(const Vector3d& p, const Vector3d& d, double length, const Capsule& capsule) {
-  const Vector3d axis = capsule.to - capsule.from, r = p - capsule.from;
-  const double e = axis.squaredNorm(), f = axis.dot(r), c = d.dot(r), b = d.dot(axis);
+  const Vector3d& axis = capsule.axis;
+  const Vector3d r = p - capsule.from;
+  const double e = capsule.squared_length, f = axis.dot(r), c = d.dot(r), b = d.dot(axis);
   const double denominator = e - b * b;
   double s = denominator > 1e-9 ? std::clamp((b * f - c * e) / denominator, 0.0, length) : 0;
   const double t = e > 1e-12 ? std::clamp((b * s + f) / e, 0.0, 1.0) : 0;
   s = std::clamp(b * t - c, 0.0, length);
-  return {(r + s * d - t * axis).norm() - capsule.radius, s, t};
+  return {(r + s * d - t * axis).norm() - capsule.radius, s};
 }
 
-// The gap to a place itself, 0 within the capsule.
-Passing nearest(const Vector3d& place, const Capsule& capsule) {
-  Passing near = passing(place, Vector3d::Zero(), 0, capsule);
-  near.gap = std::max(0.0, near.gap);
-  return near;
-}
-
-// What a capsule's dent leaves of the light on skin in it: all at its rim, where the skin lay.
-double kept_in_dent(const Vector3d& place, const Capsule& capsule, const Passing& near) {
-  const double depth = capsule.pressed.norm(), r = capsule.radius;
-  const Vector3d way = place - (capsule.from + near.share * (capsule.to - capsule.from));
-  const double below = std::clamp((way.dot(capsule.pressed) / depth - r) / depth + 1, 0.0, 1.0);
-  return 1 - kDarkestDent * depth / (depth + r) * below *
-                 smooth_step(dent_reach(r, capsule.pressed), 0, near.gap);
+// What a capsule's dent leaves of the light on skin in it: all at its rim, where the skin lay, and
+// the less the deeper, most of it lost in the upper half, so that the rim shows.
+double kept_in_dent(const Capsule& capsule, const Vector3d& way, double gap) {
+  const double below =
+      std::clamp((way.dot(capsule.inward) - capsule.radius) / capsule.depth + 1, 0.0, 1.0);
+  return 1 - kDarkestDent * capsule.depth / (capsule.depth + 0.5 * capsule.radius) * below *
+                 (2 - below) * smooth_step(capsule.dent, 0, gap);
 }
 
 struct Skin {
@@ -107,8 +113,8 @@ void shade_by(const Capsule& capsule, double gap, const Skin& skin,
   if (!(facing > 0)) return;
   const Vector3d mirror = sight + 2 * facing * skin.normal;
   const Passing image = passing(skin.place, mirror, kMirrorReach_mm, capsule);
-  const double grazing = 1 - facing,
-               fresnel = kWaterMirror + (1 - kWaterMirror) * std::pow(grazing, 5);
+  const double grazing = 1 - facing, squared = grazing * grazing;
+  const double fresnel = kWaterMirror + (1 - kWaterMirror) * squared * squared * grazing;
   const double shown =
       smooth_step(0.3, -0.3, image.gap) * (1 - image.along / kMirrorReach_mm) * capsule.color;
   shade.mirrored = std::max(shade.mirrored, std::min(fresnel, 0.4) * shown);
@@ -128,8 +134,7 @@ class Shading {
     const Ball skin = ball_of(block.box);
     std::erase_if(block.solids, [&](std::uint32_t s) {
       return std::none_of(capsules_[s].begin(), capsules_[s].end(), [&](const Capsule& capsule) {
-        const double reach = std::max(kShadeReach_mm, dent_reach(capsule.radius, capsule.pressed));
-        return nearest(skin.middle, capsule).gap < skin.radius + reach;
+        return capsule.way_to(skin.middle).norm() < skin.radius + capsule.radius + capsule.reach;
       });
     });
   }
@@ -140,12 +145,14 @@ class Shading {
         const Cover cover = frame_.cover[std::size_t(y) * frame_.color.width + x];
         if (cover == Cover::background || !std::isfinite(depth(x, y))) continue;
         const ToolShade shade = shade_at(x, y, block.solids);
-        const double kept = shade.kept * shade.in_dent;
-        if (kept > 0.995 && shade.mirrored < 0.001) continue;
+        const auto kept = static_cast<float>(shade.kept * shade.in_dent);
+        const auto mirrored = static_cast<float>(shade.mirrored * shade.in_dent);
+        if (kept > 0.995f && mirrored < 0.001f) continue;
         std::uint8_t* const rgb = frame_.color.at(x, y);
-        for (int c = 0; c < 3; ++c)
-          rgb[c] = srgb8_from_linear(static_cast<float>(kept) * linear_from_srgb8()[rgb[c]] +
-                                     static_cast<float>(shade.mirrored));
+        for (int c = 0; c < 3; ++c) {
+          const float returned = kept / (1 - kTissueMirrored[c] * (1 - kept));
+          rgb[c] = srgb8_from_linear(returned * linear_from_srgb8()[rgb[c]] + mirrored);
+        }
       }
   }
 
@@ -178,12 +185,15 @@ class Shading {
     const Vector3d here = place(x, y);
     for (const std::uint32_t s : solids)
       for (const Capsule& capsule : capsules_[s]) {
-        const Passing near = nearest(here, capsule);
-        if (!capsule.pressed.isZero(0))
-          shade.in_dent = std::min(shade.in_dent, kept_in_dent(here, capsule, near));
-        if (near.gap >= kShadeReach_mm) continue;
-        if (!skin) skin = {here, normal(x, y)};
-        shade_by(capsule, near.gap, *skin, light_, shade);
+        const Vector3d way = capsule.way_to(here);
+        const double far = capsule.radius + capsule.reach;
+        if (way.squaredNorm() >= far * far) continue;
+        const double gap = std::max(0.0, way.norm() - capsule.radius);
+        if (capsule.depth > 0)
+          shade.in_dent = std::min(shade.in_dent, kept_in_dent(capsule, way, gap));
+        if (gap >= kShadeReach_mm) continue;
+        if (!skin) skin = {here, light_ ? normal(x, y) : Vector3d::Zero()};
+        shade_by(capsule, gap, *skin, light_, shade);
       }
     return shade;
   }
