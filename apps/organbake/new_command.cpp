@@ -113,11 +113,13 @@ std::vector<std::string> material_names() {
   return find_stage("capture")->make_options().list.find("material")->traits.choices;
 }
 
-// The material that the label's name holds ("kidney_left"), or plain for another organ; a liver's
-// where the label has no name.
+// The material that the label's name holds ("kidney_left"), or its mask's file where the label has
+// none, or plain for another organ; a liver's without a mask.
 std::string material_of(const PatientCase& one) {
-  const std::string line = line_to_take(one), name = line.substr(0, line.find(':'));
-  if (name.find(' ') == std::string::npos) return "liver";
+  if (one.mask.empty()) return "liver";
+  const std::string line = line_to_take(one);
+  std::string name = line.substr(0, line.find(':'));
+  if (name.find(' ') == std::string::npos) name = one.mask.filename().string();
   constexpr std::pair<const char*, const char*> kOthers[] = {
       {"colon", "bowel"}, {"duodenum", "bowel"}, {"intestine", "bowel"}};
   std::string plain_name;

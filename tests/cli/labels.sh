@@ -17,7 +17,7 @@ def mask(path, times=1, step=10.0, first='liver', tissue=None):
                 value = 2 if a else 5 if b else 0
                 voxels += bytes([value]) if tissue is None else struct.pack('<h', tissue if value else -1000)
     xml = b'<CaretExtension><Label Key="2"><![CDATA[' + first.encode() + b']]></Label><Label Key="5"><![CDATA[gall bladder]]></Label>'
-    if tissue is not None: xml = b''  # names are a mask's
+    if tissue is not None or not first: xml = b''  # names are a mask's
     xml += b' ' * (-len(xml) % 16 + 8)
     h = bytearray(348)
     struct.pack_into('<i', h, 0, 348)
@@ -38,6 +38,10 @@ import os
 for organ in 'gall_bladder', 'Lung Lower Lobe', 'colon':
     os.makedirs(organ + " patient's")
     mask(organ + " patient's/mask.nii", first=organ)
+    mask(organ + " patient's/scan.nii", tissue=40)
+for organ in 'lung', 'spleen':  # told by the file's name alone
+    os.makedirs(organ + " patient's")
+    mask(organ + f" patient's/{organ}_mask.nii", first='')
     mask(organ + " patient's/scan.nii", tissue=40)
 END
 figure() { python3 -c 'import json, sys; print(json.load(open("out"))["report"]["figures"][sys.argv[1]])' "$1"; }
@@ -108,7 +112,7 @@ expect_same two.ply liver.ply
 expect 78 organbake bake r.yaml --to isosurface --set isosurface.each_label=true -o x.ply
 
 # A recipe for a folder of one's own: the look follows the label's name, and what is printed can be copied.
-for look in gall_bladder=gallbladder 'Lung Lower Lobe=plain' colon=bowel; do
+for look in gall_bladder=gallbladder 'Lung Lower Lobe=plain' colon=bowel lung=plain spleen=spleen; do
   patient="${look%=*} patient's"
   expect 0 organbake new "$patient"
   grep -q "material: ${look#*=}}" "$patient.yaml" || fail "the look: $(cat "$patient.yaml")"
