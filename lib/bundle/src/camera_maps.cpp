@@ -7,6 +7,8 @@
 #include <limits>
 #include <string>
 
+#include "organbake/core/text.h"
+
 namespace organbake {
 
 CameraMaps background_maps(int width, int height) {
@@ -21,11 +23,7 @@ CameraMaps background_maps(int width, int height) {
   return maps;
 }
 
-std::string camera_folder(std::size_t camera) {
-  std::string number = std::to_string(camera);
-  if (number.size() < 3) number.insert(0, 3 - number.size(), '0');
-  return "cam_" + number;
-}
+std::string camera_folder(std::size_t camera) { return "cam_" + padded(camera, 3); }
 
 ChannelImage depth_image(const CameraMaps& maps) {
   // The same plane twice: OpenCV 4.6 reads a file with Z alone as zeros, three.js refuses it.

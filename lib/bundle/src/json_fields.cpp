@@ -92,9 +92,7 @@ void JsonField::allow_only(const std::vector<std::string_view>& keys) const {
   if (!value_->is_object()) fail("must be an object");
   for (const auto& [key, ignored] : value_->items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-    std::string known;
-    for (const std::string_view each : keys) known.append(known.empty() ? "" : ", ").append(each);
-    fail("has the key '" + key + "', which means nothing here; known are " + known);
+    fail("has the key '" + key + "', which means nothing here; known are " + joined(keys, ", "));
   }
 }
 
@@ -144,10 +142,7 @@ Eigen::Vector3d JsonField::vector3() const {
 void JsonField::require_schema(std::initializer_list<std::string_view> any_of) const {
   const JsonField field = (*this)["schema"];
   if (std::find(any_of.begin(), any_of.end(), field.text()) != any_of.end()) return;
-  std::string known;
-  for (const std::string_view schema : any_of)
-    known += (known.empty() ? "'" : " and '") + std::string(schema) + "'";
-  field.fail("is '" + field.text() + "'; this program reads " + known);
+  field.fail("is '" + field.text() + "'; this program reads '" + joined(any_of, "' and '") + "'");
 }
 
 // A pass over a JSON text that builds nothing and finds what a parser would not refuse: nesting

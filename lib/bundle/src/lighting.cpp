@@ -35,6 +35,13 @@ Vector3d direction_from(const JsonField& field) {
   return direction / length;
 }
 
+// Of red, green and blue each a share.
+Vector3d shares_from(const JsonField& field) {
+  const Vector3d shares = field.vector3();
+  if (shares.minCoeff() < 0 || shares.maxCoeff() > 1) field.fail("needs RGB of 0…1");
+  return shares;
+}
+
 ScopeLight scope_from(const JsonField& field) {
   field.allow_only({"offset_mm", "reference_mm", "beam_half_angle_rad", "gain"});
   constexpr double kFarthestOffset_mm = 1000;
@@ -54,13 +61,10 @@ SkinFinish finish_from(const JsonField& field) {
   SkinFinish finish;
   finish.relief_slope = field["relief_slope"].number(0, 1);
   finish.relief_mm = field["relief_mm"].number(0.1, 100);
-  finish.softness = field["softness"].vector3();
-  if (finish.softness.minCoeff() < 0 || finish.softness.maxCoeff() > 1)
-    field["softness"].fail("needs RGB of 0…1");
+  finish.softness = shares_from(field["softness"]);
   finish.rim = field["rim"].number(0, 1);
   if (const auto grain = field.find("grain")) {
-    finish.grain = grain->vector3();
-    if (finish.grain.minCoeff() < 0 || finish.grain.maxCoeff() > 1) grain->fail("needs RGB of 0…1");
+    finish.grain = shares_from(*grain);
     finish.grain_mm = field["grain_mm"].number(0.01, 100);
   }
   if (const auto fade = field.find("border_fade_rad")) finish.border_fade_rad = fade->number(0, 1);

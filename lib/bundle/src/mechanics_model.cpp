@@ -20,14 +20,36 @@ constexpr double kLeastVolume_mm3 = 1e-12;
 // Weights of sum 1 that were written in full still are; edited ones that drift farther are wrong.
 constexpr double kSumWithin = 1e-9;
 
-std::vector<Eigen::Vector3d> nodes_from(const JsonField& field) {
-  std::vector<Eigen::Vector3d> nodes;
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    const JsonField node = field.at(i);
-    nodes.push_back(node.vector3());
-    if (!(nodes.back().cwiseAbs().maxCoeff() <= kFarthest_mm)) node.fail("lies too far away");
-  }
-  return nodes;
+// What `read` makes of each entry of a list.
+template <class Read>
+auto each(const JsonField& list, const Read& read) {
+  std::vector<decltype(read(list))> all;
+  for (std::size_t i = 0; i < list.size(); ++i) all.push_back(read(list.at(i)));
+  return all;
+}
+
+// Likewise, of a list that has one for each vertex of the proxy.
+template <class Read>
+auto each_vertex(const JsonField& list, std::size_t vertex_count, const char* what,
+                 const Read& read) {
+  if (list.size() != vertex_count)
+    list.fail("holds " + std::to_string(list.size()) + " " + what + " for the proxy's " +
+              std::to_string(vertex_count) + " vertices");
+  return each(list, read);
+}
+
+Eigen::Vector3d node_from(const JsonField& field) {
+  const Eigen::Vector3d node = field.vector3();
+  if (!(node.cwiseAbs().maxCoeff() <= kFarthest_mm)) field.fail("lies too far away");
+  return node;
+}
+
+// Increasing, so each once.
+std::vector<std::uint32_t> anchors_from(const JsonField& field, std::int64_t nodes) {
+  std::int64_t last = -1;
+  return each(field, [&](const JsonField& anchor) {
+    return static_cast<std::uint32_t>(last = anchor.integer(last + 1, nodes - 1));
+  });
 }
 
 Tetrahedron tetrahedron_from(const JsonField& corners, const JsonField& fill, std::int64_t nodes) {
@@ -69,29 +91,7 @@ std::vector<NodeShare> patch_from(const JsonField& field, std::int64_t nodes) {
   return patch;
 }
 
-std::vector<std::vector<NodeShare>> patches_from(const JsonField& field, std::size_t vertex_count,
-                                                 std::int64_t nodes) {
-  if (field.size() != vertex_count) {
-    field.fail("holds " + std::to_string(field.size()) + " patches for the proxy's " +
-               std::to_string(vertex_count) + " vertices");
-  }
-  std::vector<std::vector<NodeShare>> patches;
-  for (std::size_t v = 0; v < vertex_count; ++v) patches.push_back(patch_from(field.at(v), nodes));
-  return patches;
-}
-
 constexpr double kMostGive_mm_per_n = 1e9;
-
-std::vector<double> gives_from(const JsonField& field, std::size_t vertex_count) {
-  if (field.size() != vertex_count) {
-    field.fail("holds " + std::to_string(field.size()) + " numbers for the proxy's " +
-               std::to_string(vertex_count) + " vertices");
-  }
-  std::vector<double> gives;
-  for (std::size_t v = 0; v < vertex_count; ++v)
-    gives.push_back(field.at(v).number(0, kMostGive_mm_per_n));
-  return gives;
-}
 
 Json patch_to_json(const std::vector<NodeShare>& patch) {
   Json nodes = Json::array(), weights = Json::array();
@@ -156,7 +156,7 @@ TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t v
   TetrahedralBody body;
   body.poisson_ratio = field["poisson_ratio"].number(0, 0.49);
   body.damping_s = field["damping_s"].number(0, kLongest_s);
-  body.nodes_mm = nodes_from(field["nodes_mm"]);
+  body.nodes_mm = each(field["nodes_mm"], node_from);
   const auto nodes = static_cast<std::int64_t>(body.nodes_mm.size());
   const JsonField corners = field["corners"], fill = field["fill"];
   if (fill.size() != corners.size()) fill.fail("needs one number for each of the corners");
@@ -166,25 +166,18 @@ TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t v
       corners.at(i).fail("has no volume, or is inside out");
     }
   }
-  const JsonField vertices = field["vertices"];
-  if (vertices.size() != vertex_count) {
-    vertices.fail("holds " + std::to_string(vertices.size()) + " vertices for the proxy's " +
-                  std::to_string(vertex_count));
-  }
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    body.vertices.push_back(
-        vertex_from(vertices.at(v), static_cast<std::int64_t>(body.tetrahedra.size())));
-  }
+  const auto tetrahedra = static_cast<std::int64_t>(body.tetrahedra.size());
+  body.vertices =
+      each_vertex(field["vertices"], vertex_count, "places",
+                  [&](const JsonField& vertex) { return vertex_from(vertex, tetrahedra); });
   if (const auto patches = field.find("patches"))
-    body.patches = patches_from(*patches, vertex_count, nodes);
+    body.patches = each_vertex(*patches, vertex_count, "patches",
+                               [&](const JsonField& patch) { return patch_from(patch, nodes); });
   if (const auto gives = field.find("give_mm_per_n"))
-    body.give_mm_per_n = gives_from(*gives, vertex_count);
-  const JsonField anchors = field["anchors"];
-  std::int64_t last = -1;
-  for (std::size_t i = 0; i < anchors.size(); ++i) {
-    last = anchors.at(i).integer(last + 1, nodes - 1);  // increasing, so each once
-    body.anchors.push_back(static_cast<std::uint32_t>(last));
-  }
+    body.give_mm_per_n = each_vertex(*gives, vertex_count, "numbers", [](const JsonField& give) {
+      return give.number(0, kMostGive_mm_per_n);
+    });
+  body.anchors = anchors_from(field["anchors"], nodes);
   return body;
 }
 
@@ -268,24 +261,11 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   if (const auto slip = tissue.find("grasp_slip_n")) model.grasp_slip_n = slip->number(0, kHuge);
   if (const auto drag = tissue.find("drag_per_s")) model.drag_per_s = drag->number(0, kHuge);
   model.instrument_radius_mm = document["instrument_radius_mm"].number(kTiny, kHuge);
-  const JsonField masses = document["mass_kg"];
-  if (masses.size() != vertex_count) {
-    masses.fail("holds " + std::to_string(masses.size()) + " masses for " +
-                std::to_string(vertex_count) + " proxy vertices");
-  }
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    model.mass_kg.push_back(masses.at(i).number(kTiny, kHuge));
-  }
-  const JsonField anchors = document["anchors"];
-  std::int64_t last = -1;
-  for (std::size_t i = 0; i < anchors.size(); ++i) {
-    last = anchors.at(i).integer(last + 1, vertices - 1);  // increasing, so each once
-    model.anchors.push_back(static_cast<std::uint32_t>(last));
-  }
-  const JsonField springs = document["springs"];
-  for (std::size_t i = 0; i < springs.size(); ++i) {
-    model.springs.push_back(spring_from(springs.at(i), vertices));
-  }
+  model.mass_kg = each_vertex(document["mass_kg"], vertex_count, "masses",
+                              [](const JsonField& mass) { return mass.number(kTiny, kHuge); });
+  model.anchors = anchors_from(document["anchors"], vertices);
+  model.springs = each(document["springs"],
+                       [&](const JsonField& spring) { return spring_from(spring, vertices); });
   if (const auto order = document.find("elimination_order")) {
     model.elimination_order = order_from(*order, model);
   }

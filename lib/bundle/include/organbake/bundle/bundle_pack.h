@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <map>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -83,9 +82,8 @@ inline constexpr std::size_t kMostPackParts = 4097;  // the frame and as many ca
 
 // The pack's first bytes, for parts that follow each other in order; offsets are not looked at.
 std::vector<std::byte> pack_contents(const std::vector<PackPart>& parts);
-// How long the contents are; never more than kMostContents.
+// How long the contents are.
 std::size_t pack_contents_bytes(std::size_t parts);
-inline constexpr std::size_t kMostContents = 64 * 1024;
 // beginning: the pack's first bytes, at least its contents or all there is. Throws BadDataError for
 // what is no pack, is of another version, was changed, or does not add up to total_bytes.
 std::vector<PackPart> contents_of_pack(std::span<const std::byte> beginning,
