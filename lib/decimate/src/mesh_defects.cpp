@@ -126,8 +126,7 @@ void refuse_non_manifold_edges(const MeshTopology& topology) {
   if (topology.faces == 0) throw BadDataError("surface to decimate: it has no faces");
   if (topology.non_manifold_edges > 0) {
     throw BadDataError("surface to decimate: " + std::to_string(topology.non_manifold_edges) +
-                       " edges belong to three or more faces; repair it to a manifold first, or "
-                       "use the method 'cluster'");
+                       " edges belong to three or more faces; repair it to a manifold first");
   }
   if (topology.misoriented_edges > 0) {
     throw BadDataError("surface to decimate: neighbouring faces are wound against each other at " +
