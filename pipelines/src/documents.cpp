@@ -5,7 +5,6 @@
 
 #include <cctype>
 #include <cmath>
-#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>

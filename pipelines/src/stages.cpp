@@ -7,12 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/processes.h"
 #include "organbake/pipelines/stage.h"

@@ -12,7 +12,6 @@
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/decimate/decimate.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/image/srgb.h"
 #include "organbake/mechanics/mechanics.h"

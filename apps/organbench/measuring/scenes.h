@@ -8,7 +8,6 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/capture/capture.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/camera.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/channel_image.h"

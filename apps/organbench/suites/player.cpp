@@ -4,7 +4,6 @@
 #include "organbake/player/player.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>

@@ -2,7 +2,6 @@
 // A photograph of the phantom under a lamp at the lens to its pose: how fine and how often against
 // error and time, from a start, without one, of an open patch, and along a clip.
 #include <algorithm>
-#include <cmath>
 
 #include "bench.h"
 #include "measuring/programs.h"

@@ -3,7 +3,6 @@
 
 // What a data set is planned as, and how a shard of it is made.
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>

@@ -4,7 +4,6 @@
 // times as fast, which is enough for surfaces that a better method thins further.
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cstdint>
 
 #include "organbake/core/quantile.h"

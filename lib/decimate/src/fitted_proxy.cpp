@@ -10,7 +10,6 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "fitting.h"
 #include "organbake/decimate/decimate.h"

@@ -3,7 +3,6 @@
 // (OpenUSD-proposals 111), at rest or as time samples of a recorded interaction.
 #include "organbake/exchange/exports.h"
 
-#include <algorithm>
 #include <numeric>
 #include <vector>
 

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -4,8 +4,6 @@
 // signs and capitals, numbers, words, and parts of the same kind. Nothing is made of them here.
 #include <yaml-cpp/yaml.h>
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <sstream>
 #include <utility>
 

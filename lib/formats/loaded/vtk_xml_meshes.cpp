@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Surfaces of VTK's XML files (vtk_xml.h): the polygons and strips of PolyData, the outside of an
 // UnstructuredGrid's cells, with the colours of their points or cells.
-#include <algorithm>
 #include <cstdint>
 
 #include "meshes/mesh_readers.h"

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"

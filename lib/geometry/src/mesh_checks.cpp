@@ -6,7 +6,6 @@
 #include "organbake/geometry/mesh_checks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <span>
 #include <utility>

@@ -17,7 +17,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "organbake/contour/contour.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"

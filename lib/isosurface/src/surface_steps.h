@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "organbake/contour/contour.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/isosurface/isosurface.h"

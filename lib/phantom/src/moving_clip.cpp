@@ -11,7 +11,6 @@
 #include <limits>
 #include <memory>
 #include <numbers>
-#include <optional>
 
 #include "moving_scene.h"
 #include "organbake/core/error.h"

@@ -4,7 +4,6 @@
 // The formula of the phantom organ, and what is made of it.
 
 #include <Eigen/Core>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>

@@ -12,7 +12,6 @@
 #include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/refine.h"
 
 namespace organbake {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/parallel.h"

@@ -7,7 +7,6 @@
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
-#include <algorithm>
 #include <array>
 #include <vector>
 

@@ -13,7 +13,6 @@
 #include "organ.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
-#include "organbake/geometry/mesh_checks.h"
 #include "sight.h"
 
 namespace organbake {

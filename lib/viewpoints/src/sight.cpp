@@ -4,7 +4,6 @@
 #include "sight.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "organbake/core/parallel.h"

@@ -6,7 +6,6 @@
 #include <gdcmImage.h>
 #include <gdcmSequenceOfFragments.h>
 #include <gdcmTrace.h>
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <optional>

@@ -19,7 +19,6 @@
 #include <fstream>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "dicom/dicom.h"
 #include "files/volume_files.h"

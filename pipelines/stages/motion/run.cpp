@@ -14,7 +14,6 @@
 #include "organbake/fusion/depth_view.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/image/png.h"
 #include "organbake/motion/key_depths.h"
@@ -168,7 +167,7 @@ std::vector<DepthView> depth_views(const FollowedClip& clip, const std::vector<K
   return views;
 }
 
-constexpr double kAssumedRange_mm = 60;
+constexpr double kAssumedRange_mm = 60, kLeastSupport = 0.25;
 // Of the median distance: parallax of a hand-held scope errs by about a hundredth of it, and finer
 // voxels would make handles of what depth maps disagree about. Colours are finer than that.
 constexpr double kVoxelShare = 0.022, kColorShare = 0.006;
@@ -293,7 +292,6 @@ void write_surface(const StageCall& call, const FollowedClip& clip,
   const double usual_mm = median_depth(keys);
   fusion.voxel_mm = kVoxelShare * usual_mm;
   fusion.color_mm = kColorShare * usual_mm;
-  constexpr double kLeastSupport = 0.25;
   fusion.least_support = kLeastSupport;
   fusion.light = options.keep_light ? PictureLight::any : PictureLight::camera;
   const FusedSurface fused = fuse_views(depth_views(clip, keys), fusion, call.context);

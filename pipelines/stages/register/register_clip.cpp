@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -13,7 +12,6 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_source.h"

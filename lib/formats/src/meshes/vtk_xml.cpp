@@ -4,7 +4,6 @@
 
 #include <zlib.h>
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cstdint>
 #include <cstring>

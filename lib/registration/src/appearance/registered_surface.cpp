@@ -4,7 +4,6 @@
 #include "organbake/registration/registered_surface.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <queue>

@@ -13,7 +13,6 @@
 #include "appearance/prediction.h"
 #include "cost_functions/cost_functions.h"
 #include "organbake/core/run_context.h"
-#include "organbake/core/text.h"
 #include "organbake/registration/register_photo.h"
 
 namespace organbake {

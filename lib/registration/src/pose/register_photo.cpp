@@ -9,7 +9,6 @@
 #include "color/tissue.h"
 #include "depth/depth_alignment.h"
 #include "organbake/core/error.h"
-#include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "pose/poses.h"
 

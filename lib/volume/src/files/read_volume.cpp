@@ -5,9 +5,7 @@
 
 #include <minizip/unzip.h>
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <string_view>

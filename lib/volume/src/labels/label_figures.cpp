@@ -2,7 +2,6 @@
 // How much of a mask each label takes, and the box that it lies in.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <memory>
 #include <span>
 #include <variant>
-#include <vector>
 
 #include "organbake/player/player.h"
 #include "organbake/player/state_reader.h"
