@@ -234,10 +234,6 @@ double color_by_views(const std::vector<DepthView>& views, const std::vector<Smo
 void FusionOptions::check() const {
   require(voxel_mm == 0 || (voxel_mm >= 0.02 && voxel_mm <= 50), "voxel", voxel_mm,
           "it must be in 0.02…50 mm, or 0 for the depth maps' own");
-  require(color_mm == 0 || (color_mm >= 0.02 && color_mm <= 50), "color_mm", color_mm,
-          "it must be in 0.02…50 mm, or 0 for the voxels' own");
-  require(least_support >= 0 && least_support < 1, "least_support", least_support,
-          "it must be in 0…1");
 }
 
 FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions& options,

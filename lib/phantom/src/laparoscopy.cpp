@@ -10,7 +10,6 @@
 #include <limits>
 #include <numbers>
 
-#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
@@ -87,19 +86,7 @@ bool under_instrument(double u, double v) {
 
 }  // namespace
 
-void LaparoscopyOptions::check() const {
-  require(width >= 16 && width <= 4096, "width", width, "take 16…4096 px");
-  require(height >= 16 && height <= 4096, "height", height, "take 16…4096 px");
-  require(frames >= 1 && frames <= 100000, "frames", frames, "take 1…100000");
-  require(noise >= 0 && noise <= 0.5, "noise", noise, "take 0…0.5");
-  require(texture >= 0 && texture <= 0.9, "texture", texture, "take 0…0.9");
-  require(beam_exponent >= 0 && beam_exponent <= 20, "beam_exponent", beam_exponent, "take 0…20");
-  require(std::abs(tilt_rad) <= 0.7, "tilt_rad", tilt_rad, "take -0.7…0.7");
-  require(baseline_mm >= 0 && baseline_mm <= 20, "baseline_mm", baseline_mm, "take 0…20 mm");
-}
-
 LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : options_(options) {
-  options_.check();
   RandomStream random(options_.seed);
   for (int i = 0; i < 7; ++i) {
     const double radius = random.uniform(9, 20);

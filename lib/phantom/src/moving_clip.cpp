@@ -91,11 +91,6 @@ double mirrored(const Vector3d& normal, const Vector3d& toward, const Vector3d& 
 }  // namespace
 
 void MovingClipOptions::check() const {
-  view.check();
-  require(breathing_mm >= 0 && breathing_mm <= 20, "breathing_mm", breathing_mm, "take 0…20 mm");
-  require(breathing_period_s >= 1 && breathing_period_s <= 20, "breathing_period_s",
-          breathing_period_s, "take 1…20 s");
-  require(blurred >= 0 && blurred <= 1, "blurred", blurred, "take a share of 0…1 of the frames");
   require(view.baseline_mm == 0, "baseline_mm", view.baseline_mm,
           "a clip along a path has one eye; leave the baseline or the path out");
   require(view.tilt_rad == 0, "tilt_rad", view.tilt_rad,

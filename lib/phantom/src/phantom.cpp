@@ -10,7 +10,6 @@
 #include <numbers>
 
 #include "organ.h"
-#include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/refine.h"
 
@@ -196,7 +195,6 @@ constexpr int kTracedSubdivisions = 6;  // for photographs: chords within 0.1 mm
 constexpr int kFramedSubdivisions = 4;  // for framing the photographs
 
 Organ make_organ(const OrganPhantomOptions& options) {
-  options.check();
   const Vector3d size(options.ct_size[0], options.ct_size[1], options.ct_size[2]);
   const double scale =
       size.cwiseProduct(options.spacing_mm).cwiseQuotient(kReferenceExtentMm).minCoeff();
@@ -205,22 +203,6 @@ Organ make_organ(const OrganPhantomOptions& options) {
 }
 
 }  // namespace
-
-void OrganPhantomOptions::check() const {
-  for (int axis = 0; axis < 3; ++axis) {
-    static const std::array<const char*, 3> kAxes = {" along x", " along y", " along z"};
-    const std::string along = kAxes[axis];
-    require(ct_size[axis] >= 8 && ct_size[axis] <= 2048, "ct_size" + along, ct_size[axis],
-            "take 8…2048 voxels");
-    require(spacing_mm[axis] >= 0.05 && spacing_mm[axis] <= 50, "spacing_mm" + along,
-            spacing_mm[axis], "take 0.05…50 mm");
-  }
-  require(noise_hu >= 0 && noise_hu <= 500, "noise_hu", noise_hu,
-          "take 0…500, well below the organ's contrast of 1060 HU");
-  require(photo_count >= 0 && photo_count <= 1000, "photo_count", photo_count, "take 0…1000");
-  require(photo_size >= 16 && photo_size <= 16384, "photo_size", photo_size,
-          "take 16…16384 pixels");
-}
 
 struct OrganPhantom::Impl {
   explicit Impl(const OrganPhantomOptions& options) : organ(make_organ(options)) {}

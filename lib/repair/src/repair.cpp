@@ -377,17 +377,8 @@ class Repair {
 
 }  // namespace
 
-void RepairOptions::check() const {
-  if (!(island_share >= 0 && island_share < 1)) throw UsageError("island_share must be 0…1");
-  if (!(hole_mm >= 0)) throw UsageError("hole_mm must not be negative");
-  if (most_tunnels < 0) throw UsageError("most_tunnels must not be negative");
-  if (!(wrap_mm >= 0)) throw UsageError("wrap_mm must not be negative");
-  if (!(volume_change >= 0)) throw UsageError("volume_change must not be negative");
-}
-
 RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
                      const RunContext& context) {
-  options.check();
   check_mesh(surface, "surface to repair");
   if (surface.empty()) throw BadDataError("surface to repair: it has no faces");
   return Repair(surface, options, context).run();

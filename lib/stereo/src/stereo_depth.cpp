@@ -286,11 +286,9 @@ void measure_coverage(const Mask& inside, const PreparedFrame& left, StereoDepth
 }  // namespace
 
 void StereoOptions::check() const {
-  if (!(nearest_mm >= 1 && nearest_mm < farthest_mm && farthest_mm <= 1e5))
+  if (!(nearest_mm > 0 && nearest_mm < farthest_mm))
     throw UsageError("tissue from " + to_text(nearest_mm) + " to " + to_text(farthest_mm) +
-                     " mm away: the nearest must be at least 1 and less than the farthest");
-  if (!(reach >= 0 && reach <= 0.2))
-    throw UsageError("reach is " + to_text(reach) + "; it must be in 0…0.2");
+                     " mm away: the nearest must be less than the farthest");
 }
 
 DisparityRange disparity_range(const RectifiedEyes& eyes, const StereoOptions& options,

@@ -35,7 +35,6 @@ StageReport run(const StageCall& call) {
   const auto asked = call.options_as<DecimateStageOptions>();
   DecimateOptions options = asked.decimate;
   if (asked.faces) options.faces = whole(*asked.faces);
-  options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
   if (!asked.faces) {
     options.faces = auto_faces(surface, asked.tool_radius_mm, call.context);

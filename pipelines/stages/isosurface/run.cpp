@@ -205,7 +205,6 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
 
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<IsosurfaceStageOptions>();
-  options.surface.check();
   if (options.each_label) return run_each_label(call, options);
   if (!call.input("mask") && options.label != IsosurfaceStageOptions().label) {
     throw UsageError("label is \"" + options.label +

@@ -29,7 +29,7 @@ inline void bind(OptionList& list, MechanicsStageOptions& options) {
       .add("volume_stiffness", &o.volume_stiffness,
            {.help = "how much of the volume is kept; 0 = free, 1 = kept", .range = {0, 1}})
       .add("anchor_fraction", &o.anchor_fraction,
-           {.help = "share of the vertices that don't move", .range = {0, 1}})
+           {.help = "share of the vertices that don't move", .range = {0, 0.9}})
       .add("anchor_direction", &o.anchor_direction,
            {.help = "the vertices farthest along it are held; +y of LPS is the patient's back"})
       .add("instrument_radius_mm", &o.instrument_radius_mm,

@@ -33,7 +33,6 @@ MechanicsModel model_of(const TriangleMesh& proxy, MechanicsOptions options,
 StageReport run(const StageCall& call) {
   const auto asked = call.options_as<MechanicsStageOptions>();
   const MechanicsOptions& options = asked.mechanics;
-  options.check();
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.frame, call.context);
   const MechanicsModel model = model_of(proxy, options, call.context);
   write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));

@@ -203,7 +203,6 @@ StageReport run(const StageCall& call) {
   if (options.kind == "laparoscopy")
     return options.moves_along_path() ? run_moving_clip(options, call)
                                       : run_laparoscopy(options, call);
-  options.organ.check();
   const OrganPhantom phantom(options.organ);
   const Volume ct = phantom.scan(call.context);
   call.context.progress(0.2);

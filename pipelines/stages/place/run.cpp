@@ -67,7 +67,6 @@ StageReport run(const StageCall& call) {
   PlacementOptions options = asked.resolved();
   const bool own_size = options.map_size == 0;
   if (own_size) options.map_size = PlacementOptions().map_size;
-  options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
   const fs::path* photo = call.input("scope_photo");
   if (own_size && photo) {

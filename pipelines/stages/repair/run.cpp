@@ -12,7 +12,6 @@ namespace {
 
 StageReport run(const StageCall& call) {
   const auto asked = call.options_as<RepairStageOptions>();
-  asked.repair.check();
   const TriangleMesh surface = read_mesh(*call.input("mesh"), asked.frame, call.context);
   RepairSummary summary;
   if (asked.mode == "none") {

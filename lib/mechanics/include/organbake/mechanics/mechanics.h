@@ -24,9 +24,6 @@ struct MechanicsOptions {
   bool fem = false;             // tetrahedra too, for the player's other solver
   double fem_cell_mm = 0;       // of the lattice they are cut from; 0 = by the proxy's edges
   double poisson_ratio = 0.45;  // of the tetrahedra; tissue is nearly incompressible
-
-  // Throws UsageError.
-  void check() const;
 };
 
 // Fits masses and springs to the proxy (the paper, 2.1.3): edges, bending springs across edges, and

@@ -34,8 +34,6 @@ struct LaparoscopyOptions {
   double tilt_rad = 0;           // of the view onto the bed, to the side; 0 = from above
   // Of a second eye to the right of the first, its axis parallel; 0 = there is one eye.
   double baseline_mm = 0;
-
-  void check() const;  // throws UsageError
 };
 
 // What a frame shows, exactly.
@@ -109,7 +107,7 @@ struct MovingClipOptions {
   double breathing_period_s = 4;  // 1…20
   double blurred = 0;             // share 0…1 of the frames that a jerk of the scope blurs
 
-  void check() const;  // throws UsageError
+  void check() const;  // throws UsageError for what a path cannot have
 };
 
 // A clip of a scope that moves over a liver, a gallbladder and fat which reach farther than one

@@ -28,9 +28,6 @@ struct OrganPhantomOptions {
   double noise_hu = 10;                         // standard deviation, 0…500
   int photo_count = 8;
   int photo_size = 1024;  // pixels, square
-
-  // Throws UsageError.
-  void check() const;
 };
 
 // The paper's silicone organ as synthetic truth: a lumpy closed organ with fine bumps, and a

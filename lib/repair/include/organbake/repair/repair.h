@@ -23,8 +23,6 @@ struct RepairOptions {
   double wrap_mm = 0;
   // A repair that changes the volume by more than this share is refused.
   double volume_change = 0.1;
-
-  void check() const;  // throws UsageError
 };
 
 struct RepairSummary {
