@@ -12,9 +12,7 @@
 #include <string>
 
 #include "organbake/core/error.h"
-#include "organbake/core/union_find.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -135,24 +133,6 @@ void refuse_non_manifold_edges(const MeshTopology& topology) {
   }
 }
 
-// Corners (3·face + corner) that share a vertex and hang together through edges at it.
-class CornerFans {
- public:
-  explicit CornerFans(const TriangleMesh& mesh) : corners_(3 * mesh.faces.size()) {
-    MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
-      for (const EdgeUse& use : uses) {
-        corners_.join(uses.front().low_corner, use.low_corner);
-        corners_.join(uses.front().high_corner, use.high_corner);
-      }
-    });
-  }
-
-  std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
-
- private:
-  UnionFind corners_;
-};
-
 // An open surface has no inside: its winding says which side is seen, whatever its "volume" is.
 TriangleMesh outward(TriangleMesh mesh) {
   if (signed_volume(mesh) < 0 && analyse_topology(mesh).boundary_edges == 0) {
@@ -237,23 +217,31 @@ TriangleMesh manifold_faces(const TriangleMesh& surface) {
                       repeats_a_corner);
   refuse_non_manifold_edges(analyse_topology(kept));
 
-  TriangleMesh result;
-  result.faces.reserve(kept.faces.size());
-  CornerFans fans(kept);
-  std::vector<std::uint32_t> vertex_of_fan(3 * kept.faces.size(), kNoVertexYet);
-  for (std::uint32_t f = 0; f < kept.faces.size(); ++f) {
+  UnionFind fans(3 * kept.faces.size());
+  MeshEdges(kept).for_each([&](std::span<const EdgeUse> uses) {
+    for (const EdgeUse& use : uses) join_fans(uses.front(), use, fans);
+  });
+  return outward(split_fans(kept, fans));
+}
+
+TriangleMesh split_fans(const TriangleMesh& mesh, UnionFind& fans) {
+  TriangleMesh parted;
+  std::vector<std::uint32_t> vertex_of_fan(3 * mesh.faces.size(), kNoVertexYet);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     Face face;
     for (std::uint32_t c = 0; c < 3; ++c) {
-      std::uint32_t& vertex = vertex_of_fan[fans.find(3 * f + c)];
+      std::uint32_t& vertex = vertex_of_fan[fans.root(3 * f + c)];
       if (vertex == kNoVertexYet) {
-        vertex = static_cast<std::uint32_t>(result.vertices.size());
-        result.vertices.push_back(surface.vertices[kept.faces[f][c]]);
+        const std::uint32_t from = mesh.faces[f][c];
+        vertex = static_cast<std::uint32_t>(parted.vertices.size());
+        parted.vertices.push_back(mesh.vertices[from]);
+        if (!mesh.colors.empty()) parted.colors.push_back(mesh.colors[from]);
       }
       face[c] = vertex;
     }
-    result.faces.push_back(face);
+    parted.faces.push_back(face);
   }
-  return outward(std::move(result));
+  return parted;
 }
 
 }  // namespace organbake

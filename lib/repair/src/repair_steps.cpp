@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "organbake/core/union_find.h"
-#include "organbake/geometry/mesh_edges.h"
+#include "organbake/decimate/mesh_defects.h"
 
 namespace organbake {
 namespace {
@@ -72,14 +71,6 @@ class VerticesByX {
   const TriangleMesh& mesh_;
   std::vector<std::uint32_t> vertices_;
 };
-
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-
-// Corners that share a vertex and hang together through edges at it.
-void join_fans(const EdgeUse& a, const EdgeUse& b, UnionFind& corners) {
-  corners.join(a.low_corner, b.low_corner);
-  corners.join(a.high_corner, b.high_corner);
-}
 
 // Round the edge, counter-clockwise seen from its higher vertex: outside lies ahead of a face that
 // runs up, behind one that runs down. A solid lies from one that runs down to the next that runs
@@ -207,26 +198,12 @@ std::size_t split_edges(TriangleMesh& mesh) {
     if (uses.size() == 2) join_fans(uses[0], uses[1], fans);
     if (uses.size() > 2) join_solids(mesh, uses, fans);
   });
-  TriangleMesh parted;
-  std::vector<std::uint32_t> vertex_of_fan(3 * mesh.faces.size(), kNone);
+  TriangleMesh parted = split_fans(mesh, fans);
   std::vector<bool> used(mesh.vertices.size(), false);
-  std::size_t added = 0;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    Face face;
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      const std::uint32_t from = mesh.faces[f][c];
-      std::uint32_t& vertex = vertex_of_fan[fans.root(3 * f + c)];
-      if (vertex == kNone) {
-        vertex = static_cast<std::uint32_t>(parted.vertices.size());
-        parted.vertices.push_back(mesh.vertices[from]);
-        if (!mesh.colors.empty()) parted.colors.push_back(mesh.colors[from]);
-        added += used[from];
-        used[from] = true;
-      }
-      face[c] = vertex;
-    }
-    parted.faces.push_back(face);
-  }
+  for (const Face& face : mesh.faces)
+    for (const std::uint32_t v : face) used[v] = true;
+  const std::size_t added =
+      parted.vertices.size() - static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
   // Else its vertices keep their order.
   const bool all_used = parted.vertices.size() == mesh.vertices.size();
   if (added > 0 || !all_used) mesh = std::move(parted);

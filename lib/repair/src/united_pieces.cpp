@@ -14,7 +14,6 @@
 #include <map>
 #include <unordered_map>
 
-#include "organbake/core/union_find.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/raycast/winding.h"

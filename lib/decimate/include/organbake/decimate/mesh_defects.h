@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "organbake/core/union_find.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -39,6 +41,15 @@ std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
 // cavity. Throws BadDataError with the count when edges have three or more faces, or neighbouring
 // faces are wound against each other: such a surface has no unique repair.
 TriangleMesh manifold_faces(const TriangleMesh& surface);
+
+// Corners (3·face + corner) of one fan hang together through edges at their vertex: what two uses
+// of an edge tell of that; and the mesh with a vertex for each fan, colours going along, and no
+// other.
+inline void join_fans(const EdgeUse& a, const EdgeUse& b, UnionFind& fans) {
+  fans.join(a.low_corner, b.low_corner);
+  fans.join(a.high_corner, b.high_corner);
+}
+TriangleMesh split_fans(const TriangleMesh& mesh, UnionFind& fans);
 
 // A surface as CGAL holds it (CGAL::Surface_mesh); place(vertex) tells where a vertex lies.
 template <class SurfaceMesh, class Place>
