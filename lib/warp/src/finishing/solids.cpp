@@ -148,14 +148,18 @@ Vector3d ray_through(const Intrinsics& k, double x, double y) {
   return {(x - k.cx) / k.fx, (y - k.cy) / k.fy, 1};
 }
 
+// How far a hit faces the eye beside all that do round the axis: 1 along the middle of a rod.
+double middle_of(const Hit& hit, const Vector3d& d) {
+  return std::min(1.0, std::max(0.0, -hit.normal.dot(d)) / (d.norm() * hit.most_facing));
+}
+
 // Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
 // line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
 // about. By the light at the scope in a cavity: nearly black where it mirrors neither, the line as
 // narrow as the lamp, and the rim as red as the tissue that it mirrors.
 Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d, bool in_cavity) {
-  const double cosine = std::max(0.0, -hit.normal.dot(d.normalized()));
-  const float facing = static_cast<float>(cosine);
-  const float middle = static_cast<float>(std::min(1.0, cosine / hit.most_facing));
+  const float middle = static_cast<float>(middle_of(hit, d));
+  const float facing = middle * static_cast<float>(hit.most_facing);
   const float squared = middle * middle, eighth = squared * squared * squared * squared;
   const float by_32 = (eighth * eighth) * (eighth * eighth), lit = 0.3f + 0.7f * facing;
   const float aside = 1 - middle, rim = aside * aside * aside;
@@ -180,6 +184,7 @@ struct PixelHit {
   Eigen::Vector3f color = Eigen::Vector3f::Zero();
   float share = 0;
   double depth = std::numeric_limits<double>::infinity();
+  double middle = 0;  // most of its rays' middle_of()
 };
 
 // The solids, narrower by more than a pixel: where the ray through a pixel's centre meets them, its
@@ -224,19 +229,20 @@ struct NearSolids {
     if (!hit.solid || !(hit.along < tissue_depth)) return;
     pixel.color += share * shade(*hit.solid, hit, d, in_cavity);
     pixel.depth = std::min(pixel.depth, hit.along);
+    pixel.middle = std::max(pixel.middle, middle_of(hit, d));
     pixel.share += share;
   }
-  // Well within one solid, and before or behind the tissue by more than a pixel is deep, one ray
-  // tells all of a pixel.
+  // Well within one solid, beside the lamp's streak, and before or behind the tissue by more than a
+  // pixel is deep, one ray tells all of a pixel.
   PixelHit trace_pixel(int x, int y, double tissue_depth, bool in_cavity) const {
     const Vector3d center = ray_through(view.camera.intrinsics, x + 0.5, y + 0.5);
     PixelHit pixel;
     if (fill(center, x, y)) {
       trace(center, std::numeric_limits<double>::infinity(), in_cavity, 1, pixel);
-      constexpr double kDeep_px = 4;
+      constexpr double kDeep_px = 4, kStreak = 0.95;
       const double deep_mm = kDeep_px * pixel.depth / view.camera.intrinsics.fx;
       if (pixel.share == 0 || pixel.depth - deep_mm > tissue_depth) return {};
-      if (pixel.depth + deep_mm < tissue_depth) return pixel;
+      if (pixel.depth + deep_mm < tissue_depth && pixel.middle < kStreak) return pixel;
       pixel = {};
     }
     for (int ray = 0; ray < kSide * kSide; ++ray)
