@@ -3,7 +3,6 @@
 #include <atomic>
 
 #include "organbake/core/error.h"
-#include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -254,24 +253,6 @@ TEST(ServingProxy, EndsAtItsMostFacesAndSaysHowFarItIs) {
   EXPECT_NEAR(s.worst_mm, std::max(s.max_mm, s.reverse_max_mm), 1e-9);
 }
 
-// What chords from some thousand faces tell of a mean.
-constexpr double kSampling = 0.03;
-
-double only_thickness_mm(const TriangleMesh& mesh) {
-  const ThicknessRegions regions = thickness_regions(mesh);
-  EXPECT_EQ(regions.thickness_mm.size(), 1u);
-  return regions.thickness_mm.empty() ? 0 : regions.thickness_mm.front();
-}
-
-TEST(ThicknessRegions, ABodyOfOneThicknessIsTwiceItsVolumeByItsArea) {
-  EXPECT_NEAR(only_thickness_mm(sphere_mesh(30, 4)), 20, 0.2);
-  EXPECT_NEAR(only_thickness_mm(torus_mesh(40, 3, 120, 24)), 3, 3 * kSampling);
-  const TriangleMesh plate = grid_box({60, 60, 4}, 20);
-  EXPECT_NEAR(only_thickness_mm(plate), 2 * signed_volume(plate) / surface_area(plate),
-              4 * kSampling);
-  EXPECT_NEAR(only_thickness_mm(inside_out(sphere_mesh(30, 4))), 20, 0.2);
-}
-
 TEST(ThicknessRegions, AVesselThatLeavesAnOrganHasItsOwn) {
   const TriangleMesh mesh = ball_with_stalk(30, 3, 60);
   const ThicknessRegions regions = thickness_regions(mesh);
@@ -287,30 +268,6 @@ TEST(ThicknessRegions, AVesselThatLeavesAnOrganHasItsOwn) {
       EXPECT_EQ(regions.of_face[f], 0u) << z;
     }
   }
-}
-
-TEST(ThicknessRegions, PiecesHaveTheirOwnAndSpecksNone) {
-  const TriangleMesh two = joined(sphere_mesh(30, 4), moved(sphere_mesh(6, 3), {60, 0, 0}));
-  const ThicknessRegions regions = thickness_regions(two);
-  ASSERT_EQ(regions.thickness_mm.size(), 2u);
-  EXPECT_NEAR(regions.thickness_mm[0], 20, 0.4);
-  EXPECT_NEAR(regions.thickness_mm[1], 4, 0.2);
-  const TriangleMesh speck = joined(sphere_mesh(30, 4), moved(sphere_mesh(0.01, 1), {60, 0, 0}));
-  EXPECT_NEAR(only_thickness_mm(speck), 20, 0.2);
-}
-
-TEST(ThicknessRegions, ASheetWithABorderHasNone) {
-  EXPECT_TRUE(thickness_regions(cut_in_half(sphere_mesh(30, 3), {0, 0, 1})).thickness_mm.empty());
-  EXPECT_TRUE(thickness_regions({}).thickness_mm.empty());
-}
-
-TEST(ThicknessRegions, AreTheSameForAnyNumberOfThreads) {
-  const TriangleMesh mesh = ball_with_stalk(30, 3, 60);
-  const ThicknessRegions many = thickness_regions(mesh);
-  const ThreadLimit one(1);
-  const ThicknessRegions single = thickness_regions(mesh);
-  EXPECT_EQ(many.thickness_mm, single.thickness_mm);
-  EXPECT_EQ(many.of_face, single.of_face);
 }
 
 }  // namespace

@@ -279,12 +279,6 @@ TEST(Charts, HoldEveryFaceOnceWithoutShrinkingIt) {
   }
 }
 
-TEST(Charts, AreFew) {
-  EXPECT_EQ(cut_into_charts(box_mesh({10, 20, 30})).size(), 6u);
-  // A cap of 50° is a sixth of a sphere; greedy cutting takes a few times as many as must be.
-  EXPECT_LE(cut_into_charts(sphere_mesh(40, 4)).size(), 20u);
-}
-
 TEST(Charts, DoNotLieOverThemselves) {
   const TriangleMesh ramp = spiral_ramp();
   const std::vector<Chart> charts = cut_into_charts(ramp);
@@ -306,34 +300,6 @@ TEST(Charts, DoNotLieOverThemselves) {
       }
     }
   }
-}
-
-TEST(Packing, KeepsMarginsAndFillsTheSquare) {
-  std::vector<Eigen::Vector2d> sizes;
-  double area = 0;
-  for (int i = 0; i < 40; ++i) {
-    sizes.emplace_back(3 + (i * 7) % 11, 2 + (i * 5) % 9);
-    area += sizes.back().prod();
-  }
-  constexpr int kMargin = 4, kSide = 512;
-  const PackedRectangles packed = pack_rectangles(sizes, kMargin, kSide, 1e3);
-  ASSERT_EQ(packed.corners.size(), sizes.size());
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const Eigen::Vector2d low = packed.corners[i].cast<double>(),
-                          high = low + packed.scale * sizes[i];
-    EXPECT_GE(low.minCoeff(), kMargin);
-    EXPECT_LE(high.maxCoeff(), kSide - kMargin);
-    for (std::size_t j = 0; j < i; ++j) {
-      const Eigen::Vector2d other = packed.corners[j].cast<double>(),
-                            end = other + packed.scale * sizes[j];
-      const bool apart = low.x() >= end.x() + 2 * kMargin || other.x() >= high.x() + 2 * kMargin ||
-                         low.y() >= end.y() + 2 * kMargin || other.y() >= high.y() + 2 * kMargin;
-      EXPECT_TRUE(apart) << i << " and " << j;
-    }
-  }
-  EXPECT_GT(packed.scale * packed.scale * area, 0.6 * kSide * kSide);
-  EXPECT_EQ(pack_rectangles(sizes, kMargin, kSide, 2).scale, 2) << "no larger than is wanted";
-  EXPECT_EQ(pack_rectangles(sizes, 40, 64, 1).scale, 0) << "margins alone don't fit";
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contours of values of any kind: where they cross, at the border, and slab by slab.
-#include "organbake/contour/contour.h"
 
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -12,36 +11,6 @@
 
 namespace organbake {
 namespace {
-
-TEST(Contour, CrossesEdgesWhereTheValuesSay) {
-  // One voxel at 3 in zeros, level 1: crossings two thirds of an edge away from it.
-  std::vector<std::int16_t> values(27, 0);
-  values[13] = 3;
-  const TriangleMesh mesh = contour(std::span<const std::int16_t>(values), {3, 3, 3}, 1);
-  EXPECT_EQ(mesh.vertices.size(), 6u);
-  EXPECT_EQ(mesh.faces.size(), 8u);
-  for (const Eigen::Vector3d& v : mesh.vertices)
-    EXPECT_NEAR((v - Eigen::Vector3d(1, 1, 1)).norm(), 2.0 / 3, 1e-6);
-  EXPECT_GT(signed_volume(mesh), 0);
-}
-
-TEST(Contour, KeepsCrossingsOffTheGridPoints) {
-  std::vector<float> values(27, 0.0f);
-  values[13] = 1;
-  for (const double level : {1e-4, 0.9999}) {
-    const TriangleMesh mesh = contour(std::span<const float>(values), {3, 3, 3}, level);
-    for (const Eigen::Vector3d& v : mesh.vertices) {
-      const double away = (v - Eigen::Vector3d(1, 1, 1)).norm();
-      EXPECT_GE(away, 1.0 / 256 - 1e-6);
-      EXPECT_LE(away, 1 - 1.0 / 256 + 1e-6);
-    }
-  }
-}
-
-TEST(Contour, OfNothingIsEmpty) {
-  const std::vector<float> values(27, 0.0f);
-  EXPECT_TRUE(contour(std::span<const float>(values), {3, 3, 3}, 0.5).empty());
-}
 
 // Noise crosses every kind of edge on every shared slice.
 Volume noise() {

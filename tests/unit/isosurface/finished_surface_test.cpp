@@ -246,16 +246,6 @@ TriangleMesh ball_with_cavity_and_crumb() {
   return moved(joined(joined(crumb, inside_out(sphere_mesh(8, 2))), sphere_mesh(10, 2)), kFar);
 }
 
-TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
-  const KeptComponents kept = keep_components(ball_with_cavity_and_crumb(), {.largest = 1});
-  EXPECT_EQ(kept.found, 2u);
-  EXPECT_EQ(kept.kept, 1u);
-  EXPECT_NEAR(bounds(kept.mesh).max.x() - kFar.x(), 10, 0.5);
-  EXPECT_EQ(analyse_topology(kept.mesh).components, 1u);
-  EXPECT_TRUE(analyse_topology(kept.mesh).closed_manifold());
-  EXPECT_EQ(analyse_topology(kept.mesh).unused_vertices, 0u);
-}
-
 TEST(SurfaceComponents, FilledCavitiesGoUnlessAllIsKept) {
   const auto walls = [](std::size_t largest) {
     const TriangleMesh all = ball_with_cavity_and_crumb();
@@ -294,29 +284,6 @@ TEST(SurfaceComponents, CavitiesStayWithThePieceThatTheyLieIn) {
   };
   EXPECT_NEAR(volume({7.5, 7.5, 7.5}), signed_volume(large), 1e-6);  // in a corner of its box
   EXPECT_NEAR(volume({0, 0, 0}), signed_volume(large), 1e-6);        // in its cavity
-}
-
-TEST(SurfaceComponents, ASingleInwardPieceIsKept) {
-  const TriangleMesh mesh = moved(inside_out(joined(sphere_mesh(8, 2), sphere_mesh(2, 2))), kFar);
-  EXPECT_EQ(keep_components(mesh, {.largest = 1}).kept, 1u);
-}
-
-TEST(SurfaceComponents, SmallPiecesGo) {
-  const auto kept = [](double min_size_mm) {
-    return keep_components(ball_with_cavity_and_crumb(),
-                           {.largest = 0, .min_size_mm = min_size_mm});
-  };
-  EXPECT_EQ(kept(1).kept, 2u);
-  EXPECT_EQ(kept(3).kept, 1u);  // the crumb of 2 mm goes
-  EXPECT_EQ(analyse_topology(kept(3).mesh).components, 2u);
-  EXPECT_EQ(analyse_topology(kept(17).mesh).components, 1u);  // and its cavity
-  EXPECT_TRUE(kept(30).mesh.empty());
-  EXPECT_EQ(analyse_topology(kept(17).mesh).unused_vertices, 0u);
-  EXPECT_NEAR(bounds(kept(17).mesh).max.x() - kFar.x(), 10, 0.5);
-}
-
-TEST(SurfaceComponents, AnEmptyMeshStaysEmpty) {
-  EXPECT_EQ(keep_components({}, {.largest = 1}).found, 0u);
 }
 
 // Its mask is 30 slices of a scan, told at the wrong place; sections counted by hand.

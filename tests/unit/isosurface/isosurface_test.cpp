@@ -2,6 +2,7 @@
 // The surface of a CT: the level, its place between voxels, what is closed and what is refused.
 #include "organbake/isosurface/isosurface.h"
 
+#include "organbake/contour/contour.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -245,15 +246,6 @@ TEST(ProposedLevel, LiesHalfWayBetweenAirAndTissue) {
   EXPECT_NEAR(proposed.high_peak_hu, 100, kPeakWidth_hu);
   EXPECT_NEAR(proposed.level_hu, -450, kPeakWidth_hu);
   EXPECT_THAT(proposed.reason(), ::testing::HasSubstr("half-way between the peaks at −"));
-}
-
-TEST(ProposedLevel, OfTwoSharpValuesIsTheirMiddle) {
-  Volume ct;
-  ct.size = {2, 2, 2};
-  ct.voxels = {-1000, -1000, -1000, -1000, -1000, 61, 61, 61};
-  EXPECT_EQ(propose_level(ct).low_peak_hu, -1000);
-  EXPECT_EQ(propose_level(ct).high_peak_hu, 61);
-  EXPECT_EQ(propose_level(ct).level_hu, -469.5);
 }
 
 TEST(ProposedLevel, NeedsTwoValues) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The surface of a label: its volume and place, its stairs, and the blur that takes them away; real
-// organs.
+// The surface of a label: its volume and place; real organs.
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -190,35 +189,6 @@ TEST(LabelSurface, SameBytesForAnyNumberOfThreads) {
   }
 }
 
-Eigen::Vector3d stairs(const Volume& mask) {
-  return stair_height_voxels(mask, 1, bounding_box(mask, 1));
-}
-
-TEST(MaskStairs, OfAMaskOnItsOwnGridAreOneVoxelHigh) {
-  for (const Shape& shape : {ball({0, 0, 0}, 20), asymmetric_organ()}) {
-    const Volume mask = mask_of(shape, grid_around_origin({1, 1, 1}, 56));
-    EXPECT_EQ(stairs(mask), Eigen::Vector3d(1, 1, 1));
-  }
-}
-
-TEST(MaskStairs, OfAResampledMaskAreThoseOfItsFirstGrid) {
-  const Volume coarse = mask_of(asymmetric_organ(), grid_around_origin({3, 3, 4}, 60));
-  const Shape nearest = [&](const Eigen::Vector3d& world) {
-    const Eigen::Vector3d index = coarse.index_from_world(world).array().round();
-    for (int axis = 0; axis < 3; ++axis)
-      if (index[axis] < 0 || index[axis] >= coarse.size[axis]) return -1.0;
-    const Eigen::Vector3i at = index.cast<int>();
-    return coarse.at(at.x(), at.y(), at.z()) - 0.5;
-  };
-  const Volume resampled = mask_of(nearest, grid_around_origin({0.977, 1.5, 4}, 56));
-  EXPECT_EQ(stairs(resampled), Eigen::Vector3d(3, 2, 1));
-}
-
-TEST(MaskStairs, ABoxHasNone) {
-  const Shape box = [](const Eigen::Vector3d& at) { return 9.6 - at.cwiseAbs().maxCoeff(); };
-  EXPECT_EQ(stairs(mask_of(box, grid_around_origin({1, 1, 1}, 30))), Eigen::Vector3d(1, 1, 1));
-}
-
 // Two ellipsoids of the size of a small liver, as analytic truth on a grid of 0.5 mm.
 double organ(const Eigen::Vector3d& at) {
   const auto inside = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& radii) {
@@ -267,30 +237,6 @@ TEST(MaskOnOwnGrid, TheOrganLiesWhereItIsAndHasItsVolume) {
     EXPECT_NEAR(signed_volume(surface.mesh) / voxels, 1, 0.0011) << one.name;
     EXPECT_NEAR(signed_volume(surface.mesh) / signed_volume(right), 1, 0.006) << one.name;
     EXPECT_EQ(surface.cut_area_mm2, 0) << one.name;
-  }
-}
-
-constexpr std::array<int, 3> kSize = {41, 43, 45};
-constexpr std::size_t kCount = 41 * 43 * 45;
-
-std::size_t at(int i, int j, int k) { return (std::size_t(k) * kSize[1] + j) * kSize[0] + i; }
-
-TEST(GaussianBlur, OfAPointHasTheVariancesAskedFor) {
-  std::vector<float> values(kCount, 0.0f);
-  values[at(20, 21, 22)] = 1;
-  const Eigen::Vector3d sigma(2, 1, 3);
-  gaussian_blur(values, kSize, sigma);
-  Eigen::Vector3d variance = Eigen::Vector3d::Zero();
-  double sum = 0;
-  for_each_voxel(kSize, [&](int i, int j, int k) {
-    const Eigen::Vector3d d(i - 20, j - 21, k - 22);
-    sum += values[at(i, j, k)];
-    variance += values[at(i, j, k)] * d.cwiseAbs2();
-  });
-  EXPECT_NEAR(sum, 1, 1e-5);
-  for (int axis = 0; axis < 3; ++axis) {
-    // The voxel's own width adds 1/12; the cut at 3 σ takes 3 % off.
-    EXPECT_NEAR(variance[axis], sigma[axis] * sigma[axis], 0.04 * sigma[axis] * sigma[axis] + 0.09);
   }
 }
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-#include <atomic>
-
 #include "bench.h"
 #include "measuring/agreement.h"
 #include "organbake/core/files.h"
@@ -164,17 +162,6 @@ SuiteResult run(void (*suite)(Bench&), const BenchOptions& options = {}) {
   return run_suite({"suite", "summary", {suite}}, options, {});
 }
 
-TEST(RunSuite, KeepsWhatWasFoundBeforeItWasStopped) {
-  const std::atomic<bool> stop_asked{true};
-  const Suite slow{"suite", "summary", {[](Bench& bench) {
-                     bench.at_most("first", "mm", 1, 2);
-                     bench.time([] { FAIL() << "it goes on"; });
-                   }}};
-  const SuiteResult result = run_suite(slow, {}, {{}, {}, &stop_asked});
-  EXPECT_EQ(result.figures.size(), 1u);
-  EXPECT_EQ(result.failure, "stopped");
-}
-
 TEST(RunSuite, LeavesNoFolderBehind) {
   const SuiteResult result = run([](Bench& bench) {
     write_file_atomically(bench.scratch() / "file", "text");
@@ -193,15 +180,6 @@ TEST(TimeInTurn, EndsAtItsBudgetButNotBeforeTheLeastRounds) {
   EXPECT_EQ(timings[0].runs, 3);
   EXPECT_EQ(calls, 4);  // and the first, which is not counted
   EXPECT_EQ(time_in_turn({work}, {.most = 5, .least = 3, .budget_s = 1e6})[0].runs, 5);
-}
-
-TEST(RunSuite, TellsWhyASuiteEndedEarly) {
-  const SuiteResult result = run([](Bench& bench) {
-    bench.skip("a", "b");
-    throw std::runtime_error("no phantom today");
-  });
-  EXPECT_EQ(result.skipped.size(), 1u);
-  EXPECT_EQ(result.failure, "no phantom today");
 }
 
 TEST(RunSuite, CountsRoundsAndMemory) {
