@@ -236,6 +236,20 @@ Vector3d seen_in_the_middle(const RegisteredSurface& surface, const PosedCamera&
   return ray.origin + hit.t * ray.direction;
 }
 
+// A camera from anywhere round the organ, whose radius then is that share of the picture's height
+// within the bounds; it looks up to `aside` of the radius past the organ's middle.
+PosedCamera camera_round(const RegisteredSurface& surface, double least, double most, double aside,
+                         RandomStream& random) {
+  PosedCamera camera;
+  camera.intrinsics = random_lens(random);
+  const double radius_px = kHeight * random.uniform(least, most);
+  const double distance = camera.intrinsics.fx * surface.radius_mm() / radius_px;
+  const Vector3d past = aside * surface.radius_mm() * random_direction(random);
+  camera.camera_from_world = look_at(surface.center() + distance * random_direction(random),
+                                     surface.center() + past, random_direction(random));
+  return camera;
+}
+
 // Faces that lie within `radius_mm` of a point; the largest piece of them.
 TriangleMesh cut_out(const TriangleMesh& mesh, const Vector3d& center, double radius_mm) {
   TriangleMesh patch;
@@ -286,13 +300,7 @@ RegistrationCase RegistrationCases::whole_organ(std::size_t organ, StudioLight l
   const PhotographedOrgan& shown = organs_[organ];
   const RegisteredSurface& surface = *shown.whole;
   RandomStream random(seed, kCameraStream);
-  PosedCamera camera;
-  camera.intrinsics = random_lens(random);
-  const double radius_px = kHeight * random.uniform(0.3, 0.44);
-  const double distance = camera.intrinsics.fx * surface.radius_mm() / radius_px;
-  const Vector3d aside = 0.12 * surface.radius_mm() * random_direction(random);
-  camera.camera_from_world = look_at(surface.center() + distance * random_direction(random),
-                                     surface.center() + aside, random_direction(random));
+  const PosedCamera camera = camera_round(surface, 0.3, 0.44, 0.12, random);
   RandomStream lit(seed, kLightStream);
   const LampScene scene{false, false, random_light(light, lit)};
   RegistrationCase made;
@@ -309,14 +317,8 @@ RegistrationCase RegistrationCases::open_patch(std::size_t organ, std::uint64_t 
   const PhotographedOrgan& shown = organs_[organ];
   const RegisteredSurface& surface = *shown.whole;
   RandomStream random(seed, kCameraStream);
-  PosedCamera camera;
-  camera.intrinsics = random_lens(random);
   // So near that the organ is as large as the picture or half as large again.
-  const double radius_px = kHeight * random.uniform(0.7, 1.1);
-  const double distance = camera.intrinsics.fx * surface.radius_mm() / radius_px;
-  const Vector3d aside = 0.3 * surface.radius_mm() * random_direction(random);
-  camera.camera_from_world = look_at(surface.center() + distance * random_direction(random),
-                                     surface.center() + aside, random_direction(random));
+  const PosedCamera camera = camera_round(surface, 0.7, 1.1, 0.3, random);
   RandomStream lit(seed, kLightStream);
   LampScene scene{true, true, random_light(StudioLight::beside_lens, lit)};
   const Vector3d to_texture = texture_.surface(2).vertices.front() - shown.drawn.vertices.front();
