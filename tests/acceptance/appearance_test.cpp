@@ -2,7 +2,6 @@
 // How tissue looks by the light at the scope, beside real frames, and whether that look crawls.
 #include "tissue_appearance.h"
 
-#include "measuring/agreement.h"
 #include "measuring/programs.h"
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"

@@ -7,7 +7,6 @@
 #include "organbake/player/player.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/frame_albedo.h"
-#include "organbake/shading/laparoscope.h"
 #include "organbake/warp/view.h"
 #include "promises.h"
 #include "support/testing.h"

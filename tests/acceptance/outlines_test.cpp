@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
 #include "measuring/scenes.h"
-#include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/geometry/refine.h"

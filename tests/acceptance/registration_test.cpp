@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/registration/register_photo.h"
 
-#include "measuring/scenes.h"
 #include "promises.h"
 #include "registration_cases.h"
 #include "support/testing.h"

@@ -2,7 +2,6 @@
 #include "organbake/isosurface/isosurface.h"
 
 #include "organbake/core/text.h"
-#include "organbake/decimate/mesh_distance.h"
 #include "organbake/volume/read_volume.h"
 #include "promises.h"
 #include "support/files.h"

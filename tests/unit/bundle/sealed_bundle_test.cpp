@@ -5,7 +5,6 @@
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/image/exr.h"
 #include "support/error_message.h"

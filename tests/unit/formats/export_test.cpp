@@ -4,7 +4,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/exchange/exports.h"
-#include "organbake/formats/camera_files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/image/png.h"
 #include "posed_cameras.h"

@@ -22,11 +22,9 @@ SurfaceErrors fused_errors(const OrganViews& organ, const FusionOptions& options
   return errors_of(fuse_views(organ.views, options).mesh, organ.truth);
 }
 
-TEST(FuseViews, TheDefaultsAreValidAndEachBoundIsTold) {
+TEST(FuseViews, VoxelsMustHaveAPossibleSize) {
   EXPECT_NO_THROW(FusionOptions{}.check());
   EXPECT_THROW((FusionOptions{.voxel_mm = -1}.check()), UsageError);
-  EXPECT_THROW((FusionOptions{.color_mm = 100}.check()), UsageError);
-  EXPECT_THROW((FusionOptions{.least_support = 1}.check()), UsageError);
 }
 
 TEST(FuseViews, TwelveNoisyDepthMapsFromExactPoses) {

@@ -6,7 +6,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/view_manifold.h"
-#include "support/meshes.h"
 #include "support/testing.h"
 
 namespace organbake {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/core/error.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/volume/volume.h"
-#include "support/error_message.h"
 #include "support/testing.h"
 
 namespace organbake {

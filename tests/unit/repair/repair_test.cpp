@@ -286,16 +286,7 @@ TEST(Repair, ManyTunnelsAreClosedByAWrapThatStaysNear) {
   EXPECT_EQ(repair(plate, {.most_tunnels = 16}).genus, 16) << "kept when they are wanted";
 }
 
-TEST(Repair, OptionsAreChecked) {
-  EXPECT_NO_THROW(RepairOptions().check());
-  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.island_share = 1}.check(); }),
-              HasSubstr("island_share"));
-  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.hole_mm = -1}.check(); }),
-              HasSubstr("hole_mm"));
-  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.wrap_mm = -1}.check(); }),
-              HasSubstr("wrap_mm"));
-  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.volume_change = -1}.check(); }),
-              HasSubstr("volume_change"));
+TEST(Repair, NoFacesCannotBeRepaired) {
   EXPECT_THAT(message_of(ExitCode::bad_data, [] { repair(TriangleMesh(), {}); }),
               HasSubstr("no faces"));
 }

@@ -4,7 +4,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/ply.h"
 #include "sight.h"
 #include "support/meshes.h"
 #include "support/testing.h"

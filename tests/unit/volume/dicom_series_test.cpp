@@ -2,7 +2,6 @@
 // Which series of a folder is read, and real files in every transfer syntax.
 #include "dicom/dicom.h"
 
-#include "organbake/volume/read_volume.h"
 #include "support/files.h"
 #include "support/testing.h"
 #include "volume_fixtures.h"

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "organbake/core/parallel.h"
+#include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
 #include "pose/poses.h"
 
