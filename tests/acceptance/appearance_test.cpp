@@ -185,15 +185,20 @@ void measure_crawl(Player& player) {
   });
 }
 
+std::filesystem::path baked_organ(const TemporaryFolder& folder, const std::string& label,
+                                  const std::string& capture) {
+  const std::filesystem::path bundle = folder.path() / "bundle";
+  Baker(folder.path(), {}, kLiver + capture)
+      .bake(bundle, {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
+                     "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set",
+                     "label=" + label});
+  return bundle;
+}
+
 void measure_look(const std::string& look, const std::string& capture,
                   const std::vector<TissuePicture>& real, double target) {
   const TemporaryFolder folder;
-  const std::filesystem::path bundle = folder.path() / "bundle";
-  Baker(folder.path(), {}, kLiver + capture)
-      .bake(bundle,
-            {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
-             "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set", "label=5"});
-  Player player(bundle);
+  Player player(baked_organ(folder, "liver", capture));
   const std::vector<TissueAppearance> of_real = appearances(real);
   for (const double range_mm : {100.0, 60.0}) {
     const std::vector<TissuePicture> rendered =
@@ -205,6 +210,86 @@ void measure_look(const std::string& look, const std::string& capture,
          what + ", and a frame of the video");
   }
   if (player.bundle().lighting->finish.relief_slope > 0) measure_crawl(player);
+}
+
+// Where frames show other tissues than liver, looked up by eye: of pieces of the clip that their
+// look was not chosen by.
+struct BrightFrame {
+  std::size_t number;
+  BrightTissue tissue;
+};
+using BrightFrames = std::array<BrightFrame, 4>;
+constexpr double kPale = 40, kYellowish = 5, kFatty = 30, kYellow = 18;
+constexpr BrightFrames kGallbladders = {{{60, {330, 150, 575, 560, kPale, kYellowish}},
+                                         {100, {365, 111, 618, 544, kPale, kYellowish}},
+                                         {140, {426, 46, 741, 528, kPale, kYellowish}},
+                                         {180, {450, 110, 672, 600, kPale, kYellowish}}}};
+constexpr BrightFrames kFats = {{{60, {590, 560, 960, 660, kFatty, kYellow}},
+                                 {100, {624, 494, 1038, 642, kFatty, kYellow}},
+                                 {140, {747, 435, 1112, 577, kFatty, kYellow}},
+                                 {180, {690, 620, 860, 700, kFatty, kYellow}}}};
+
+std::vector<TissuePicture> bright_pictures(const BrightFrames& frames) {
+  std::vector<TissuePicture> pictures;
+  VideoReader reader(shared_data("video/laparoscopy_720p_25fps.mp4"));
+  StoredPicture frame;
+  for (std::size_t number = 0; reader.next(frame); ++number)
+    for (const BrightFrame& bright : frames)
+      if (bright.number == number)
+        pictures.push_back(
+            {frame.color, bright_mask(frame.color, bright.tissue), kFrame_mm_per_pixel});
+  return pictures;
+}
+
+std::ptrdiff_t tissue_px(const TissuePicture& picture) {
+  return std::count(picture.mask.begin(), picture.mask.end(), std::uint8_t{1});
+}
+
+// Of each frame the pieces with the most tissue, of as many millimetres as a view from that range.
+std::vector<TissuePicture> real_pieces(const std::vector<TissuePicture>& frames, double range_mm) {
+  constexpr std::size_t kOfEachFrame = 3;
+  constexpr std::ptrdiff_t kLeastTissue_px = 6000;  // some 150 mm²
+  const double width_px = range_mm / kScopeFocal_widths / kFrame_mm_per_pixel;
+  std::vector<TissuePicture> pieces;
+  for (const TissuePicture& frame : frames) {
+    const int width = std::min(frame.image.width, int(width_px)),
+              height = std::min(frame.image.height, int(width_px * 9 / 16));
+    std::vector<TissuePicture> of_frame;
+    for (int y = 0; y + height <= frame.image.height; y += height / 2)
+      for (int x = 0; x + width <= frame.image.width; x += width / 2)
+        of_frame.push_back(piece_of(frame, x, y, width, height));
+    std::erase_if(of_frame,
+                  [](const TissuePicture& piece) { return tissue_px(piece) < kLeastTissue_px; });
+    std::stable_sort(of_frame.begin(), of_frame.end(),
+                     [](const auto& a, const auto& b) { return tissue_px(a) > tissue_px(b); });
+    of_frame.resize(std::min(of_frame.size(), kOfEachFrame));
+    std::move(of_frame.begin(), of_frame.end(), std::back_inserter(pieces));
+  }
+  return pieces;
+}
+
+// A material on an organ of the shared CT, against pieces of frames that show as much.
+void measure_pieces(const std::string& material, const std::string& label,
+                    const std::vector<TissuePicture>& frames,
+                    std::initializer_list<double> ranges_mm, double target) {
+  const TemporaryFolder folder;
+  Player player(baked_organ(folder, label, "capture: {material: " + material + "}\n"));
+  for (const double range_mm : ranges_mm) {
+    const std::vector<TissuePicture> rendered =
+        rendered_pictures(player, player.light_for(), range_mm);
+    const std::vector<TissueAppearance> of_real = appearances(real_pieces(frames, range_mm));
+    const std::string what = material + ", from " + to_text(range_mm) + " mm, against pieces";
+    add_distance(what, mean_parts(appearances(rendered), of_real), mean_parts(of_real, of_real),
+                 target);
+    show(side_by_side(rendered.front().image, frames.front().image), what);
+  }
+}
+
+TEST(Appearance, OfOtherMaterialsIsNearThatOfPiecesOfTheVideo) {
+  REQUIRE_SHARED_DATA("video/laparoscopy_720p_25fps.mp4");
+  REQUIRE_SHARED_DATA("ct/abdomen/example_ct.nii.gz");
+  measure_pieces("gallbladder", "stomach", bright_pictures(kGallbladders), {100, 60, 30}, 1.8);
+  measure_pieces("fat", "stomach", bright_pictures(kFats), {100, 60, 30}, 1.8);
 }
 
 TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {

@@ -296,44 +296,14 @@ double mean_distance(const std::vector<TissueAppearancePart>& parts) {
   return sum / static_cast<double>(parts.size());
 }
 
-TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel) {
-  if (!(picture.mm_per_pixel < mm_per_pixel)) return picture;
-  const double scale = picture.mm_per_pixel / mm_per_pixel;
-  const Rgb8Image& image = picture.image;
-  const cv::Mat rgb(image.height, image.width, CV_8UC3,
-                    const_cast<std::uint8_t*>(image.pixels.data()));
-  const cv::Mat mask(image.height, image.width, CV_8U,
-                     const_cast<std::uint8_t*>(picture.mask.data()));
-  const cv::Size size(static_cast<int>(std::lround(scale * image.width)),
-                      static_cast<int>(std::lround(scale * image.height)));
-  TissuePicture small{Rgb8Image(size.width, size.height),
-                      std::vector<std::uint8_t>(std::size_t(size.area())), mm_per_pixel};
-  cv::Mat to(size, CV_8UC3, small.image.pixels.data()), to_mask(size, CV_8U, small.mask.data());
-  cv::resize(rgb, to, size, 0, 0, cv::INTER_AREA);
-  cv::resize(mask, to_mask, size, 0, 0, cv::INTER_NEAREST);
-  return small;
-}
-
-Rgb8Image in_size_of(const Rgb8Image& image, int width, int height) {
-  const cv::Mat from(image.height, image.width, CV_8UC3,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
-  Rgb8Image sized(width, height);
-  cv::Mat to(height, width, CV_8UC3, sized.pixels.data());
-  cv::resize(from, to, to.size(), 0, 0, width < image.width ? cv::INTER_AREA : cv::INTER_CUBIC);
-  return sized;
-}
-
-double sharpness_of(const TissuePicture& picture) {
-  // A Gaussian that halves the power at an eighth of a turn a pixel.
-  constexpr double kSigma_px = 1.06;
-  TissuePicture grain = picture;
-  grain.mm_per_pixel = TissueAppearance::kGrain_mm;  // as it is
-  const LabPicture lab = lab_picture(grain);
-  const cv::Mat fine = lab.lightness - lab_blurred(lab.lightness, as_float(lab.tissue), kSigma_px);
-  double squares = 0;
-  const std::vector<double> values = values_where(fine, inner(lab.matt, 3));
-  for (const double v : values) squares += v * v;
-  return squares / static_cast<double>(std::max<std::size_t>(values.size(), 1));
+TissuePicture piece_of(const TissuePicture& picture, int x0, int y0, int width, int height) {
+  TissuePicture piece{Rgb8Image(width, height), {}, picture.mm_per_pixel};
+  for (int y = 0; y < height; ++y) {
+    std::copy_n(picture.image.at(x0, y0 + y), 3 * width, piece.image.at(0, y));
+    const auto row = picture.mask.begin() + std::ptrdiff_t(y0 + y) * picture.image.width + x0;
+    piece.mask.insert(piece.mask.end(), row, row + width);
+  }
+  return piece;
 }
 
 namespace {

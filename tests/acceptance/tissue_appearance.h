@@ -58,14 +58,8 @@ std::vector<TissueAppearancePart> in_real_differences(
     const std::vector<TissueAppearancePart>& parts, const std::vector<TissueAppearancePart>& real);
 double mean_distance(const std::vector<TissueAppearancePart>& parts);
 
-// The picture shrunk to another scale, if it is finer.
-TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel);
-
-// Smoothly enlarged or shrunk, whatever its shape was.
-Rgb8Image in_size_of(const Rgb8Image& image, int width, int height);
-
-// Of the lightness, the mean square beyond a quarter of the sampling limit, highlights left out.
-double sharpness_of(const TissuePicture& picture);
+// A part of a picture, within it.
+TissuePicture piece_of(const TissuePicture& picture, int x0, int y0, int width, int height);
 
 // Where a frame shows bright tissue (gallbladder, fat) within a box of pixels: of at least that
 // lightness and yellowness in CIE Lab.
