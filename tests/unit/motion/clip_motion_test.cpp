@@ -241,8 +241,9 @@ ClipMotion motion_where_tissue_moves(std::size_t first, std::size_t end,
   ClipMotion motion = motion_of(tracked, options);
   EXPECT_EQ(motion.failure, "");
   EXPECT_FALSE(motion.left_out.empty());
-  if (!motion.left_out.empty())
+  if (!motion.left_out.empty()) {
     EXPECT_NE(motion.left_out.back().reason.find("tissue moves"), std::string::npos);
+  }
   return motion;
 }
 

@@ -70,7 +70,8 @@ void SlitFilling::fill(PixelAt end, Step back) {
 
 }  // namespace
 
-// Columns know nothing of each other: a word's are filled at once with other words'. Nor do rows.
+// No column of pixels depends on another, so that words of them are filled in parallel; then rows,
+// likewise.
 std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept) {
   const std::size_t before = kept.size();
   SlitFilling slits{bits, frame, kept};
