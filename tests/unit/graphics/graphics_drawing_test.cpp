@@ -275,7 +275,7 @@ TEST_F(OrganTablesTest, KeepsTheSamplesOfTheLastViewsAlone) {
   Warper warper(bundle);
   const OffscreenContext context;
   const OrganSource source = warper.pose(positions, false);
-  constexpr std::size_t kFew_bytes = 3'000'000;
+  constexpr std::size_t kFew_bytes = 2'500'000;
   OrganTables all(source), few(source, kFew_bytes);
   const std::size_t without = few.bytes();
   for (std::size_t camera = 0; camera + 1 < bundle.cameras.cameras.size(); ++camera) {
