@@ -123,33 +123,6 @@ void leave_out_runs(double unlike, const std::vector<bool>& posed,
   end_run();
 }
 
-double root_mean_square(const std::vector<std::size_t>& views, const std::vector<double>& errors) {
-  double squares = 0;
-  for (const std::size_t view : views) squares += errors[view] * errors[view];
-  return std::sqrt(squares / std::max(1.0, static_cast<double>(views.size())));
-}
-
-// What breaks cut the clip into: beside the longest piece, single views may be like it by chance,
-// and a piece is as a whole or is not. Returns the standard error of what is kept.
-double leave_out_pieces(double unlike, const std::vector<bool>& posed,
-                        const std::vector<double>& errors, std::vector<bool>& kept) {
-  std::vector<std::vector<std::size_t>> pieces(1);
-  for (std::size_t view = 0; view < posed.size(); ++view) {
-    if (kept[view])
-      pieces.back().push_back(view);
-    else if (posed[view] && !pieces.back().empty())
-      pieces.emplace_back();
-  }
-  const auto longest = std::ranges::max_element(pieces, {}, &std::vector<std::size_t>::size);
-  std::vector<std::size_t> left;
-  for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-    const bool like = piece == longest || root_mean_square(*piece, errors) <= unlike;
-    for (const std::size_t view : *piece) kept[view] = like;
-    if (like) left.insert(left.end(), piece->begin(), piece->end());
-  }
-  return root_mean_square(left, errors);
-}
-
 }  // namespace
 
 double keep_rigid_span(const FreeLens& lens, Scene& scene) {
@@ -176,9 +149,12 @@ double keep_rigid_span(const FreeLens& lens, Scene& scene) {
       kept[view] = posed[view] && errors[view] <= most;
   }
   errors = errors_of(whole, halves, kept);
-  const double unlike = kUnlike * median_where(kept, errors);
-  leave_out_runs(unlike, posed, errors, kept);
-  const double spread = leave_out_pieces(unlike, posed, errors, kept);
+  leave_out_runs(kUnlike * median_where(kept, errors), posed, errors, kept);
+  double squares = 0;
+  for (std::size_t view = 0; view < views; ++view)
+    if (kept[view]) squares += errors[view] * errors[view];
+  const auto count = static_cast<double>(std::count(kept.begin(), kept.end(), true));
+  const double spread = std::sqrt(squares / std::max(1.0, count));
   if (kept == posed) return spread;
   for (std::size_t view = 0; view < views; ++view)
     if (!kept[view]) scene.camera_from_world[view].reset();
