@@ -97,11 +97,6 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
       posed.back() + 1 < view_frames.size() ? view_frames[posed.back() + 1] : clip.frames;
   const std::size_t begin = std::max(before, first - std::min(first, kBeyond));
   parallel_for(begin, std::min(after, last + 1 + kBeyond), [&](std::size_t frame) {
-    // Nor between two views that it does not explain.
-    const auto next = static_cast<std::size_t>(std::ranges::upper_bound(view_frames, frame) -
-                                               view_frames.begin());
-    if (next > 0 && next < view_frames.size() && !scene.is_posed(next - 1) && !scene.is_posed(next))
-      return;
     const auto distance = [&](std::size_t view) {
       return view_frames[view] > frame ? view_frames[view] - frame : frame - view_frames[view];
     };
@@ -282,7 +277,7 @@ class MotionSearch {
     }
     adjust({.lens = free}, motion.scene);
     drop_outliers(motion.scene);
-    motion.path_sd = keep_rigid_span(free, motion.scene);
+    keep_rigid_span(free, kFewestViews, motion.scene);
     if (free.focal) {
       // What agrees was told anew, and a lens goes a long way for little.
       adjust({.lens = free, .tolerance = 1e-6}, motion.scene);
@@ -330,27 +325,6 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
   return MotionSearch(options, clip, lens, load, context).best_of(std::move(shots));
 }
 
-namespace {
-
-// Of the features that three or more posed views see, the share of sightings that agrees.
-double agreeing_share(const Scene& scene) {
-  constexpr std::ptrdiff_t kFewest = 3;
-  double all = 0, agreeing = 0;
-  for (const Landmark& landmark : scene.landmarks) {
-    const auto posed = [&](const Sighting& seen) { return scene.is_posed(seen.view); };
-    const auto seen = std::count_if(landmark.seen.begin(), landmark.seen.end(), posed);
-    if (seen < kFewest) continue;
-    all += static_cast<double>(seen);
-    if (landmark.place)
-      agreeing += static_cast<double>(
-          std::count_if(landmark.seen.begin(), landmark.seen.end(),
-                        [&](const Sighting& one) { return one.agrees && posed(one); }));
-  }
-  return all > 0 ? agreeing / all : 0;
-}
-
-}  // namespace
-
 ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
                            const Intrinsics& lens,
                            std::vector<std::optional<RigidTransform>> camera_from_world,
@@ -370,7 +344,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   triangulate(motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
-  const double explained = agreeing_share(motion.scene);
+  const double explained = agreeing_share(motion.scene, {0, motion.view_frames.size()});
   constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
   if (explained < kFew)
     motion.failure = "the given poses explain only " + percent(explained) +

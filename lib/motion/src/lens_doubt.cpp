@@ -87,19 +87,6 @@ void split(std::vector<std::size_t> landmarks, int times, const Scene& scene,
   split({middle, landmarks.end()}, times - 1, scene, regions);
 }
 
-}  // namespace
-
-std::vector<std::vector<std::size_t>> regions_of(const Scene& scene, int halvings) {
-  std::vector<std::size_t> placed;
-  for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
-    if (scene.landmarks[i].place) placed.push_back(i);
-  std::vector<std::vector<std::size_t>> regions;
-  split(std::move(placed), halvings, scene, regions);
-  return regions;
-}
-
-namespace {
-
 // By view: whether it has a pose.
 std::vector<bool> posed(const Scene& scene) {
   std::vector<bool> views(scene.camera_from_world.size());
@@ -118,9 +105,11 @@ NormalEquations equations_of(const std::vector<std::size_t>& landmarks, const Fr
 }
 
 // Lens steps without one region of the tissue after another.
-std::vector<Eigen::Vector2d> steps_without_regions(const FreeLens& free, const Scene& scene) {
+std::vector<Eigen::Vector2d> steps_without_regions(const std::vector<std::size_t>& placed,
+                                                   const FreeLens& free, const Scene& scene) {
   constexpr int kHalvings = 3;
-  const std::vector<std::vector<std::size_t>> regions = regions_of(scene, kHalvings);
+  std::vector<std::vector<std::size_t>> regions;
+  split(placed, kHalvings, scene, regions);
   const std::vector<bool> views = posed(scene);
   std::vector<NormalEquations> parts(regions.size());
   parallel_for(std::size_t{0}, regions.size(),
@@ -168,7 +157,7 @@ LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_va
   std::vector<std::size_t> placed;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
     if (scene.landmarks[i].place) placed.push_back(i);
-  const Eigen::Vector2d variance = jackknife_variance(steps_without_regions(free, scene)) +
+  const Eigen::Vector2d variance = jackknife_variance(steps_without_regions(placed, free, scene)) +
                                    jackknife_variance(steps_without_stretches(placed, free, scene));
   // Whatever is left out, windows slide along edges a little in the same way.
   constexpr double kNeverTold = 0.005;

@@ -200,9 +200,6 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
       {focal_sd > kLensUnsure,
        "the focal length is known to " + percent(focal_sd) + " only, and depth is as uncertain"},
       {too_flat, "the scene is far flatter than its brightness says"},
-      {motion.path_sd > kPathSure,
-       "parts of the tissue tell paths of the scope that differ by " + percent(motion.path_sd) +
-           " of its extent: tissue moves, or hardly any parallax tells the path"},
       {quality.posed_share < kFewPosed,
        "only " + percent(quality.posed_share) + " of the frames have a pose"}};
   for (const auto& [holds, reason] : doubts) {

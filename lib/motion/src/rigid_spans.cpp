@@ -1,168 +1,165 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The part of a clip that one rigid scene explains. In: a scene whose views are posed. Halves of
-// the tissue each tell the scope's path anew; how far their paths lie from the whole tissue's is
-// its standard error (balanced half-samples, McCarthy 1969). Where tissue moves against other
-// tissue, or views hang together by too little, halves part. Out: the scene without the views whose
-// places they don't tell, and how sure the rest is.
-#include <Eigen/Geometry>
+// Which views of a scene are one rigid scene. In: a scene of all views. Either end of the clip, in
+// several lengths, is fitted by itself; where it then explains clearly more of what its views see
+// than together with the rest, the scope has jumped or tissue has moved. Out: the scene of the rest
+// alone, without the views of the transition.
 #include <algorithm>
-#include <cmath>
+#include <array>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
+#include "organbake/motion/clip_motion.h"
 #include "organbake/motion/scene.h"
 #include "two_views.h"
 
 namespace organbake {
+double agreeing_share(const Scene& scene, const ViewRange& range) {
+  double all = 0, agreeing = 0;
+  constexpr std::ptrdiff_t kFewest = 3;
+  for (const Landmark& landmark : scene.landmarks) {
+    const auto in_range = [&](const Sighting& seen) {
+      return range.has(seen.view) && scene.is_posed(seen.view);
+    };
+    const auto seen = std::count_if(landmark.seen.begin(), landmark.seen.end(), in_range);
+    if (seen < kFewest) continue;
+    all += static_cast<double>(seen);
+    if (landmark.place)
+      agreeing += static_cast<double>(
+          std::count_if(landmark.seen.begin(), landmark.seen.end(),
+                        [&](const Sighting& one) { return one.agrees && in_range(one); }));
+  }
+  return all > 0 ? agreeing / all : 0;
+}
+
 namespace {
 
-using Centers = std::vector<std::optional<Eigen::Vector3d>>;  // of the lens, by view
-
-// The path as these landmarks alone tell it; nothing of views that see too few of them.
-Centers path_by(const std::vector<std::size_t>& landmarks, const Scene& scene) {
-  constexpr std::size_t kFewest = 30;
-  Scene part{scene.lens, scene.camera_from_world, {}};
-  for (const std::size_t i : landmarks) part.landmarks.push_back(scene.landmarks[i]);
-  adjust({.iterations = 15, .tolerance = 1e-6, .sightings_per_view = 300}, part);
-  const std::size_t views = scene.camera_from_world.size();
-  std::vector<SeenPlaces> seen(views);
-  std::vector<std::size_t> agreeing(views);
-  for (const Landmark& landmark : part.landmarks)
+// Of the features that are seen well on both sides of a view, the share that has one place there.
+double tied_share(const Scene& scene, std::size_t view) {
+  constexpr int kWell = 2;  // sightings
+  double both = 0, tied = 0;
+  for (const Landmark& landmark : scene.landmarks) {
+    std::array<int, 2> seen = {}, agreeing = {};
     for (const Sighting& one : landmark.seen) {
-      seen[one.view].places.push_back(*landmark.place);
-      seen[one.view].pixels.push_back(one.pixel);
-      agreeing[one.view] += one.agrees;
+      if (!scene.is_posed(one.view)) continue;
+      ++seen[one.view >= view];
+      agreeing[one.view >= view] += landmark.place && one.agrees;
     }
-  Centers centers(views);
-  for (std::size_t view = 0; view < views; ++view) {
-    if (!scene.is_posed(view) || seen[view].places.size() < kFewest) continue;
-    RigidTransform pose = *part.camera_from_world[view];
-    // Of tissue that has moved nothing agrees with the rest: it tells where the view is to it.
-    if (2 * agreeing[view] < seen[view].places.size()) adjust_pose(scene.lens, seen[view], pose);
-    centers[view] = pose.inverse().translation;
+    both += seen[0] >= kWell && seen[1] >= kWell;
+    tied += agreeing[0] >= kWell && agreeing[1] >= kWell;
   }
-  return centers;
+  return both > 0 ? tied / both : 0;
 }
 
-// Four regions of the tissue, two by two: what one half lacks another has.
-std::vector<Centers> paths_by_halves(const Scene& scene) {
-  const std::vector<std::vector<std::size_t>> regions = regions_of(scene, 2);
-  constexpr std::size_t kHalves[][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}, {1, 2}};
-  std::vector<Centers> paths(std::size(kHalves));
-  parallel_for(std::size_t{0}, paths.size(), [&](std::size_t i) {
-    std::vector<std::size_t> half = regions[kHalves[i][0]];
-    const auto& other = regions[kHalves[i][1]];
-    half.insert(half.end(), other.begin(), other.end());
-    paths[i] = path_by(half, scene);
+// These views by themselves, with places of their own.
+Scene alone(const Scene& scene, const ViewRange& range) {
+  Scene part = scene;
+  for (std::size_t view = 0; view < part.camera_from_world.size(); ++view)
+    if (!range.has(view)) part.camera_from_world[view].reset();
+  for (Landmark& landmark : part.landmarks) {
+    landmark.place.reset();
+    for (Sighting& seen : landmark.seen) seen.agrees = true;
+  }
+  triangulate(part);
+  settle({.iterations = 10, .tolerance = 1e-4, .sightings_per_view = 100}, part);
+  return part;
+}
+
+// The views of one end of the clip, so many of them, and those of them next to the rest.
+struct ClipEnd {
+  ViewRange views, border;
+};
+
+ClipEnd end_of(std::size_t views, std::size_t count, bool last) {
+  constexpr std::size_t kBorder = 6;
+  const std::size_t border = std::min(kBorder, count);
+  if (last) return {{views - count, views}, {views - count, views - count + border}};
+  return {{0, count}, {count - border, count}};
+}
+
+// Whether these views agree clearly better by themselves.
+bool breaks_off(const Scene& scene, const ClipEnd& end) {
+  constexpr double kTied = 0.75;  // of a scene that holds, nearly all features are
+  // Of the sightings: a rigid scene's parts gain up to 0.02 by themselves, those of tissue that
+  // breathes a little 0.1, though all of its path is right.
+  constexpr double kClearly = 0.14;
+  const std::size_t border = end.views.first == 0 ? end.views.end : end.views.first;
+  if (tied_share(scene, border) > kTied) return false;
+  return agreeing_share(alone(scene, end.views), end.border) >
+         agreeing_share(scene, end.border) + kClearly;
+}
+
+// The most views of one end that break off; 0 = none do.
+std::size_t broken_off(const Scene& scene, std::size_t fewest_views, bool last) {
+  constexpr std::size_t kTries = 5;
+  const std::size_t views = scene.camera_from_world.size(), most = views / 2;
+  if (most < fewest_views) return 0;
+  const std::size_t step = std::max<std::size_t>(1, (most - fewest_views) / kTries);
+  std::vector<std::size_t> counts;
+  for (std::size_t count = fewest_views; count <= most; count += step) counts.push_back(count);
+  std::vector<char> broken(counts.size());
+  parallel_for(std::size_t{0}, counts.size(), [&](std::size_t i) {
+    broken[i] = breaks_off(scene, end_of(views, counts[i], last));
   });
-  return paths;
+  const auto farthest = std::find(broken.rbegin(), broken.rend(), 1);
+  if (farthest == broken.rend()) return 0;
+  std::size_t count = counts[static_cast<std::size_t>(broken.rend() - farthest) - 1];
+  for (std::size_t i = 1; i < step && count + 1 <= most; ++i, ++count)
+    if (!breaks_off(scene, end_of(views, count + 1, last))) break;
+  return count;
 }
 
-// The views' standard errors as shares of the path's extent, where all paths are laid over each
-// other by the views that are kept.
-std::vector<double> errors_of(const Centers& whole, const std::vector<Centers>& halves,
-                              const std::vector<bool>& kept) {
-  const std::size_t views = whole.size();
-  std::vector<Eigen::Vector2d> sums(views, Eigen::Vector2d::Zero());  // of squares; of halves
-  Eigen::AlignedBox3d path;
-  for (std::size_t view = 0; view < views; ++view)
-    if (kept[view]) path.extend(*whole[view]);
-  for (const Centers& half : halves) {
-    Eigen::Matrix3Xd from(3, views), to(3, views);
-    Eigen::Index count = 0;
-    for (std::size_t view = 0; view < views; ++view)
-      if (kept[view] && half[view]) {
-        from.col(count) = *half[view];
-        to.col(count++) = *whole[view];
+void fit_anew(const FreeLens& lens, Scene& scene) {
+  drop_outliers(scene);
+  triangulate(scene);
+  settle({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
+}
+
+// While the scope jumps or tissue moves, views fit neither side of a break.
+void drop_transition(bool last, Scene& scene) {
+  constexpr double kUsual = 0.9;  // of what the views agree
+  std::vector<std::size_t> posed;
+  std::vector<double> shares;
+  for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view) {
+    if (!scene.is_posed(view)) continue;
+    std::size_t seen = 0, agreeing = 0;
+    for (const Landmark& landmark : scene.landmarks)
+      if (const Sighting* one = sighting_in(landmark, view)) {
+        ++seen;
+        agreeing += landmark.place && one->agrees;
       }
-    if (count < 3) continue;
-    const Eigen::Matrix4d laid = Eigen::umeyama(from.leftCols(count), to.leftCols(count), true);
-    for (std::size_t view = 0; view < views; ++view)
-      if (half[view])
-        sums[view] += Eigen::Vector2d(
-            ((laid * half[view]->homogeneous()).head<3>() - *whole[view]).squaredNorm(), 1);
+    posed.push_back(view);
+    shares.push_back(static_cast<double>(agreeing) / std::max<double>(1, double(seen)));
   }
-  std::vector<double> errors;
-  for (const Eigen::Vector2d& sum : sums)
-    errors.push_back(std::sqrt(sum[0] / std::max(1.0, sum[1])) / path.sizes().norm());
-  return errors;
-}
-
-double median_where(const std::vector<bool>& counts, const std::vector<double>& values) {
-  std::vector<double> counted;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (counts[i]) counted.push_back(values[i]);
-  return median(std::move(counted));
-}
-
-constexpr double kUnlike = 2;  // times what is usual of the clip's own views
-
-// A break lies where errors begin to be unlike the others, not where they have grown; and a view or
-// two by themselves are chance.
-void leave_out_runs(double unlike, const std::vector<bool>& posed,
-                    const std::vector<double>& errors, std::vector<bool>& kept) {
-  constexpr std::size_t kFewest = 3;
-  std::vector<std::size_t> run;
-  bool breaks = false;
-  const auto end_run = [&] {
-    for (const std::size_t view : run) kept[view] = !breaks || run.size() < kFewest;
-    run.clear();
-    breaks = false;
-  };
-  for (std::size_t view = 0; view < posed.size(); ++view) {
-    if (!posed[view]) continue;
-    if (errors[view] > unlike) {
-      run.push_back(view);
-      breaks = breaks || !kept[view];
-    } else {
-      kept[view] = true;
-      end_run();
-    }
+  const double least = kUsual * median(shares);
+  if (last) {
+    std::reverse(posed.begin(), posed.end());
+    std::reverse(shares.begin(), shares.end());
   }
-  end_run();
+  const std::size_t most = posed.size() / 4;
+  for (std::size_t i = 0; i < most && shares[i] < least; ++i)
+    scene.camera_from_world[posed[i]].reset();
 }
 
 }  // namespace
 
-double keep_rigid_span(const FreeLens& lens, Scene& scene) {
-  constexpr std::size_t kFewest = 4;  // paths of fewer views can't be laid over each other
-  if (scene.posed_views() < kFewest) return 0;
-  const std::size_t views = scene.camera_from_world.size();
-  std::vector<bool> posed(views);
-  Centers whole(views);
-  for (std::size_t view = 0; view < views; ++view)
-    if ((posed[view] = scene.is_posed(view)))
-      whole[view] = scene.camera_from_world[view]->inverse().translation;
-  const std::vector<Centers> halves = paths_by_halves(scene);
-  // Laid by the half of the views that agrees best (least trimmed squares, Rousseeuw 1984), then by
-  // all that are like it.
-  constexpr int kLayings = 12;
-  std::vector<bool> kept = posed;
-  std::vector<double> errors;
-  for (int pass = 0; pass < kLayings; ++pass) {
-    errors = errors_of(whole, halves, kept);
-    const double most = 2 * pass < kLayings
-                            ? median_where(posed, errors)
-                            : std::max(kPathSure, kUnlike * median_where(kept, errors));
-    for (std::size_t view = 0; view < views; ++view)
-      kept[view] = posed[view] && errors[view] <= most;
+void keep_rigid_span(const FreeLens& lens, std::size_t fewest_views, Scene& scene) {
+  std::vector<bool> broken;  // ends: whether it is the last one
+  for (const bool last : {true, false}) {
+    const std::size_t count = broken_off(scene, fewest_views, last);
+    if (count == 0) continue;
+    broken.push_back(last);
+    const ViewRange gone = end_of(scene.camera_from_world.size(), count, last).views;
+    for (std::size_t view = gone.first; view < gone.end; ++view)
+      scene.camera_from_world[view].reset();
+    fit_anew(lens, scene);
   }
-  errors = errors_of(whole, halves, kept);
-  leave_out_runs(kUnlike * median_where(kept, errors), posed, errors, kept);
-  double squares = 0;
-  for (std::size_t view = 0; view < views; ++view)
-    if (kept[view]) squares += errors[view] * errors[view];
-  const auto count = static_cast<double>(std::count(kept.begin(), kept.end(), true));
-  const double spread = std::sqrt(squares / std::max(1.0, count));
-  if (kept == posed) return spread;
-  for (std::size_t view = 0; view < views; ++view)
-    if (!kept[view]) scene.camera_from_world[view].reset();
-  drop_outliers(scene);
-  settle({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
+  if (broken.empty()) return;
+  // What is usual is told by the rest alone.
+  for (const bool last : broken) drop_transition(last, scene);
+  fit_anew(lens, scene);
   adjust({.lens = lens, .iterations = 20}, scene);
   drop_outliers(scene);
-  return spread;
 }
 
 }  // namespace organbake

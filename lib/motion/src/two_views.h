@@ -50,16 +50,19 @@ Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Ve
 // Moves the scene (adjust), then asks anew which sightings agree and what has a place.
 void settle(const AdjustmentOptions& options, Scene& scene);
 
-// Landmarks that have a place, halved so many times across where they lie widest apart.
-std::vector<std::vector<std::size_t>> regions_of(const Scene& scene, int halvings);
+// Views from `first` up to, not including, `end`.
+struct ViewRange {
+  std::size_t first = 0, end = 0;
+  bool has(std::size_t view) const { return view >= first && view < end; }
+};
 
-// A path is right where it errs by less than a tenth of its extent: two standard errors.
-constexpr double kPathSure = 0.05;
+// Of the features that three or more of these views see, the share of sightings that agrees.
+double agreeing_share(const Scene& scene, const ViewRange& range);
 
-// Takes the poses from the views whose places one half of the tissue tells otherwise than another:
-// there the scope has jumped, or tissue has moved. The rest is fitted anew. Returns the standard
-// error of the rest's path as a share of its extent. Deterministic.
-double keep_rigid_span(const FreeLens& lens, Scene& scene);
+// Takes the poses from the views at the clip's end, or its beginning, that fit clearly better by
+// themselves than with the rest: there the scope has jumped, or tissue has moved. The rest, at
+// least half of the views, is fitted anew. Deterministic.
+void keep_rigid_span(const FreeLens& lens, std::size_t fewest_views, Scene& scene);
 
 // Looks for places in views that do not see them yet but should, by where they are projected to:
 // where the scope comes back, and where a track was lost. Each is tracked there from the view that

@@ -229,7 +229,6 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("k1", scene.lens.k1);
   report.add("k1_sd", motion.lens_spread.k1);
   report.add("verdict", name_of(motion.quality.verdict));
-  report.add("path_sd", motion.path_sd);
   report.add("runner_up", motion.quality.runner_up);
   report.add("lamp_correlation", motion.quality.lamp_correlation);
   report.add("lamp_slope", motion.quality.lamp_slope);

@@ -91,7 +91,6 @@ struct ClipMotion {
   // Of each frame of the clip, from those of the views; nothing outside the span.
   std::vector<std::optional<RigidTransform>> camera_from_world;
   LensSpread lens_spread;
-  double path_sd = 0;  // the views' standard error by the path's extent; 0 = not told
   std::vector<FrameSpan> left_out;
   // Agreeing sightings of places that three views or more see under more than 2 degrees.
   double mean_error_px = 0, median_angle_rad = 0;
