@@ -189,12 +189,10 @@ bool OrganView::draw_right_eye() {
 
 // The lens's distortion is left out: what is touched lies under the pointer.
 Rgb8Image OrganView::seen_tissue(const View& view, const Frame& frame) const {
-  if (!state_.through_scope) return frame.color;
-  Rgb8Image picture;
+  Rgb8Image picture = frame.color;
+  if (!state_.through_scope) return picture;
   if (state_.scope.surroundings)
     paint_cavity_wall({frame, view, rest_bounds(player_)}, DrawOptions::kCavity, picture);
-  else
-    picture = frame.color;
   apply_scope_picture(state_.scope, view.camera.intrinsics.fx, frame.depth_mm, picture);
   return picture;
 }

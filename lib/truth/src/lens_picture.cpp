@@ -8,9 +8,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
-#include "cavity_wall.h"
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
@@ -225,44 +223,31 @@ LensPicture::LensPicture(const ScopeLens& lens, const std::string& name) : scope
     gain_.push_back(static_cast<float>(std::pow(1 / ray.norm(), lens.vignette_exponent)));
 }
 
-void LensPicture::resample(const Rgb8Image& drawn, Rgb8Image& seen, const Frame* frame,
-                           const CavityWall* wall) const {
+void LensPicture::resample(const Rgb8Image& drawn, Rgb8Image& seen) const {
   const Intrinsics& k = scope_.intrinsics;
   seen.width = k.width, seen.height = k.height;
   seen.pixels.resize(3 * at_px_.size());
   const auto& linear = linear_from_srgb8();
-  const auto pixel = [&](std::size_t i, const std::uint8_t* of_wall) {
-    const Cell cell(at_px_[i]);
-    const std::array<float, 4> share = cell.shares();
-    std::array<const std::uint8_t*, 4> at = {drawn.at(cell.x, cell.y), drawn.at(cell.x + 1, cell.y),
-                                             drawn.at(cell.x, cell.y + 1),
-                                             drawn.at(cell.x + 1, cell.y + 1)};
-    const float gain = gain_.empty() ? 1 : gain_[i];
-    const int open = of_wall ? wall->shown_in(*frame, cell.x, cell.y) : 0;
-    if (open == 4) {
-      for (int c = 0; c < 3; ++c) seen.pixels[3 * i + c] = encoded(gain * linear[of_wall[c]]);
-      return;
+  parallel_for(0, k.height, [&](int y) {
+    for (int x = 0; x < k.width; ++x) {
+      const std::size_t i = std::size_t(y) * k.width + x;
+      const Cell cell(at_px_[i]);
+      const std::array<float, 4> share = cell.shares();
+      const std::uint8_t* const at[4] = {drawn.at(cell.x, cell.y), drawn.at(cell.x + 1, cell.y),
+                                         drawn.at(cell.x, cell.y + 1),
+                                         drawn.at(cell.x + 1, cell.y + 1)};
+      const float gain = gain_.empty() ? 1 : gain_[i];
+      for (int c = 0; c < 3; ++c) {
+        float sum = 0;
+        for (int n = 0; n < 4; ++n) sum += share[n] * linear[at[n][c]];
+        seen.pixels[3 * i + c] = encoded(gain * sum);
+      }
     }
-    for (int n = 0; n < 4 && open > 0; ++n)
-      if (wall->shows(*frame, cell.x + n % 2, cell.y + n / 2)) at[n] = of_wall;
-    for (int c = 0; c < 3; ++c) {
-      float sum = 0;
-      for (int n = 0; n < 4; ++n) sum += share[n] * linear[at[n][c]];
-      seen.pixels[3 * i + c] = encoded(gain * sum);
-    }
-  };
-  const int side = wall ? wall->square_px() : 1;
-  parallel_for(0, (k.height + side - 1) / side, [&](int square) {
-    std::vector<std::uint8_t> colors;
-    if (wall) colors = wall->colors_of(square * side, k.width);
-    for (int y = square * side; y < std::min((square + 1) * side, k.height); ++y)
-      for (int x = 0; x < k.width; ++x)
-        pixel(std::size_t(y) * k.width + x, wall ? &colors[3 * std::size_t(x)] : nullptr);
   });
 }
 
 void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
-  resample(drawn, seen, nullptr, nullptr);
+  resample(drawn, seen);
   apply_scope_picture(scope_.picture, seen);
 }
 
@@ -275,10 +260,14 @@ void LensPicture::prepare(DrawOptions& options) const {
 // that were drawn.
 void LensPicture::show(const DrawnScene& scene, Rgb8Image& seen) const {
   const ScopePicture& scope = scope_.picture;
-  std::optional<CavityWall> wall;
-  if (scope.surroundings) wall.emplace(scene, scope_.intrinsics, DrawOptions::kCavity);
-  resample(scene.frame.color, seen, &scene.frame, wall ? &*wall : nullptr);
-  if (!(scope.aperture_mm > 0 || scope.folds > 0)) return apply_scope_picture(scope, seen);
+  if (scope.surroundings) {
+    Rgb8Image drawn;
+    paint_cavity_wall(scene, DrawOptions::kCavity, drawn);
+    resample(drawn, seen);
+  } else {
+    resample(scene.frame.color, seen);
+  }
+  if (!scope.needs_depth()) return apply_scope_picture(scope, seen);
   apply_scope_picture(scope, scope_.intrinsics.fx, depth_seen(scene.frame.depth_mm), seen);
 }
 

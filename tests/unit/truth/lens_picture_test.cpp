@@ -296,25 +296,6 @@ TEST(CavityWall, StaysInTheWorldBehindTheOrganAndOutOfTheFrame) {
     }
   EXPECT_GT(wall, 10000u);
   EXPECT_GT(brightest, darkest + 10);
-  // Through a lens it is what the pinhole's picture has there, dimmed by the vignette as skin is.
-  ScopeLens dim = scope();
-  dim.vignette_exponent = 3;
-  const LensPicture plain(dim, "scope.json");
-  dim.picture.surroundings = true;
-  const LensPicture lens(dim, "scope.json");
-  View wide = view;
-  wide.camera.intrinsics = lens.pinhole();
-  Rgb8Image seen, expected, flat;
-  plain.show(painted(wide, frame), expected);
-  plain.show(frame.color, flat);
-  lens.show({frame, wide, organs}, seen);
-  double apart = 0, of_flat = 0;  // between the nodes of two lattices
-  for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
-    apart += std::abs(seen.pixels[i] - expected.pixels[i]);
-    of_flat += std::abs(flat.pixels[i] - expected.pixels[i]);
-  }
-  EXPECT_LT(apart, double(seen.pixels.size()));
-  EXPECT_LT(apart, 0.3 * of_flat);
 }
 
 // A checkerboard whose left half lies in focus and whose right half far behind.

@@ -29,7 +29,6 @@ struct DrawnScene {
 };
 
 Bounds rest_bounds(const Player& player);
-class CavityWall;
 
 // Paints what lies behind the organs in an operation: the wall of a cavity, a sphere about the
 // organs that stays where it is when the view moves, dim, red-brown and folded, with fat here and
@@ -118,9 +117,7 @@ class LensPicture {
   void show(const Flow& drawn, const PixelTruth& truth, Flow& seen) const;
 
  private:
-  // wall: null for none, else what `frame`, whose picture is drawn, shows where nothing is.
-  void resample(const Rgb8Image& drawn, Rgb8Image& seen, const Frame* frame,
-                const CavityWall* wall) const;
+  void resample(const Rgb8Image& drawn, Rgb8Image& seen) const;
   std::vector<float> depth_seen(const std::vector<float>& drawn_mm) const;
   // The pixels round a ray that show what it meets, and their shares.
   struct Corners;
