@@ -67,9 +67,8 @@ std::vector<NamedFile> named_files(const std::vector<std::string>& words) {
 
 void check_input_name(const std::string& input) {
   if (is_recipe_input(input)) return;
-  std::string known;
-  for (const RecipeInput& one : recipe_inputs()) known += (known.empty() ? "" : ", ") + one.name;
-  throw UsageError("--as " + input + " is no input of a recipe; the inputs are " + known);
+  throw UsageError("--as " + input + " is no input of a recipe; the inputs are " +
+                   joined(recipe_inputs(), ", ", [](const RecipeInput& one) { return one.name; }));
 }
 
 }  // namespace
