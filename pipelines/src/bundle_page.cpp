@@ -93,8 +93,8 @@ std::string proxies_section(const Bundle& frame, const BundlePictures& pictures)
 }
 
 std::string figures_of(const Json& stage) {
-  std::string html = "<details><summary>" + escape_html(stage.at("stage")) + ", version " +
-                     stage.at("version").dump() + ": all figures</summary><table>";
+  std::string html =
+      "<details><summary>" + escape_html(stage.at("stage")) + ": all figures</summary><table>";
   for (const auto& [name, value] : stage.at("figures").items())
     html += "<tr>" + html_cell(name) + html_cell(value_text(value)) + "</tr>";
   return html + "</table></details>";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The cache of steps: what a step made lies under the key of its options, inputs and version, and
+// The cache of steps: what a step made lies under the key of its options, inputs and program, and
 // is found, checked and stored there while other bakes do the same.
 #include "organbake/pipelines/cache.h"
 
@@ -35,13 +35,14 @@ std::string step_json(const CacheEntry& entry) {
   const StepIngredients& step = entry.ingredients;
   const Json json = {{"schema", kStepSchema},
                      {"stage", step.stage},
-                     {"version", step.version},
+                     {"program", step.program},
                      {"options", Json::parse(step.options_json)},
                      {"inputs", step.inputs},
                      {"files", entry.files},
                      {"report", Json::parse(entry.record.report_json)},
                      {"seconds", entry.record.seconds},
-                     {"warnings", entry.record.warnings}};
+                     {"warnings", entry.record.warnings},
+                     {"modules", entry.record.modules}};
   // A warning may name a file, and file names need not be UTF-8.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -49,11 +50,13 @@ std::string step_json(const CacheEntry& entry) {
 CacheEntry read_entry(const fs::path& folder) {
   const Json json = Json::parse(read_text_file(folder / kStepFile));
   // Older entries don't tell how they were made.
-  return {folder,
-          {json.at("stage"), json.at("version"), json.at("options").dump(), json.at("inputs")},
-          json.at("files"),
-          {json.at("report").dump(), json.value("seconds", 0.0),
-           json.value("warnings", std::vector<std::string>())}};
+  return {
+      folder,
+      {json.at("stage"), json.value("program", ""), json.at("options").dump(), json.at("inputs")},
+      json.at("files"),
+      {json.at("report").dump(), json.value("seconds", 0.0),
+       json.value("warnings", std::vector<std::string>()),
+       json.value("modules", std::map<std::string, std::string>())}};
 }
 
 // A step.json that cannot be read counts as no entry: the step then runs again and mends it.
@@ -74,6 +77,14 @@ bool sizes_match(const CacheEntry& entry) {
   });
 }
 
+bool modules_match(const CacheEntry& entry) {
+  const auto& modules = entry.record.modules;
+  return std::all_of(modules.begin(), modules.end(), [](const auto& module) {
+    const fs::path file = module_folder() / module.first;
+    return fs::exists(file) && quick_hash_of_file(file) == module.second;
+  });
+}
+
 // Containers run without a home, or with one that nobody may write to.
 bool can_be_made(fs::path folder) {
   std::error_code error;
@@ -84,7 +95,7 @@ bool can_be_made(fs::path folder) {
 }  // namespace
 
 std::string StepIngredients::key() const {
-  std::string text = stage + "\n" + std::to_string(version) + "\n" + options_json + "\n";
+  std::string text = stage + "\n" + program + "\n" + options_json + "\n";
   for (const auto& [name, hash] : inputs) text += name + " " + hash + "\n";
   return quick_hash(text);
 }
@@ -132,7 +143,10 @@ std::optional<CacheEntry> Cache::find(const StepIngredients& ingredients) const 
   const fs::path folder = folder_ / ingredients.key();
   if (!fs::exists(folder / kStepFile)) return std::nullopt;
   std::optional<CacheEntry> entry = try_read_entry(folder);
-  if (!entry || entry->ingredients.key() != ingredients.key() || !sizes_match(*entry)) return {};
+  if (!entry || entry->ingredients.key() != ingredients.key() || !sizes_match(*entry) ||
+      !modules_match(*entry)) {
+    return {};
+  }
   return entry;
 }
 
@@ -172,7 +186,7 @@ std::optional<StepIngredients> Cache::nearest(const StepIngredients& ingredients
 
 std::vector<std::string> differences(const StepIngredients& before, const StepIngredients& now) {
   std::vector<std::string> list;
-  if (before.version != now.version) list.push_back("the stage has a new version");
+  if (before.program != now.program) list.push_back("its program is another");
   const Json old_options = Json::parse(before.options_json);
   const Json new_options = Json::parse(now.options_json);
   for (const auto& [name, value] : new_options.items()) {

@@ -154,7 +154,6 @@ LockOptions output_lock(const fs::path& target) {
 
 namespace {
 
-constexpr int kBundleVersion = 1;  // raise it when the same steps give another bundle
 std::string generator() { return std::string("organbake ") + kVersion; }
 constexpr const char* kSurface = "surface.ply";
 
@@ -213,7 +212,7 @@ StepIngredients ingredients_of(const BakeResult& bake, Runner& runner) {
   const Json options = {{"recipe", recipe_echo(bake)},
                         {"left_out", left_out_json(bake.plan.left_out)},
                         {"generator", generator()}};
-  StepIngredients ingredients{"bundle", kBundleVersion, options.dump(), {}};
+  StepIngredients ingredients{"bundle", quick_hash_of_file("/proc/self/exe"), options.dump(), {}};
   for (const StepResult& step : bake.steps) {
     ingredients.inputs[step.step->stage->name] = step.entry.ingredients.key();
   }

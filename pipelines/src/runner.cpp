@@ -54,6 +54,23 @@ StageCall make_call(const Step& step, const fs::path& folder, const RunContext& 
   return call;
 }
 
+// A module that is missing is told of when its stage is to run.
+std::string program_of(const Stage& stage) {
+  const fs::path module = module_file(stage.name);
+  return fs::exists(module) ? quick_hash_of_file(module) : "";
+}
+
+// What stages load for themselves: readers of rare files, contours. One that an earlier step of this
+// process loaded is among them, whether this one used it or not.
+std::map<std::string, std::string> shared_modules() {
+  std::map<std::string, std::string> modules;
+  for (const fs::path& file : loaded_modules()) {
+    const std::string name = file.filename();
+    if (!name.starts_with("stage_")) modules[name] = quick_hash_of_file(file);
+  }
+  return modules;
+}
+
 }  // namespace
 
 std::string StepResult::declined() const {
@@ -83,7 +100,7 @@ const std::string& Runner::sum_of_given(InputKind kind, const fs::path& path) {
 
 Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>& earlier,
                          bool forced, bool explain) {
-  StepIngredients ingredients{step.stage->name, step.stage->version, step.options_json, {}};
+  StepIngredients ingredients{step.stage->name, program_of(*step.stage), step.options_json, {}};
   for (const InputSource& input : step.inputs) {
     if (!input.given.empty()) {
       ingredients.inputs[input.name] = hash_of_given(input.kind, input.given);
@@ -168,6 +185,7 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
     record.report_json = stage_report_json(*step.stage, report);
     record.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    record.modules = shared_modules();
     return record;
   });
   context.progress(1);
@@ -234,7 +252,6 @@ std::vector<std::string> explanation(const Forecast& forecast) {
                                     (forecast.cached ? "cached" : "to run") + ", because " +
                                     forecast.why};
   if (forecast.ingredients) lines.push_back("  key      " + forecast.ingredients->key());
-  lines.push_back("  version  " + std::to_string(step.stage->version));
   lines.push_back("  options  " + step.options_json);
   for (const InputSource& input : step.inputs) {
     const auto* known = forecast.ingredients ? &forecast.ingredients->inputs : nullptr;
@@ -257,7 +274,6 @@ std::string stage_report_json(const Stage& stage, const StageReport& report) {
   for (const auto& [name, value] : report.figures) figures[name] = to_json(value);
   Json json = {{"schema", "organbake/stage-report/1"},
                {"stage", stage.name},
-               {"version", stage.version},
                {"figures", figures},
                {"skipped", left_out_json(report.skipped)}};
   if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;

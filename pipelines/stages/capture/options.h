@@ -80,7 +80,6 @@ inline void bind(OptionList& list, CaptureStageOptions& o) {
 inline Stage capture_stage() {
   return {
       .name = "capture",
-      .version = 16,
       .summary = "bake depth, colour and microstructure for each virtual camera",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {"proxy", InputKind::mesh, "the proxy"},

@@ -45,7 +45,6 @@ inline void bind(OptionList& list, DecimateStageOptions& options) {
 
 inline Stage decimate_stage() {
   return {.name = "decimate",
-          .version = 8,
           .summary = "reduce a surface to the coarse proxy that the player deforms",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"proxy", "proxy.ply"}},

@@ -47,7 +47,6 @@ inline void bind(OptionList& list, FuseStageOptions& options) {
 
 inline Stage fuse_stage() {
   return {.name = "fuse",
-          .version = 4,
           .summary = "fuse depth maps from known poses into one coloured surface",
           .inputs = {{.name = "depth",
                       .kind = InputKind::frames,

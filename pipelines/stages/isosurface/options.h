@@ -66,7 +66,6 @@ inline void bind(OptionList& list, IsosurfaceStageOptions& options) {
 inline Stage isosurface_stage() {
   return {
       .name = "isosurface",
-      .version = 6,
       .summary = "turn a CT, or one label of a mask, into a closed surface",
       .inputs =
           {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,

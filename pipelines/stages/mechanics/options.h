@@ -64,7 +64,6 @@ inline void bind(OptionList& list, MechanicsStageOptions& options) {
 
 inline Stage mechanics_stage() {
   return {.name = "mechanics",
-          .version = 9,
           .summary = "give a proxy its springs, masses and anchors",
           .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
           .outputs = {{"mechanics", "mechanics.json"}},

@@ -53,7 +53,6 @@ inline void bind(OptionList& list, MotionStageOptions& o) {
 
 inline Stage motion_stage() {
   return {.name = "motion",
-          .version = 10,
           .summary =
               "find how a scope moved through a clip, and from that the tissue's shape: "
               "poses, lens, points, depth, and one surface of all key frames",

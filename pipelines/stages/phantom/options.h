@@ -136,7 +136,6 @@ inline MovingClipOptions PhantomStageOptions::moving_clip() const {
 
 inline Stage phantom_stage() {
   return {.name = "phantom",
-          .version = 4,
           .summary = "make a synthetic organ: CT, photographs, and the truth about both",
           .inputs = {},
           .outputs = {{"ct", "ct.mha"},

@@ -71,7 +71,6 @@ inline void bind(OptionList& list, PlaceStageOptions& o) {
 
 inline Stage place_stage() {
   return {.name = "place",
-          .version = 7,
           .summary = "place virtual cameras round a surface or inside a viewing cone",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                      {"scope_photo", InputKind::photos,

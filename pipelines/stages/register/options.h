@@ -54,7 +54,6 @@ inline void bind(OptionList& list, RegisterStageOptions& o) {
 inline Stage register_stage() {
   return {
       .name = "register",
-      .version = 13,
       .summary = "find a photograph's pose on the surface, with a verdict",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {.name = "photo",

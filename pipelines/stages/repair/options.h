@@ -40,7 +40,6 @@ inline void bind(OptionList& list, RepairStageOptions& options) {
 
 inline Stage repair_stage() {
   return {.name = "repair",
-          .version = 2,
           .summary = "make an outward manifold of a surface as programs export it",
           .inputs = {{"mesh", InputKind::mesh, "the surface to repair"}},
           .outputs = {{"surface", "surface.ply"}},

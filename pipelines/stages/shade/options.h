@@ -102,7 +102,6 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
 inline Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 14,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,

@@ -28,7 +28,6 @@ inline void bind(OptionList& list, SpansStageOptions& o) {
 
 inline Stage spans_stage() {
   return {.name = "spans",
-          .version = 3,
           .summary =
               "find the spans of a long video in which a scope moves over steady tissue, "
               "which are worth baking by motion",

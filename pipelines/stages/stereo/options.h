@@ -50,7 +50,6 @@ inline void bind(OptionList& list, StereoStageOptions& o) {
 inline Stage stereo_stage() {
   return {
       .name = "stereo",
-      .version = 10,
       .summary = "match the eyes of a stereo endoscope: metric depth, normals, and a surface",
       .inputs = {{"left", InputKind::frames,
                   "the left eye's frame (PNG, JPEG), folder of frames or video; or one file that "

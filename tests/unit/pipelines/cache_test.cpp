@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-StepIngredients some_step() { return {"decimate", 1, R"({"faces":80})", {{"surface", "abc"}}}; }
+StepIngredients some_step() { return {"decimate", "abc", R"({"faces":80})", {{"surface", "abc"}}}; }
 
 class CacheTest : public testing::Test {
  protected:
@@ -37,7 +37,7 @@ TEST(StepKey, DependsOnEveryIngredient) {
   EXPECT_EQ(key.size(), 32u);
   EXPECT_EQ(key, some_step().key());
   const std::function<void(StepIngredients&)> changes[] = {
-      [](auto& s) { s.stage = "place"; }, [](auto& s) { s.version = 2; },
+      [](auto& s) { s.stage = "place"; }, [](auto& s) { s.program = "abd"; },
       [](auto& s) { s.options_json = R"({"faces":81})"; },
       [](auto& s) { s.inputs["surface"] = "abd"; }, [](auto& s) { s.inputs["more"] = "x"; }};
   for (const auto& change : changes) {
@@ -67,6 +67,13 @@ TEST_F(CacheTest, ContentHashesAreThoseOfTheFilesThemselves) {
   EXPECT_EQ(entry.content_hash("a.ply"), quick_hash("proxy"));
   EXPECT_EQ(entry.content_hash("sub/b.txt"),
             quick_hash(quick_hash_of_file(entry.folder / "sub" / "b.txt") + "  b.txt\n"));
+}
+
+TEST_F(CacheTest, WhatAnotherModuleMadeDoesNotCount) {
+  cache_.store(some_step(), false, [](const fs::path&) {
+    return StepRecord{.report_json = "{}", .modules = {{"organbake_none.so", "abc"}}};
+  });
+  EXPECT_FALSE(cache_.find(some_step()));
 }
 
 TEST_F(CacheTest, DamageIsNoticed) {

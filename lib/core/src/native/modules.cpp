@@ -37,6 +37,19 @@ fs::path module_folder() {
              : module_folder_above(program_folder() / "program");
 }
 
+std::vector<fs::path> loaded_modules() {
+  std::vector<fs::path> files;
+  const auto add = [](dl_phdr_info* library, std::size_t, void* list) {
+    static_cast<std::vector<fs::path>*>(list)->emplace_back(library->dlpi_name);
+    return 0;
+  };
+  ::dl_iterate_phdr(add, &files);
+  std::erase_if(files, [modules = module_folder()](const fs::path& file) {
+    return file.parent_path() != modules;
+  });
+  return files;
+}
+
 void* module_door(const std::string& name, const char* door) {
   const fs::path file = module_folder() / (name + ".so");
   const auto incomplete = [&](const std::string& why) {

@@ -36,7 +36,7 @@ std::string sha256_of_file(const std::filesystem::path& path);
 // All that a step's result depends on. Two steps with equal ingredients give equal bytes.
 struct StepIngredients {
   std::string stage;
-  int version = 1;
+  std::string program;                        // hash of the module that runs it
   std::string options_json;                   // resolved, canonical
   std::map<std::string, std::string> inputs;  // name → content hash
 
@@ -55,6 +55,8 @@ struct StepRecord {
   std::string report_json;
   double seconds = 0;  // 0 = not known
   std::vector<std::string> warnings = {};
+  // Hashes of the modules beside the stage's own that were loaded, by their names.
+  std::map<std::string, std::string> modules = {};
 };
 
 // One finished step: a folder named by its key that holds the outputs and step.json.
@@ -84,7 +86,8 @@ class Cache {
   static std::filesystem::path temporary_folder();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Nothing when the entry is missing or a file of it is not of the recorded size.
+  // Nothing when the entry is missing, a file of it is not of the recorded size, or a module that
+  // it was made with is another now.
   std::optional<CacheEntry> find(const StepIngredients& ingredients) const;
   // Calls `make` with an empty folder to fill. An entry that
   // another process finished meanwhile is kept unless `replace`.

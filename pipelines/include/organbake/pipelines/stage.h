@@ -94,7 +94,6 @@ struct StageOptions {
 // look its result up. The other half, `run`, lies in a module of its own (stage_module.h).
 struct Stage {
   std::string name;
-  int version = 1;  // raise it when the same options and inputs give other bytes
   std::string summary = {};
   std::vector<StageInput> inputs = {};
   std::vector<StageOutput> outputs = {};

@@ -75,6 +75,8 @@ std::filesystem::path program_folder();
 // the code that asks, be it of a program in bin, of a module, or of Python's below lib/python3.
 std::filesystem::path module_folder();
 std::filesystem::path module_folder_above(const std::filesystem::path& code);
+// The files of those that this process has loaded.
+std::vector<std::filesystem::path> loaded_modules();
 // Loads lib/organbake/<name>.so until the program ends, for the libraries behind it are not made to
 // be unloaded, and returns its function `door`. Throws Error (internal) where one is missing.
 void* module_door(const std::string& name, const char* door);
