@@ -60,8 +60,8 @@ std::string program_of(const Stage& stage) {
   return fs::exists(module) ? quick_hash_of_file(module) : "";
 }
 
-// What stages load for themselves: readers of rare files, contours. One that an earlier step of this
-// process loaded is among them, whether this one used it or not.
+// What stages load for themselves: readers of rare files, contours. One that an earlier step of
+// this process loaded is among them, whether this one used it or not.
 std::map<std::string, std::string> shared_modules() {
   std::map<std::string, std::string> modules;
   for (const fs::path& file : loaded_modules()) {

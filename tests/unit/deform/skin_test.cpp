@@ -36,6 +36,28 @@ TEST(Skin, ATipPushesASmoothOneAsItPushesTheProxy) {
 }
 
 constexpr double kTimeStep_s = 1.0 / 60;
+
+// Heights that are linear over a face are so between its nodes, whichever way a cell is cut.
+TEST(Skin, LiesBetweenItsNodes) {
+  const TriangleMesh mesh = test::geodesic_sphere(1, 40);
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  BaseLayer base;
+  base.steps = 3;
+  base.face_count = static_cast<std::uint32_t>(mesh.faces.size());
+  for (std::uint32_t f = 0; f < base.face_count; ++f)
+    each_node(base.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      base.height_mm.push_back(1.0f + static_cast<float>(i) + 10 * static_cast<float>(j));
+    });
+  const DeformBodies bodies{{mesh, mechanics, base}};
+  const SpringNetwork tissue(bodies, kTimeStep_s);
+  const Skin skin(tissue, bodies);
+  RandomStream random(1);
+  for (int k = 0; k < 100; ++k) {
+    const double b1 = random.uniform(0, 1), b2 = random.uniform(0, 1 - b1);
+    EXPECT_NEAR(skin.point_over(0, b1, b2).height_mm, 1 + 3 * b1 + 30 * b2, 1e-9)
+        << b1 << ' ' << b2;
+  }
+}
 constexpr double kRelative = 1e-12;  // of sums over a hundred faces
 
 TEST(EnclosedVolume, ZeroStiffnessAndOpenSurfacesHaveNone) {
