@@ -21,7 +21,7 @@ using Eigen::Vector3f;
 const std::vector<Lighting::Lobe> kWet = {{26, 750}, {0.013, 12}};
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 1200}, {0.05, 40}};
 const std::vector<Lighting::Lobe> kGreasy = {{8, 1000}, {0.05, 40}};
-const std::vector<Lighting::Lobe> kCapsule = {{12, 500}, {0.06, 25}};
+const std::vector<Lighting::Lobe> kCapsule = {{4, 800}, {0.15, 40}, {0.06, 12}};
 // One wide, blown highlight with a soft rim on skin without bumps.
 const std::vector<Lighting::Lobe> kSmooth = {{3, 300}, {0.5, 30}, {0.08, 10}};
 
@@ -44,27 +44,27 @@ const Vector3d kSoft(0.32, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.148f, 0.029f, 0.0285f},  // (a), by hue as it is drawn
+  return {.albedo = {0.142f, 0.0325f, 0.034f},  // (a), by hue as it is drawn
           .tint = {-0.01f, 0.05f, 0.08f},
-          .mottle = 0.155,
+          .mottle = 0.17,
           .mottle_mm = 13,
-          .grain = {0.042f, 0.018f, 0.018f},
-          .grain_mm = 1.1,
+          .grain = {0.034f, 0.015f, 0.016f},
+          .grain_mm = 1,
           .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
           .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.16, 2, kSoft, 0.12, {0.02, 0.03, 0.03}, 0.6},
+          .finish = {0.16, 2, kSoft, 0.12, {0.03, 0.045, 0.045}, 0.6},
           .exposure = kOfLiver};
 }
 
 TissueLook gallbladder() {
   return {.albedo = {0.84f, 0.51f, 0.355f},  // (a), over four frames, as their camera exposes
-          .tint = {-0.06f, -0.06f, 0.2f},
+          .tint = {-0.08f, -0.04f, 0.08f},
           .mottle = 0.06,
           .mottle_mm = 15,
-          .grain = {0.047f, 0.047f, 0.036f},
+          .grain = {0.03f, 0.03f, 0.023f},
           .grain_mm = 0.9,
-          .large = {{0.45f, 0.10f, 0.12f}, 8, 0.8, 0.75, 0.8},
+          .large = {{0.45f, 0.10f, 0.12f}, 8, 0.6, 0.75, 0.8},
           .small = {{0.45f, 0.22f, 0.27f}, 4.5, 0.8, 0.5, 0.5},  // bluish, below
           .gloss = kSmooth,
           .finish = {0.045, 2.2, kSoft, 0.12, {0.005, 0.007, 0.008}, 0.5}};
@@ -73,7 +73,7 @@ TissueLook gallbladder() {
 // Dark, matt and fine.
 TissueLook spleen() {
   TissueLook look = liver();
-  look.albedo = {0.098f, 0.020f, 0.033f};  // (b)
+  look.albedo = {0.095f, 0.021f, 0.028f};  // (b)
   look.grain = {0.02f, 0.009f, 0.011f};
   look.grain_mm = 0.8;
   look.mottle = 0.05;
@@ -85,7 +85,10 @@ TissueLook spleen() {
 // Under a smooth, shining capsule.
 TissueLook kidney() {
   TissueLook look = liver();
-  look.albedo = {0.235f, 0.072f, 0.055f};                     // (b)
+  look.albedo = {0.235f, 0.072f, 0.055f};  // (b)
+  look.mottle = 0.08;
+  look.tint = {-0.01f, 0.03f, 0.04f};
+  look.grain = {0.014f, 0.007f, 0.006f};
   look.small = {{0.16f, 0.03f, 0.03f}, 3.5, 0.35, 0.6, 0.5};  // stellate veins
   look.large.share = 0;
   look.gloss = kCapsule;
@@ -118,14 +121,14 @@ TissueLook bowel() {
 
 TissueLook fat() {
   return {.albedo = {0.66f, 0.30f, 0.155f},  // (a), where it is lit
-          .tint = {-0.02f, 0.08f, 0.14f},
-          .mottle = 0.13,
-          .mottle_mm = 8,
-          .seams = 0.5,
-          .grain = {0.175f, 0.117f, 0.072f},
-          .grain_mm = 2.4,
+          .tint = {-0.02f, 0.05f, 0.08f},
+          .mottle = 0.09,
+          .mottle_mm = 9,
+          .seams = 0.3,
+          .grain = {0.035f, 0.028f, 0.02f},
+          .grain_mm = 1.2,
           .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
-          .small = {{0.5f, 0.13f, 0.07f}, 5, 0.35, 0.45, 0.5},
+          .small = {{0.45f, 0.09f, 0.06f}, 4, 0.35, 0.6, 0.65},
           .gloss = kGreasy,
           .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.035, 0.05, 0.07}, 0.7}};
 }
@@ -321,6 +324,24 @@ double skewed(double grain) {
   return (std::exp(kSkew * std::min(grain, 3.0)) - kMean) / (kSkew * kDeviation);
 }
 
+// 0 where two lobules meet, 1 well within one: by how much farther the second nearest of points
+// lies than the nearest, one of them strewn in each unit cube (Worley 1996).
+double within_lobule(const Vector3d& place) {
+  constexpr double kSoft = 0.22;
+  const Vector3d cube = place.array().floor();
+  double least = 9, next = 9;
+  for (int k = 0; k < 27; ++k) {
+    const Vector3d other = cube + Vector3d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+    const double item = other.dot(Vector3d(1, 8191, 67092481));
+    RandomStream random(kSeed, static_cast<std::uint64_t>(static_cast<std::int64_t>(item)));
+    Vector3d point = other;
+    for (int c = 0; c < 3; ++c) point[c] += random.uniform();
+    const double away = (place - point).norm();
+    next = std::min(next, std::max(least, away)), least = std::min(least, away);
+  }
+  return smooth_step(0, kSoft, next - least);
+}
+
 }  // namespace
 
 TissueAlbedo::TissueAlbedo(const TissueLook& look)
@@ -366,22 +387,24 @@ float TissueAlbedo::cover_of(const Vessels& vessels, const Vector3d& point,
 }
 
 Vector3f TissueAlbedo::at(const Vector3d& point, const Vector3d& normal) const {
-  constexpr double kUnit = 1 / kNoiseDeviation;
+  constexpr double kUnit = 1 / kNoiseDeviation, kPatchy = 0.35;
   // Vessels wind: their place is bent by a noise of a few millimetres.
-  const Vector3d bent = point + 1.2 * bend_.value(point) * Vector3d(1.3, -0.9, 1.1);
-  const double large = kUnit * mottles_[0].value(point);
-  const double tone =
-      look_.mottle *
-      (0.5 * large + kUnit * (0.3 * mottles_[1].value(point) + 0.6 * mottles_[2].value(point)));
+  const Vector3d wind = bend_.value(point) * Vector3d(1.3, -0.9, 1.1), bent = point + 1.2 * wind;
+  const double tone = look_.mottle * kUnit *
+                      (0.35 * mottles_[0].value(point) + 0.45 * mottles_[1].value(point) +
+                       0.6 * mottles_[2].value(point));
   const double tint = kUnit * tint_.value(bent);
+  // Grains stand out in patches, with smooth tissue between: by so much, of mean square 1.
+  const double patchy = std::exp(kPatchy * (std::min(tint, 3.0) - kPatchy));
   const double grain = kUnit * (0.8 * grain_.value(point) + 0.4 * fine_grain_.value(point));
   const auto share = static_cast<float>(std::exp(tone));
   Vector3f color = look_.albedo * share;
   color = color.cwiseProduct(Vector3f::Ones() + static_cast<float>(tint) * look_.tint);
-  color += static_cast<float>(0.5 * skewed(grain)) * look_.grain;
-  // Lobules end where the largest mottles do; light that comes out between them is redder.
-  const double seam = look_.seams * std::exp(-3 * large * large);
-  color = color.cwiseProduct(Vector3f::Ones() - static_cast<float>(seam) * kBetweenLobules);
+  color += static_cast<float>(0.5 * skewed(grain) * patchy) * look_.grain;
+  if (look_.seams > 0) {  // light that comes out between lobules is redder
+    const double seam = look_.seams * (1 - within_lobule((point + 2.5 * wind) / look_.mottle_mm));
+    color = color.cwiseProduct(Vector3f::Ones() - static_cast<float>(seam) * kBetweenLobules);
+  }
   for (const Vessels* vessels : {&small_, &large_}) {
     const float cover = cover_of(*vessels, bent, normal);
     color += cover * (vessels->look.color - color);

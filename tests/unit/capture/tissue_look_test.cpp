@@ -72,6 +72,54 @@ TEST(Tissue, LiverVariesAsTheLiverOfAFrameDoes) {
   EXPECT_NEAR(deviation(colors, 2) / 0.037, 0.24, 0.14);
 }
 
+// Of squares of 4 mm, the least and the largest blue over green.
+std::pair<double, double> blue_over_green(Tissue tissue) {
+  constexpr int kSide = 320, kSquare = 8;
+  const std::vector<Vector3f> colors = patch_of(tissue, kSide);
+  std::pair<double, double> range = {1e9, 0};
+  for (int y0 = 0; y0 < kSide; y0 += kSquare)
+    for (int x0 = 0; x0 < kSide; x0 += kSquare) {
+      Vector3f sum = Vector3f::Zero();
+      for (int k = 0; k < kSquare * kSquare; ++k)
+        sum += colors[std::size_t(y0 + k / kSquare) * kSide + x0 + k % kSquare];
+      range.first = std::min<double>(range.first, sum.z() / sum.y());
+      range.second = std::max<double>(range.second, sum.z() / sum.y());
+    }
+  return range;
+}
+
+// As 19 of 20 such squares of frames 0, 80 and 120 show it. Beyond, one tissue looks like two.
+TEST(Tissue, MottlesKeepToTheHuesOfFrames) {
+  const auto [lemon, lilac] = blue_over_green(Tissue::gallbladder);
+  EXPECT_GT(lemon, 0.44);
+  EXPECT_LT(lilac, 0.98);
+  const auto [orange, pale] = blue_over_green(Tissue::fat);
+  EXPECT_GT(orange, 0.32);
+  EXPECT_LT(pale, 0.67);
+}
+
+// Between its vessels: no spots, and between lobules soft, darker seams.
+TEST(Tissue, FatLiesInLobulesWithSoftBorders) {
+  TissueLook look = tissue_look(Tissue::fat);
+  look.large.share = look.small.share = 0;
+  const TissueAlbedo albedo(look);
+  double steps = 0, count = 0;
+  std::vector<double> greens;
+  for (double y = 0; y < 80; y += 1)
+    for (double x = 0; x < 80; x += 0.5) {
+      const auto green = [&](double at) {
+        return double(albedo.at({at, y, 3.3}, Vector3d::UnitZ()).y());
+      };
+      greens.push_back(green(x));
+      steps += std::abs(green(x + 0.5) - green(x)), ++count;
+    }
+  std::sort(greens.begin(), greens.end());
+  const double middle = greens[greens.size() / 2];
+  EXPECT_LT(steps / count / middle, 0.08);
+  EXPECT_LT(greens[greens.size() / 10] / middle, 0.85);
+  EXPECT_LT(greens[greens.size() * 9 / 10] / middle, 1.25);
+}
+
 TEST(Tissue, VesselsShowOnAboutTheirShareAsThinLines) {
   TissueLook look = tissue_look(Tissue::silicone);
   look.mottle = 0;

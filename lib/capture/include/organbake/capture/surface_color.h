@@ -49,7 +49,7 @@ struct TissueLook {
   Eigen::Vector3f tint;        // what mottles of colour multiply by 1 ± of, standard deviations
   double mottle = 0;           // standard deviation of the slow brightness, as a share
   double mottle_mm = 10;       // its size
-  double seams = 0;            // 0…1: how much darker it is between lobules of such a size
+  double seams = 0;            // 0…1: how much darker it is between lobules, mottle_mm apart
   Eigen::Vector3f grain;       // linear, added where the grain is brightest, taken where darkest
   double grain_mm = 1;         // of the largest grains
   TissueVessels large, small;  // small ones lie below
