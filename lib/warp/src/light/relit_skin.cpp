@@ -9,6 +9,7 @@
 
 #include "light/skin_light.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 namespace {
@@ -25,9 +26,11 @@ void for_each_face(std::size_t count, const auto& light) {
                   });
 }
 
-// By node, the most that the lattice's normals turn along an edge of the face that meets it there,
-// rad a mm: a crease narrower than the lattice's steps.
-std::vector<float> bends_of(const BaseLayer& lattice, const std::vector<ShellMatrix>& rest,
+// By node, the most that the lattice's normals turn along an edge that meets it there, rad a mm: a
+// crease narrower than the lattice's steps. Faces have one number where they meet, or light would
+// end there in steps.
+std::vector<float> bends_of(const BaseLayer& lattice, const TriangleMesh& surface,
+                            const std::vector<ShellMatrix>& rest,
                             const std::vector<Vector3f>& normals) {
   const std::uint32_t n = lattice.steps;
   std::vector<float> bends(normals.size(), 0);
@@ -40,9 +43,8 @@ std::vector<float> bends_of(const BaseLayer& lattice, const std::vector<ShellMat
               .cast<float>();
     });
     const auto bend = [&](std::uint32_t a, std::uint32_t b) {
-      constexpr float kLeast_mm = 1e-3f;
       const float turn = (normals[first + a] - normals[first + b]).norm() /
-                         std::max((places[a] - places[b]).norm(), kLeast_mm);
+                         std::max((places[a] - places[b]).norm(), WetFilm::kBridges_mm);
       for (const std::uint32_t node : {a, b})
         bends[first + node] = std::max(bends[first + node], turn);
     };
@@ -52,6 +54,15 @@ std::vector<float> bends_of(const BaseLayer& lattice, const std::vector<ShellMat
       bend(node, down), bend(node, right), bend(down, right);
     });
   });
+  const Lattice nodes(surface, n);
+  std::vector<float> joined(nodes.node_count(), 0);
+  for (const bool give : {false, true})
+    for (std::uint32_t f = 0; f < lattice.face_count; ++f)
+      each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+        float& own = bends[std::size_t(f) * lattice.nodes_per_face() + node];
+        float& most = joined[nodes.node(f, i, j)];
+        (give ? own : most) = std::max(own, most);
+      });
   return bends;
 }
 
@@ -76,7 +87,8 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
   }
   places_.resize(rest_normals_.size());
   nodes_.resize(rest_normals_.size());
-  if (lighting.finish.relief_slope > 0) bends_ = bends_of(lattice_, turns_.rest(), rest_normals_);
+  if (lighting.finish.relief_slope > 0)
+    bends_ = bends_of(lattice_, shell.at_rest(), turns_.rest(), rest_normals_);
 }
 
 std::vector<std::uint8_t> RelitSkin::turn(const PosedShell& shell) {
