@@ -162,9 +162,9 @@ std::string skipped_section(const Json& report) {
   for (const Json& stage : report.at("stages"))
     for (const Json& item : stage.at("skipped")) row(stage.at("stage"), item);
   if (rows.empty()) return "";
-  return "<h2>Skipped</h2><table><tr><th>stage</th><th class=\"text\">what</th><th "
-         "class=\"text\">why</th></tr>" +
-         rows + "</table>\n";
+  return "<details><summary>Skipped, as nothing asked for it</summary><table><tr><th>stage</th><th "
+         "class=\"text\">what</th><th class=\"text\">why</th></tr>" +
+         rows + "</table></details>\n";
 }
 
 std::string manifest_hash(const BundleReader& reader) {
@@ -205,8 +205,8 @@ std::string bundle_page(const BundleReader& reader, const SaidWarnings& said,
   const BundlePictures pictures = bundle_pictures(reader, frame);
   return html_page(frame.manifest.name + ": bake report", kBundlePageStyle,
                    title_line(frame) + player_line(player) + warnings_section(report, said) +
-                       proxies_section(frame, pictures) + stages_section(report) +
                        coverage_section(report) + sheet_section(frame, pictures) +
+                       proxies_section(frame, pictures) + stages_section(report) +
                        skipped_section(report) + origin_section(reader));
 }
 
