@@ -228,14 +228,6 @@ OutlineAreas areas_of_bow(int length, BorderStep ends, double rise, int i) {
   return ends == to_open ? OutlineAreas{before, beyond} : OutlineAreas{beyond, before};
 }
 
-void KeptPixels::keep(std::size_t at, const Frame& frame) {
-  const std::uint8_t* const rgb = &frame.color.pixels[3 * at];
-  pixels_.push_back({static_cast<std::uint32_t>(at),
-                     {rgb[0], rgb[1], rgb[2]},
-                     frame.cover[at],
-                     frame.depth_mm.empty() ? 0 : frame.depth_mm[at]});
-}
-
 void KeptPixels::keep(const PixelBox& box, const Frame& frame) {
   for (int y = box.y0; y < box.y1; ++y)
     for (int x = box.x0; x < box.x1; ++x) keep(std::size_t(y) * frame.color.width + x, frame);

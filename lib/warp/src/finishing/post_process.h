@@ -30,7 +30,13 @@ class KeptPixels {
  public:
   void clear() { pixels_.clear(); }
   std::size_t size() const { return pixels_.size(); }
-  void keep(std::size_t at, const Frame& frame);
+  void keep(std::size_t at, const Frame& frame) {
+    const std::uint8_t* const rgb = &frame.color.pixels[3 * at];
+    pixels_.push_back({static_cast<std::uint32_t>(at),
+                       {rgb[0], rgb[1], rgb[2]},
+                       frame.cover[at],
+                       frame.depth_mm.empty() ? 0 : frame.depth_mm[at]});
+  }
   void keep(const PixelBox& box, const Frame& frame);
   // The frame as it was: what was kept first of a pixel holds.
   void restore(Frame& frame) const;

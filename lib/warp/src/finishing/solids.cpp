@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws tools: capsules, spheres and rounded plates, met by rays in closed form. Before that the
-// picture is divided into blocks, each with the solids that planes through the eye and its sides
-// cannot rule out, so that a long shaft costs only the blocks beside it.
+// Draws tools: capsules, spheres and rounded plates, met by rays in closed form, whole vectors of
+// them. Before that the picture is divided into blocks, each with the solids that planes through
+// the eye and its sides cannot rule out, so that a long shaft costs only the blocks beside it.
 #include "organbake/warp/solids.h"
 
 #include <Eigen/Geometry>
@@ -13,51 +13,48 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
-
-struct Hit {
-  double along = std::numeric_limits<double>::infinity();  // × ray; the ray has z = 1: depth
-  Vector3d normal = Vector3d::Zero();
-  double most_facing = 1;  // the cosine to the eye that normals there reach, all round the axis
-};
+using Eigen::Vector3f;
 
 // A capsule in the camera's frame, and what all rays ask of it.
 struct PlacedCapsule {
-  Vector3d from, to;
-  double radius;
-  double length;
-  Vector3d axis;                                        // of length 1; zero for a sphere
-  Vector3d from_eye;                                    // of the eye, across the axis
-  double from_clearance, to_clearance, side_clearance;  // squared distance to the eye − radius²
+  Vector3f from, to, axis, from_eye;  // of length 1, zero for a sphere; of the eye, across the axis
+  float radius, length, along;        // from the eye's height along the axis to where it begins
 
   PlacedCapsule(const Vector3d& begin, const Vector3d& end, double radius_mm)
-      : from(begin),
-        to(end),
-        radius(radius_mm),
-        length((to - from).norm()),
-        axis(Vector3d::Zero()) {
-    if (length > 0) axis = (to - from) / length;
-    from_eye = -from + axis * axis.dot(from);
-    from_clearance = from.squaredNorm() - radius * radius;
-    to_clearance = to.squaredNorm() - radius * radius;
-    side_clearance = from_eye.squaredNorm() - radius * radius;
+      : from(begin.cast<float>()),
+        to(end.cast<float>()),
+        radius(static_cast<float>(radius_mm)),
+        length(static_cast<float>((end - begin).norm())) {
+    const Vector3d direction = length > 0 ? (end - begin).normalized() : Vector3d::Zero();
+    axis = direction.cast<float>();
+    along = static_cast<float>(direction.dot(begin));
+    from_eye = (direction.dot(begin) * direction - begin).cast<float>();
   }
 };
 
 // The flat sides of a rounded plate.
 struct PlacedPlate {
-  std::array<Vector3d, 3> corners;
-  Vector3d normal;                  // of length 1; zero where the triangle has no area
-  std::array<Vector3d, 3> inwards;  // across the edges that begin at the corners
+  Vector3f normal;                  // of length 1; zero where the triangle has no area
+  std::array<Vector3f, 3> inwards;  // across its edges, of length 1
+  std::array<float, 3> begins;      // along those
+  float along, radius;              // along the normal
 
-  explicit PlacedPlate(const std::array<Vector3d, 3>& at) : corners(at) {
-    normal = (at[1] - at[0]).cross(at[2] - at[0]).stableNormalized();
-    for (int k = 0; k < 3; ++k) inwards[k] = normal.cross(at[(k + 1) % 3] - at[k]);
+  PlacedPlate(const std::array<Vector3d, 3>& at, double radius_mm)
+      : radius(static_cast<float>(radius_mm)) {
+    const Vector3d across = (at[1] - at[0]).cross(at[2] - at[0]).stableNormalized();
+    normal = across.cast<float>();
+    along = static_cast<float>(across.dot(at[0]));
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d inward = across.cross(at[(k + 1) % 3] - at[k]).stableNormalized();
+      inwards[k] = inward.cast<float>();
+      begins[k] = static_cast<float>(inward.dot(at[k]));
+    }
   }
 };
 
@@ -65,201 +62,174 @@ struct PlacedPlate {
 struct PlacedSolid {
   std::vector<PlacedCapsule> capsules;
   std::optional<PlacedPlate> plate;
-  Eigen::Vector3f color;
-  double reach;  // of all of it from the first capsule's axis
 
-  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world)
-      : color(solid.color), reach(solid.radius_mm) {
+  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world) {
     const Vector3d from = camera_from_world * solid.from, to = camera_from_world * solid.to;
     capsules.emplace_back(from, to, solid.radius_mm);
     if (!solid.corner) return;
     const Vector3d corner = camera_from_world * *solid.corner;
     capsules.emplace_back(to, corner, solid.radius_mm);
     capsules.emplace_back(corner, from, solid.radius_mm);
-    plate.emplace(std::array{from, to, corner});
-    reach += std::min((corner - from).norm(), (corner - to).norm());
+    plate.emplace(std::array{from, to, corner}, solid.radius_mm);
   }
 };
 
-// First hit of the ray t·d (from the eye) with a sphere.
-void hit_sphere(const Vector3d& d, const Vector3d& center, double clearance, double radius,
-                double near, Hit& hit) {
-  const double a = d.squaredNorm(), b = d.dot(center);
-  const double discriminant = b * b - a * clearance;
-  if (discriminant < 0) return;
-  const double t = (b - std::sqrt(discriminant)) / a;
-  if (t > near && t < hit.along) hit = {t, (t * d - center) / radius};
-}
+constexpr int kBlock = 8;      // pixels a side
+constexpr unsigned kEach = 4;  // rays of each of a block's columns
+constexpr unsigned kRays = kEach * kBlock;
+constexpr float kFar = std::numeric_limits<float>::infinity();
 
-// The same with a capsule. Its ends lie within the endless rod along its axis: a ray that enters
-// that beside the capsule meets the end on that side or nothing.
-void hit_capsule(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
-  const Vector3d& axis = solid.axis;
-  const Vector3d across = d - axis * axis.dot(d);
-  const double a = across.squaredNorm(), b = across.dot(solid.from_eye);
-  const double discriminant = b * b - a * solid.side_clearance;
-  const bool aslant = solid.length > 0 && a > 0;
-  if (aslant && discriminant < 0) return;
-  const double t = aslant ? (-b - std::sqrt(discriminant)) / a : near;
-  const double height = axis.dot(t * d - solid.from);
-  if (t > near && height >= 0 && height <= solid.length) {
-    if (t < hit.along)
-      hit = {t, (t * d - solid.from - axis * height) / solid.radius, std::sqrt(a) / d.norm()};
-    return;
+// Rays with z = 1, the first of eight pixels side by side, the second of each, and so on, and what
+// each meets first: how far along (× ray: depth), the normal there, the cosine to the eye that
+// normals reach all round the axis, the solid's colour, and its number.
+struct Rays {
+  template <class Number>
+  using Each = std::array<Number, kRays>;
+  alignas(64) Each<float> x, y, along, normal_x, normal_y, normal_z, most_facing, red, green, blue;
+  alignas(64) Each<std::int32_t> solid;
+
+  // at: of each ray from the corner of the first pixel, whose column and row these are.
+  Rays(const Intrinsics& k, int column, int row,
+       const std::array<std::array<float, 2>, kEach>& at) {
+    const float cx = static_cast<float>(k.cx), inverse_fx = static_cast<float>(1 / k.fx);
+    const float cy = static_cast<float>(k.cy), inverse_fy = static_cast<float>(1 / k.fy);
+    for (unsigned ray = 0; ray < kEach; ++ray) {
+      const auto [right, down] = at[ray];
+      for (int p = 0; p < kBlock; ++p) {
+        x[ray * kBlock + p] = (static_cast<float>(column + p) + right - cx) * inverse_fx;
+        y[ray * kBlock + p] = (static_cast<float>(row) + down - cy) * inverse_fy;
+      }
+    }
+    along.fill(kFar);
   }
-  if (!(t > near && height > 0))
-    hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
-  if (solid.length > 0 && !(t > near && height < 0))
-    hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
+};
+static_assert(kRays % kLanes == 0);
+
+// Of what a ray meets, as it is a solid's.
+struct Paint {
+  std::int32_t solid;
+  float red, green, blue;
+};
+
+// First hits with a capsule: of the rod round its axis between its ends, and of the balls there.
+ORGANBAKE_MULTIVERSION void hit_capsule(const PlacedCapsule& capsule, const Paint& of, float near,
+                                        Rays& __restrict rays) {
+  const float from_x = capsule.from.x(), from_y = capsule.from.y(), from_z = capsule.from.z();
+  const float to_x = capsule.to.x(), to_y = capsule.to.y(), to_z = capsule.to.z();
+  const float axis_x = capsule.axis.x(), axis_y = capsule.axis.y(), axis_z = capsule.axis.z();
+  const float eye_x = capsule.from_eye.x(), eye_y = capsule.from_eye.y();
+  const float eye_z = capsule.from_eye.z(), length = capsule.length, begin = capsule.along;
+  const float radius2 = capsule.radius * capsule.radius, inverse_radius = 1 / capsule.radius;
+  const Paint paint = of;
+  for (unsigned i = 0; i < kRays; ++i) {
+    const float x = rays.x[i], y = rays.y[i], a = x * x + y * y + 1, inverse = 1 / a;
+    // Of what is round a place or an axis: `b` of the way there lies along the ray's part (u, v, w)
+    // across the axis, whose squared length is `square`.
+    const auto entered = [&](float b, float cx, float cy, float cz, float u, float v, float w,
+                             float square) __attribute__((always_inline)) {
+      const float px = cx - b * u, py = cy - b * v, pz = cz - b * w;
+      const float inside = radius2 - (px * px + py * py + pz * pz);
+      const float t = b - std::sqrt(std::abs(inside) / square), ahead = t > near ? t : kFar;
+      return inside >= 0 ? ahead : kFar;
+    };
+    const float one =
+        entered(inverse * (x * from_x + y * from_y + from_z), from_x, from_y, from_z, x, y, 1, a);
+    const float other =
+        entered(inverse * (x * to_x + y * to_y + to_z), to_x, to_y, to_z, x, y, 1, a);
+    const float along = axis_x * x + axis_y * y + axis_z;
+    const float u = x - along * axis_x, v = y - along * axis_y, w = 1 - along * axis_z;
+    const float square = u * u + v * v + w * w;
+    const float rod = entered(-(u * eye_x + v * eye_y + w * eye_z) / square, -eye_x, -eye_y, -eye_z,
+                              u, v, w, square);
+    const float height = rod * along - begin;
+    const float before = height < 0 ? kFar : rod, side = height > length ? kFar : before;
+    const float ends = one < other ? one : other, t = side < ends ? side : ends;
+    const float at = t * along - begin, low = at > 0 ? at : 0, up = low < length ? low : length;
+    const bool nearer = t < rays.along[i];
+    const auto take = [&](Rays::Each<float> & plane, float value) __attribute__((always_inline)) {
+      plane[i] = nearer ? value : plane[i];
+    };
+    take(rays.normal_x, inverse_radius * (t * x - from_x - up * axis_x));
+    take(rays.normal_y, inverse_radius * (t * y - from_y - up * axis_y));
+    take(rays.normal_z, inverse_radius * (t - from_z - up * axis_z));
+    take(rays.most_facing, side < ends ? std::sqrt(square * inverse) : 1);
+    take(rays.red, paint.red), take(rays.green, paint.green), take(rays.blue, paint.blue);
+    rays.solid[i] = nearer ? paint.solid : rays.solid[i];
+    take(rays.along, t);
+  }
 }
 
 // The same with that of a plate's sides which faces the eye.
-void hit_plate(const Vector3d& d, const PlacedPlate& plate, double radius, double near, Hit& hit) {
-  const double facing = plate.normal.dot(d);
-  if (facing == 0) return;
-  const Vector3d outward = facing < 0 ? plate.normal : Vector3d(-plate.normal);
-  const double t = (outward.dot(plate.corners[0]) + radius) / outward.dot(d);
-  if (!(t > near && t < hit.along)) return;
-  for (int k = 0; k < 3; ++k)
-    if (plate.inwards[k].dot(t * d - plate.corners[k]) < 0) return;
-  hit = {t, outward};
+void hit_plate(const PlacedPlate& plate, const Paint& paint, float near, Rays& rays) {
+  for (unsigned i = 0; i < kRays; ++i) {
+    const Vector3f ray(rays.x[i], rays.y[i], 1);
+    const float facing = plate.normal.dot(ray), side = facing < 0 ? 1.f : -1.f;
+    const float t = (plate.along + side * plate.radius) / facing;
+    if (facing == 0 || !(t > near && t < rays.along[i])) continue;
+    const auto beyond = [&](int k) { return t * plate.inwards[k].dot(ray) < plate.begins[k]; };
+    if (beyond(0) || beyond(1) || beyond(2)) continue;
+    rays.along[i] = t, rays.most_facing[i] = 1, rays.solid[i] = paint.solid;
+    rays.normal_x[i] = side * plate.normal.x(), rays.normal_y[i] = side * plate.normal.y();
+    rays.normal_z[i] = side * plate.normal.z();
+    rays.red[i] = paint.red, rays.green[i] = paint.green, rays.blue[i] = paint.blue;
+  }
 }
 
-void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
-  for (const PlacedCapsule& capsule : solid.capsules) hit_capsule(d, capsule, near, hit);
-  if (solid.plate) hit_plate(d, *solid.plate, solid.capsules.front().radius, near, hit);
-}
-
-// The first of some solids that a ray hits.
-struct FirstHit : Hit {
-  const PlacedSolid* solid = nullptr;
-
-  FirstHit(const Vector3d& d, const std::vector<PlacedSolid>& all,
-           const std::vector<std::uint32_t>& numbers, double near) {
-    for (const std::uint32_t s : numbers) {
-      const double before = along;
-      hit_solid(d, all[s], near, *this);
-      if (along < before) solid = &all[s];
-    }
-  }
-};
-
-Vector3d ray_through(const Intrinsics& k, double x, double y) {
-  return {(x - k.cx) / k.fx, (y - k.cy) / k.fy, 1};
-}
-
-// How far a hit faces the eye beside all that do round the axis: 1 along the middle of a rod.
-double middle_of(const Hit& hit, const Vector3d& d) {
-  return std::min(1.0, std::max(0.0, -hit.normal.dot(d)) / (d.norm() * hit.most_facing));
-}
-
-// Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
-// line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
-// about. By the light at the scope in a cavity: nearly black where it mirrors neither, the line as
-// narrow as the lamp, and the rim as red as the tissue that it mirrors.
-Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d, bool in_cavity) {
-  const float middle = static_cast<float>(middle_of(hit, d));
-  const float facing = middle * static_cast<float>(hit.most_facing);
-  const float squared = middle * middle, eighth = squared * squared * squared * squared;
-  const float by_32 = (eighth * eighth) * (eighth * eighth), lit = 0.3f + 0.7f * facing;
-  const float aside = 1 - middle, rim = aside * aside * aside;
-  const float shine = std::sqrt(solid.color.mean());
-  if (in_cavity) {
-    const Eigen::Vector3f tissue(kTissueMirrored[0], kTissueMirrored[1], kTissueMirrored[2]);
-    const float lamp = 0.03f + 0.4f * middle * squared * facing;
-    const float line = (0.25f + shine) * (by_32 * by_32) * (by_32 * by_32) * lit;
-    return (solid.color.cwiseAbs2() * lamp + shine * aside * squared * tissue +
-            line * Eigen::Vector3f::Ones())
-        .cwiseMin(1.0f);
-  }
-  const float lamp = 0.06f + (0.35f + 0.55f * facing) * middle * squared + 0.35f * rim;
-  const float line = 0.6f * by_32 * lit;
-  return (solid.color * lamp + shine * line * Eigen::Vector3f::Ones()).cwiseMin(1.0f);
-}
-
-constexpr int kSide = 2;  // rays a pixel, each way
-
-// Of a pixel: the tools' light by the rays that hit, and what share of the rays those are.
-struct PixelHit {
-  Eigen::Vector3f color = Eigen::Vector3f::Zero();
-  float share = 0;
-  double depth = std::numeric_limits<double>::infinity();
-  double middle = 0;  // most of its rays' middle_of()
-};
-
-// The solids, narrower by more than a pixel: where the ray through a pixel's centre meets them, its
-// other rays meet the solids.
-std::vector<Solid> narrower_by_a_pixel(std::vector<Solid> solids, const View& view) {
-  constexpr double kLeast_mm = 1e-6;
-  for (Solid& solid : solids) {
-    double farthest_mm = 0;
-    for (const Vector3d& at : {solid.from, solid.to, solid.corner.value_or(solid.to)})
-      farthest_mm = std::max(farthest_mm, (view.camera.camera_from_world * at).norm());
-    const double pixel_mm = (farthest_mm + solid.radius_mm) / view.camera.intrinsics.fx;
-    solid.radius_mm = std::max(kLeast_mm, solid.radius_mm - pixel_mm);
-  }
-  return solids;
-}
-
-// What may be seen of the solids in a block, as they are and narrower by a pixel.
-struct NearSolids {
-  const std::vector<PlacedSolid>&all, &narrower;
-  const std::vector<std::uint32_t>& numbers;
-  const View& view;
-
-  Vector3d sub_ray(int x, int y, int ray) const {
-    return ray_through(view.camera.intrinsics, x + (ray % kSide + 0.5) / kSide,
-                       y + (ray / kSide + 0.5) / kSide);
-  }
-  // Whether all rays of a pixel hit one solid, and none another.
-  bool fill(const Vector3d& center, int x, int y) const {
-    const PlacedSolid* one = FirstHit(center, narrower, numbers, 0).solid;
-    if (!one) return false;
-    for (const std::uint32_t s : numbers)
-      for (int ray = 0; ray < kSide * kSide && &narrower[s] != one; ++ray) {
-        Hit other;
-        hit_solid(sub_ray(x, y, ray), all[s], 0, other);
-        if (std::isfinite(other.along)) return false;
-      }
-    return true;
-  }
-  void trace(const Vector3d& d, double tissue_depth, bool in_cavity, float share,
-             PixelHit& pixel) const {
-    const FirstHit hit(d, all, numbers, view.near_mm);
-    if (!hit.solid || !(hit.along < tissue_depth)) return;
-    pixel.color += share * shade(*hit.solid, hit, d, in_cavity);
-    pixel.depth = std::min(pixel.depth, hit.along);
-    pixel.middle = std::max(pixel.middle, middle_of(hit, d));
-    pixel.share += share;
-  }
-  // Well within one solid, beside the lamp's streak, and before or behind the tissue by more than a
-  // pixel is deep, one ray tells all of a pixel.
-  PixelHit trace_pixel(int x, int y, double tissue_depth, bool in_cavity) const {
-    const Vector3d center = ray_through(view.camera.intrinsics, x + 0.5, y + 0.5);
-    PixelHit pixel;
-    if (fill(center, x, y)) {
-      trace(center, std::numeric_limits<double>::infinity(), in_cavity, 1, pixel);
-      constexpr double kDeep_px = 4, kStreak = 0.95;
-      const double deep_mm = kDeep_px * pixel.depth / view.camera.intrinsics.fx;
-      if (pixel.share == 0 || pixel.depth - deep_mm > tissue_depth) return {};
-      if (pixel.depth + deep_mm < tissue_depth && pixel.middle < kStreak) return pixel;
-      pixel = {};
-    }
-    for (int ray = 0; ray < kSide * kSide; ++ray)
-      trace(sub_ray(x, y, ray), tissue_depth, in_cavity, 1.0f / (kSide * kSide), pixel);
-    return pixel;
-  }
-};
-
-std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
-  const RigidTransform& pose = view.camera.camera_from_world;
+// Of some solids in a view, those that a block may show.
+struct PlacedSolids {
+  const std::vector<Solid>& solids;
   std::vector<PlacedSolid> placed;
-  placed.reserve(solids.size());
-  for (const Solid& solid : solids) placed.emplace_back(solid, pose);
-  return placed;
-}
+  float near_mm;
 
-constexpr int kBlock = 8;  // pixels a side
+  PlacedSolids(const std::vector<Solid>& all, const View& view)
+      : solids(all), near_mm(static_cast<float>(view.near_mm)) {
+    for (const Solid& solid : all) placed.emplace_back(solid, view.camera.camera_from_world);
+  }
+  // Whether any ray does.
+  bool hit(const std::vector<std::uint32_t>& numbers, Rays& rays) const {
+    for (const std::uint32_t s : numbers) {
+      const Vector3f& color = solids[s].color;
+      const Paint paint{static_cast<std::int32_t>(s), color.x(), color.y(), color.z()};
+      for (const PlacedCapsule& capsule : placed[s].capsules)
+        hit_capsule(capsule, paint, near_mm, rays);
+      if (placed[s].plate) hit_plate(*placed[s].plate, paint, near_mm, rays);
+    }
+    return std::any_of(rays.along.begin(), rays.along.end(), [](float t) { return t < kFar; });
+  }
+};
+
+// Polished steel under a lamp at the eye, in the place of its colour: bands that fall off to the
+// sides as metal's do, a bright line along the middle of a rod, whichever way it leads, and a rim
+// that mirrors what lies round about. By the light at the scope in a cavity: nearly black where it
+// mirrors neither, the line as narrow as the lamp, and the rim as red as the tissue that it
+// mirrors.
+ORGANBAKE_MULTIVERSION void shade(bool in_cavity, Rays& __restrict rays) {
+  const float cavity = in_cavity ? 1.f : 0.f, room = 1 - cavity;
+  for (unsigned i = 0; i < kRays; ++i) {
+    const float x = rays.x[i], y = rays.y[i], inverse = 1 / std::sqrt(x * x + y * y + 1);
+    const float toward =
+        -inverse * (rays.normal_x[i] * x + rays.normal_y[i] * y + rays.normal_z[i]);
+    const float share = (toward > 0 ? toward : 0) / rays.most_facing[i];
+    const float middle = share < 1 ? share : 1, facing = middle * rays.most_facing[i];
+    const float squared = middle * middle, eighth = squared * squared * squared * squared;
+    const float by_32 = (eighth * eighth) * (eighth * eighth), lit = 0.3f + 0.7f * facing;
+    const float aside = 1 - middle, rim = aside * aside * aside;
+    const float shine = std::sqrt((rays.red[i] + rays.green[i] + rays.blue[i]) * (1 / 3.0f));
+    const float steep = middle * squared;
+    const float lamp = cavity * (0.03f + 0.4f * steep * facing) +
+                       room * (0.06f + (0.35f + 0.55f * facing) * steep + 0.35f * rim);
+    const float line = lit * (cavity * (0.25f + shine) * (by_32 * by_32) * (by_32 * by_32) +
+                              room * 0.6f * shine * by_32);
+    const float mirrored = cavity * shine * aside * squared;
+    const auto light = [&](float color, float tissue) __attribute__((always_inline)) {
+      const float all = color * (cavity * color + room) * lamp + mirrored * tissue + line;
+      return all < 1 ? all : 1;
+    };
+    rays.red[i] = light(rays.red[i], kTissueMirrored[0]);
+    rays.green[i] = light(rays.green[i], kTissueMirrored[1]);
+    rays.blue[i] = light(rays.blue[i], kTissueMirrored[2]);
+  }
+}
 
 // A solid's length is cut into as many pieces as a word has bits: where a long shaft leads across
 // the picture, the boxes of its pieces follow it.
@@ -268,12 +238,17 @@ constexpr int kPieces = 32;
 
 using PieceEnds = std::array<Vector3d, kPieces + 1>;
 
-PieceEnds piece_ends(const PlacedSolid& solid) {
+PieceEnds piece_ends(const Vector3d& from, const Vector3d& to) {
   PieceEnds ends;
-  const PlacedCapsule& along = solid.capsules.front();
-  for (int i = 0; i <= kPieces; ++i)
-    ends[i] = along.from + (double(i) / kPieces) * (along.to - along.from);
+  for (int i = 0; i <= kPieces; ++i) ends[i] = from + (double(i) / kPieces) * (to - from);
   return ends;
+}
+
+// All of a solid lies that near to the segment between its ends.
+double reach_of(const Solid& solid) {
+  if (!solid.corner) return solid.radius_mm;
+  return solid.radius_mm +
+         std::min((*solid.corner - solid.from).norm(), (*solid.corner - solid.to).norm());
 }
 
 // The pieces that lie wholly beyond a plane: height_of tells how far a place does.
@@ -306,34 +281,48 @@ std::vector<Pieces> pieces_seen(const PieceEnds& ends, double radius, int axis, 
   return seen;
 }
 
-void draw_pixel(const PixelHit& hit, int x, int y, Frame& frame) {
-  const std::size_t at = std::size_t(y) * frame.color.width + x;
-  std::uint8_t* rgb = frame.color.at(x, y);
-  for (int k = 0; k < 3; ++k)
-    rgb[k] = srgb8_from_linear(hit.color[k] + (1 - hit.share) * linear_from_srgb8()[rgb[k]]);
-  frame.cover[at] = Cover::solid;
-  frame.depth_mm[at] = static_cast<float>(hit.depth);
+// Eight pixels at most of a row: blends what their rays met before tissue into the picture.
+void draw_pixels(const Rays& rays, int x, int y, int count, Frame& frame) {
+  for (int p = 0; p < count; ++p) {
+    const std::size_t at = std::size_t(y) * frame.color.width + x + p;
+    const float tissue_mm = frame.depth_mm[at];
+    std::array<float, 3> light{};
+    float depth = kFar, share = 0;
+    for (unsigned i = static_cast<unsigned>(p); i < kRays; i += kBlock) {
+      if (!(rays.along[i] < tissue_mm)) continue;
+      light[0] += rays.red[i], light[1] += rays.green[i], light[2] += rays.blue[i];
+      depth = std::min(depth, rays.along[i]);
+      share += 1.0f / kEach;
+    }
+    if (share == 0) continue;
+    std::uint8_t* const rgb = frame.color.at(x + p, y);
+    for (int c = 0; c < 3; ++c)
+      rgb[c] = srgb8_from_linear(light[c] / kEach + (1 - share) * linear_from_srgb8()[rgb[c]]);
+    frame.cover[at] = Cover::solid;
+    frame.depth_mm[at] = depth;
+  }
 }
 
 }  // namespace
 
 std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
   const Intrinsics& k = view.camera.intrinsics;
-  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const RigidTransform& pose = view.camera.camera_from_world;
   std::vector<std::vector<Pieces>> by_column, by_row;
-  for (const PlacedSolid& solid : placed) {
-    const PieceEnds ends = piece_ends(solid);
+  for (const Solid& solid : solids) {
+    const PieceEnds ends = piece_ends(pose * solid.from, pose * solid.to);
+    const double reach = reach_of(solid);
     const Pieces near =
-        pieces_beyond(ends, solid.reach, [&](const Vector3d& p) { return view.near_mm - p.z(); });
-    by_column.push_back(pieces_seen(ends, solid.reach, 0, k.fx, k.cx, k.width));
+        pieces_beyond(ends, reach, [&](const Vector3d& p) { return view.near_mm - p.z(); });
+    by_column.push_back(pieces_seen(ends, reach, 0, k.fx, k.cx, k.width));
     for (Pieces& pieces : by_column.back()) pieces &= ~near;
-    by_row.push_back(pieces_seen(ends, solid.reach, 1, k.fy, k.cy, k.height));
+    by_row.push_back(pieces_seen(ends, reach, 1, k.fy, k.cy, k.height));
   }
   std::vector<SolidBlock> blocks;
   for (int y = 0; y < k.height; y += kBlock) {
     for (int x = 0; x < k.width; x += kBlock) {
       SolidBlock block{{x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)}, {}};
-      for (std::uint32_t s = 0; s < placed.size(); ++s) {
+      for (std::uint32_t s = 0; s < solids.size(); ++s) {
         if (by_column[s][x / kBlock] & by_row[s][y / kBlock]) block.solids.push_back(s);
       }
       if (!block.solids.empty()) blocks.push_back(std::move(block));
@@ -344,35 +333,40 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
 
 void trace_solids(const std::vector<Solid>& solids, const View& view,
                   const std::function<void(int, int, const SolidSeen&)>& visit) {
-  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const PlacedSolids placed(solids, view);
   const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
-  const auto trace = [&](const SolidBlock& block, int x, int y) {
-    const FirstHit hit(ray_through(view.camera.intrinsics, x + 0.5, y + 0.5), placed, block.solids,
-                       view.near_mm);
-    if (!hit.solid) return;
-    visit(x, y,
-          {static_cast<std::uint32_t>(hit.solid - placed.data()), static_cast<float>(hit.along),
-           hit.normal.cast<float>()});
-  };
+  constexpr std::array<std::array<float, 2>, kEach> kRows = {
+      {{0.5f, 0.5f}, {0.5f, 1.5f}, {0.5f, 2.5f}, {0.5f, 3.5f}}};
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const PixelBox& box = blocks[b].box;
-    for (int y = box.y0; y < box.y1; ++y)
-      for (int x = box.x0; x < box.x1; ++x) trace(blocks[b], x, y);
+    for (int first = box.y0; first < box.y1; first += int(kEach)) {
+      Rays rays(view.camera.intrinsics, box.x0, first, kRows);
+      if (!placed.hit(blocks[b].solids, rays)) continue;
+      for (unsigned i = 0; i < kRays; ++i) {
+        const int x = box.x0 + int(i % kBlock), y = first + int(i / kBlock);
+        if (x >= box.x1 || y >= box.y1 || !(rays.along[i] < kFar)) continue;
+        visit(x, y,
+              {static_cast<std::uint32_t>(rays.solid[i]),
+               rays.along[i],
+               {rays.normal_x[i], rays.normal_y[i], rays.normal_z[i]}});
+      }
+    }
   });
 }
 
 void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                  const View& view, bool in_cavity, Frame& frame) {
-  const std::vector<PlacedSolid> placed = placed_in(view, solids);
-  const std::vector<PlacedSolid> narrower = placed_in(view, narrower_by_a_pixel(solids, view));
+  const PlacedSolids placed(solids, view);
+  constexpr std::array<std::array<float, 2>, kEach> kWithin = {
+      {{0.25f, 0.25f}, {0.75f, 0.25f}, {0.25f, 0.75f}, {0.75f, 0.75f}}};
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const NearSolids near{placed, narrower, blocks[b].solids, view};
     const PixelBox& box = blocks[b].box;
     for (int y = box.y0; y < box.y1; ++y) {
-      for (int x = box.x0; x < box.x1; ++x) {
-        const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
-        const PixelHit hit = near.trace_pixel(x, y, tissue_mm, in_cavity);
-        if (hit.share > 0) draw_pixel(hit, x, y, frame);
+      for (int x = box.x0; x < box.x1; x += kBlock) {
+        Rays rays(view.camera.intrinsics, x, y, kWithin);
+        if (!placed.hit(blocks[b].solids, rays)) continue;
+        shade(in_cavity, rays);
+        draw_pixels(rays, x, y, std::min(kBlock, box.x1 - x), frame);
       }
     }
   });
