@@ -117,6 +117,13 @@ void fetch(const LayerSpan& row, const TexelColors* __restrict colors, const Par
     fetched[i] = colors[row.slot[i]];
 }
 
+// Sends for what the row below will fetch: a copy that has to wait for its colour keeps all that
+// follow waiting, which this does not.
+void send_for(const std::uint64_t* keys, const Part& part, const TexelColors* colors) {
+  for (std::size_t i = part.first; i < part.first + part.count; ++i)
+    __builtin_prefetch(colors + slot_of(static_cast<std::uint32_t>(keys[i])));
+}
+
 ORGANBAKE_MULTIVERSION void find_nearest(const LayerSpan& __restrict row, const Part& part,
                                          SumSpan& __restrict sum) {
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
@@ -284,6 +291,7 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
                              std::min(count, spans.last(row) - offset));
     if (tile.base || tile.relit || tile.keep_bound) fill(rows[l].depth, kInfinity);
     decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
+    send_for(keys.row(y + 1) + offset, parts[l], tile.layers[l].set->colors.data());
     find_nearest(rows[l], parts[l], sum);
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);

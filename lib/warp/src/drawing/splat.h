@@ -260,8 +260,8 @@ inline unsigned lanes_unlike(const std::uint32_t* numbers, std::uint32_t value) 
 inline unsigned first_lanes(int count) { return count < 8 ? (1u << count) - 1 : 255u; }
 
 // Sends for what splat_chunk() will read of a chunk, and for the colours that the tile's pixels
-// will ask for in another order: they come while chunks before it are drawn. A frame in a twentieth
-// less time.
+// will ask for in another order, row by row once more (resolve_tile()): they come while chunks
+// before it are drawn. A frame in a twentieth less time.
 void prefetch_chunk(const SampleSet& set, std::uint32_t chunk);
 
 // Draws a chunk's samples into the tile. tie_mm = kTieTexels × texel size. What does not fall
