@@ -210,12 +210,9 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  parallel_both(
-      [&] {
-        report.base_triangles =
-            base.place(faces, !parted.empty(), report.weights, view, grid, dirty_cells, visibility);
-      },
-      [&] { reference_mm = meter_light(view, options); });
+  const bool cut = !parted.empty();
+  parallel_both([&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
+                [&] { reference_mm = meter_light(view, options); });
   light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "organbake/core/parallel.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/rasteriser.h"
 #include "placing/placing.h"
 
@@ -118,10 +119,10 @@ class BaseDrawing::PlacedBlock {
 void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
   box = tile;
   any_drawn = false;
-  depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
+  depth.clear();  // until one is drawn
   spans.clear(tile);
-  shade.resize(depth.size());
-  bound.resize(keep_bound ? depth.size() : 0);
+  shade.resize(std::size_t(tile.width()) * tile.height());
+  bound.resize(keep_bound ? shade.size() : 0);
 }
 
 BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
@@ -213,24 +214,21 @@ void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const 
     if (faces.moved(chosen.face)) cells.mark(chosen.box);
 }
 
-std::size_t BaseDrawing::place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
-                               const View& view, const TileGrid& grid, DirtyCells& cells,
-                               VisibilitySummary& visibility) {
+void BaseDrawing::place(const PlacedFaces& faces, bool cut, const View& view, const TileGrid& grid,
+                        DirtyCells& cells, VisibilitySummary& visibility, DrawReport& report) {
   // The layer knows of the first 32 cameras; no other sees a node.
-  for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
-  weight_by_active_ = weight_table(weights);
+  for (int i = 0; i < 3; ++i) active_[i] = std::min(report.weights.cameras[i], 32u);
+  weight_by_active_ = weight_table(report.weights);
   mark_moved(faces, cells);
   choose(faces, cut, view);
   mark_moved(faces, cells);
-  std::size_t triangles = 0;
   for (const Chosen& chosen : chosen_) {
     visibility.box = united(visibility.box, chosen.box);
     visibility.shown[chosen.face] = 1;
-    triangles += blocks_[chosen.block].triangles;
+    report.base_triangles += blocks_[chosen.block].triangles;
   }
   tiles_.build(grid, static_cast<std::uint32_t>(chosen_.size()),
                [this](std::uint32_t b) { return chosen_[b].box; });
-  return triangles;
 }
 
 // Pieces of the blocks at once, their choices one after the other.
@@ -298,12 +296,14 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
       if (box.empty()) return;
-      tile.any_drawn = true;
       drawn = united(drawn, box);
       rasterise<float>(
           triangle, tile.box, [&](int x, int y, float depth, const std::array<float, 3>& part) {
             const std::size_t at = tile.at(x, y);
-            if (!(depth < tile.depth[at]) || (!weighs && !samples.open(x, y))) return;
+            if (!weighs && !samples.open(x, y)) return;
+            if (!std::exchange(tile.any_drawn, true))
+              tile.depth.assign(tile.shade.size(), std::numeric_limits<float>::infinity());
+            if (!(depth < tile.depth[at])) return;
             const std::array<float, 3> w = weights_in(part);
             tile.depth[at] = depth;
             tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;

@@ -129,12 +129,11 @@ class BaseDrawing {
 
   bool empty() const { return blocks_.empty(); }
   const BaseLayer& layer() const { return layer_; }
-  // Chooses the blocks of one frame, and lists them by tile. cut: by blades, so that gaps may open
-  // on any face. Marks the pixels of moved faces' blocks, where they were and where they are, and
-  // adds all blocks to what is visible. Returns how many triangles they have.
-  std::size_t place(const PlacedFaces& faces, bool cut, const ViewWeights& weights,
-                    const View& view, const TileGrid& grid, DirtyCells& cells,
-                    VisibilitySummary& visibility);
+  // Chooses the blocks of one frame, by the report's weights, and lists them by tile. cut: by
+  // blades, so that gaps may open on any face. Marks the pixels of moved faces' blocks, where they
+  // were and where they are; adds all blocks to what is visible, their triangles to the report.
+  void place(const PlacedFaces& faces, bool cut, const View& view, const TileGrid& grid,
+             DirtyCells& cells, VisibilitySummary& visibility, DrawReport& report);
   // A tile's chosen blocks by number.
   std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
 
