@@ -194,7 +194,9 @@ Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame&
                        StageReport& report) {
   FrameAlbedo albedo = divide_light_out(frame, depth, lamp, mm_per_unit);
   write_png(folder / "albedo.png", albedo.color);
-  write_file_atomically(folder / kLightingFile, lighting_to_json(laparoscope_lighting(lamp)));
+  const double known = depth.quality.verdict == DepthVerdict::ok ? 1 : depth.quality.support;
+  write_file_atomically(folder / kLightingFile,
+                        lighting_to_json(laparoscope_lighting(lamp, known)));
   report.add("albedo_reference_mm", albedo.reference_mm);
   report.add("falloff_in_frame", albedo.falloff_before);
   report.add("falloff_in_albedo", albedo.falloff_left);

@@ -233,6 +233,10 @@ TEST(FrameAlbedo, UnderItsLightIsTheFrame) {
   const FrameDepth depth = shade_frame(frame, options);
   const FrameAlbedo albedo = divide_light_out(frame, depth, options.laparoscope, 1);
   const ScopeLight scope = laparoscope_lighting(options.laparoscope).scope.value();
+  const double exponent = wet_gloss().front().exponent;
+  for (const auto& [known, sharper] : {std::pair(1.0, 1), std::pair(0.25, 4), std::pair(0.0, 10)})
+    EXPECT_NEAR(laparoscope_lighting(options.laparoscope, known).gloss.front().exponent,
+                sharper * exponent, 1e-9);
   EXPECT_NEAR(std::tan(scope.beam_half_angle_rad), 1, 1e-12);  // cos² is the same beam
   int compared = 0;
   for (int y = 20; y < 220; y += 20)

@@ -332,7 +332,7 @@ LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name) {
   return lamp;
 }
 
-Lighting laparoscope_lighting(const LaparoscopeOptions& options) {
+Lighting laparoscope_lighting(const LaparoscopeOptions& options, double known_share) {
   ScopeLight scope;
   scope.offset_mm = {options.light_offset_x_mm, options.light_offset_y_mm, 0};
   scope.beam_half_angle_rad =
@@ -340,6 +340,10 @@ Lighting laparoscope_lighting(const LaparoscopeOptions& options) {
   Lighting lighting;
   lighting.ambient_above = lighting.ambient_below = Vector3d::Ones();  // colours are the albedo
   lighting.gloss = wet_gloss();
+  // Where drops mirror the lamp follows from the shape: the less is known of it, the more sharply
+  // they do, and so the fewer.
+  constexpr double kFewest = 0.1;
+  lighting.gloss.front().exponent /= std::clamp(known_share, kFewest, 1.0);
   lighting.scope = scope;
   lighting.finish = {.relief_slope = 0.1, .relief_mm = 1.5, .rim = 0.12, .border_fade_rad = 0.01};
   return lighting;

@@ -50,8 +50,9 @@ struct FrameAlbedo {
 
 // The light of a laparoscope as shading models it: 1/r² from its place beside the lens and its
 // beam, for a player to light the albedo anew. Metered from each view, as a camera exposes by
-// itself. The model is Lambert's, so the light is not softened.
-Lighting laparoscope_lighting(const LaparoscopeOptions& options);
+// itself. The model is Lambert's, so the light is not softened. Tissue of which a share of the
+// shape is known shines the less.
+Lighting laparoscope_lighting(const LaparoscopeOptions& options, double known_share = 1);
 // And back: where such a light sits beside the lens, and its beam. Throws BadDataError naming
 // `name` for one without a light at the scope.
 LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name);
