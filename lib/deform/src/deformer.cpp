@@ -343,6 +343,14 @@ void Deformer::place(std::size_t organ, const std::vector<Eigen::Vector3d>& poin
   impl_->place(organ, points_mm);
 }
 std::vector<Eigen::Vector3d> Deformer::contact_force_n() const { return impl_->contact_force_n(); }
+std::vector<Grip> Deformer::grips() const {
+  std::vector<Grip> grips;
+  for (const deform::Contact& c : impl_->solver.contacts())
+    if (const auto* held = c.as<deform::Carried>();
+        held && (grips.empty() || grips.back().instrument != c.instrument))
+      grips.push_back({c.instrument, c.point.head<3>(), c.normal.head<3>(), held->closed});
+  return grips;
+}
 bool Deformer::moved() const { return impl_->moved; }
 
 std::size_t Deformer::State::bytes_beside(const State& other) const {

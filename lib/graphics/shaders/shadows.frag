@@ -92,7 +92,8 @@ void finish(ivec2 at) {
   for (int k = 0; k < solid_count; ++k) {
     vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
     vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
-    float color = dot(texelFetch(solids, table_at(4 * k + 3), 0).rgb, vec3(1.0 / 3.0));
+    vec3 steel = texelFetch(solids, table_at(4 * k + 3), 0).rgb;
+    float color = kSteelLit * dot(steel, steel) / 3.0;
     shade_by(Capsule(a.xyz, b.xyz, a.w, color, b.w == 0.0 ? c.xyz : vec3(0.0)), skin, shade);
     if (b.w == 0.0) continue;
     shade_by(Capsule(b.xyz, c.xyz, a.w, color, vec3(0.0)), skin, shade);

@@ -63,7 +63,7 @@ vec3 shade(Hit hit, vec3 d) {
   float by_32 = (eighth * eighth) * (eighth * eighth), bright = 0.3 + 0.7 * facing;
   float shine = sqrt(dot(hit.color, vec3(1.0 / 3.0)));
   if (in_cavity)
-    return min(hit.color * hit.color * (0.03 + 0.4 * middle * squared * facing) +
+    return min(hit.color * hit.color * (0.03 + kSteelLit * middle * squared * facing) +
                    shine * aside * squared * vec3(kTissueRed, kTissueGreen, kTissueBlue) +
                    (0.25 + shine) * (by_32 * by_32) * (by_32 * by_32) * bright,
                1.0);

@@ -152,7 +152,7 @@ PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view
       organ.warper.can_relight() ? options.light.value_or(DrawnLight::baked) : DrawnLight::baked;
   const bool lit = light != DrawnLight::baked;
   PlacedOrgan placed{.organ = &organ,
-                     .source = organ.warper.pose(organ.positions_mm, lit),
+                     .source = organ.warper.pose(organ.positions_mm, lit, options.folds),
                      .tables = nullptr,
                      .weights = {},
                      .layers = {},

@@ -94,7 +94,8 @@ class OrganTables {
   std::size_t kept_bytes_;
   std::uint64_t picture_ = 0;
   std::vector<Eigen::Vector3d> posed_;
-  bool turned_ = false;  // turns_ is of the pose
+  std::uint64_t pose_ = 0;  // OrganSource::pose
+  bool turned_ = false;     // turns_ is of the pose
   std::vector<float> numbers_;
 };
 

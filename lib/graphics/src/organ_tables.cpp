@@ -159,7 +159,7 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
                        bool lit) {
   ++picture_;
   parted_ = source.parted;
-  const bool moved = id_ != source.id || posed_ != positions;
+  const bool moved = id_ != source.id || pose_ != source.pose;
   if (id_ != source.id) {
     id_ = source.id;
     faces_ = static_cast<int>(source.shells.size());
@@ -167,6 +167,7 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
   }
   if (moved) {
     posed_ = positions;
+    pose_ = source.pose;
     turned_ = false;
     fill_shells(source);
   }

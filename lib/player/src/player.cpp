@@ -228,13 +228,28 @@ Eigen::Vector3d Player::pressed_by(const Solid& tip) const {
   return pressed_mm;
 }
 
-// What a picture's options leave to the player: the light, and how deep tools have pressed skin in.
-// Of a tool's parts the first is its tip.
+// What a picture's options leave to the player: the light, how deep tools have pressed skin in, and
+// what jaws fold. Of a tool's parts the first is its tip; of a grasper it is a jaw, from the hinge
+// to both corners of its end, and the next the other. The fold lies along the skin, half-way
+// between.
 void Player::complete(DrawOptions& options) const {
   options.light = light_for(options.light);
   std::set<std::uint32_t> told;
   for (Solid& solid : options.solids)
     if (told.insert(solid.instrument).second) solid.pressed_mm = pressed_by(solid);
+  options.folds.clear();
+  for (const Grip& grip : deformer_.grips()) {
+    const auto jaw = std::find_if(
+        options.solids.begin(), options.solids.end(),
+        [&](const Solid& solid) { return solid.instrument == grip.instrument && solid.corner; });
+    if (options.solids.end() - jaw < 2) continue;
+    const Eigen::Vector3d at = jaw->to, other = std::next(jaw)->to;
+    const Eigen::Vector3d closes = (at - other).stableNormalized();
+    const Eigen::Vector3d along = grip.outward.cross(closes);
+    const double aside_mm = closes.dot(0.5 * (at + other) - grip.position_mm);
+    options.folds.push_back({grip.position_mm + aside_mm * closes, along.stableNormalized(),
+                             grip.outward, (*jaw->corner - at).norm(), grip.closed * along.norm()});
+  }
 }
 
 DrawReport Player::draw(const View& view, DrawOptions options, Frame& frame) {

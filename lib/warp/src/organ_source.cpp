@@ -44,6 +44,7 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kDentReach", kDentReach},
                                      {"kMirrorReach_mm", kMirrorReach_mm},
                                      {"kWaterMirror", kWaterMirror},
+                                     {"kSteelLit", kSteelLit},
                                      {"kTissueRed", kTissueMirrored[0]},
                                      {"kTissueGreen", kTissueMirrored[1]},
                                      {"kTissueBlue", kTissueMirrored[2]}};

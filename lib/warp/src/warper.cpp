@@ -98,8 +98,6 @@ struct Warper::Impl {
                   const DrawOptions& options, Frame& frame);
   // This, or what draws the organ over fewer faces.
   Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view);
-  // Poses the organ for one that drew it instead.
-  void pose_undrawn(const std::vector<Eigen::Vector3d>& positions);
 
  private:
   Bundle without_maps() const;
@@ -187,12 +185,6 @@ Bundle Warper::Impl::without_maps() const {
   return bundle;
 }
 
-void Warper::Impl::pose_undrawn(const std::vector<Eigen::Vector3d>& positions) {
-  if (positions == shell.proxy_positions()) return;
-  last = LastDrawing();  // which is of another pose
-  shell.pose(positions);
-}
-
 // The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
 DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                               const DrawOptions& options, Frame& frame) {
@@ -202,7 +194,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   const Background background(options.background);
   DrawReport report;
   PhaseClock clock(options.measure);
-  shell.pose(positions);
+  shell.pose(positions, options.folds);
   report.weights = choose_cameras(view);
   report.texel_mm = active.texel_mm();
   if (continued) post_process.undo(frame);
@@ -339,12 +331,14 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   return report;
 }
 
-OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit) {
+OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit,
+                         const std::vector<SkinFold>& folds) {
   check_positions(positions, impl_->shell.shell().proxy());
   impl_->last_drawn = nullptr;
   impl_->last = LastDrawing();  // what is posed here is drawn elsewhere
-  impl_->shell.pose(positions);
+  impl_->shell.pose(positions, folds);
   OrganSource source{.id = impl_->id,
+                     .pose = impl_->shell.poses(),
                      .whole_id = impl_->whole_id,
                      .manifold = impl_->manifold,
                      .at_rest = impl_->organ,
@@ -385,7 +379,9 @@ DrawnLight Warper::default_light() const {
   return impl_->scope ? DrawnLight::scope : DrawnLight::world;
 }
 const std::vector<ShellMatrix>& Warper::shell_matrices() const {
-  if (const Impl* drawn = impl_->last_drawn) impl_->pose_undrawn(drawn->shell.proxy_positions());
+  if (const Impl* drawn = impl_->last_drawn)  // which posed the organ instead
+    if (impl_->shell.pose(drawn->shell.proxy_positions(), drawn->shell.folds()))
+      impl_->last = LastDrawing();  // which is of another pose
   return impl_->shell.matrices();
 }
 DrawnSkin Warper::drawn_skin() const {

@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, NeedleInTissue,
                          testing::Values(TissueSolver::springs, TissueSolver::fem),
                          [](const auto& tissue) { return to_string(tissue.param); });
 
-constexpr double kFollows_mm = 0.1, kFold_mm = 7;
+constexpr double kFollows_mm = 0.1;
 
 struct Sphere {
   TriangleMesh mesh = test::geodesic_sphere(3, 40);
@@ -167,27 +167,29 @@ TEST(Grab, ReachesTheNearestSkinWithinTwoRadii) {
   }
 }
 
-// Of a sphere so fine that jaws hold several of its vertices, as they close and after.
-TEST(Grab, DrawsWhatItHoldsTogether) {
+// Closing pulls nothing: what the jaws fold is drawn where the grip is told to be.
+TEST(Grab, TellsWhereItHoldsAndHowFarItHasClosed) {
   for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
     HeldBall ball(solver);
-    const Vector3d top = ball.mesh.vertices[ball.top];
-    std::vector<std::uint32_t> held;
-    for (std::uint32_t v = 0; v < ball.mesh.vertices.size(); ++v)
-      if (v != ball.top && (ball.mesh.vertices[v] - top).norm() < kFold_mm) held.push_back(v);
-    ASSERT_GE(held.size(), 3u);
-    const auto width_mm = [&](const std::vector<Vector3d>& at) {
-      double sum = 0;
-      for (const std::uint32_t v : held) sum += (at[v] - at[ball.top]).norm();
-      return sum / double(held.size());
-    };
-    Instrument jaws = grasper_at(top);
-    jaws.radius_mm = kFold_mm;
+    const Vector3d top = ball.mesh.vertices[ball.top], pull(2, 0, 3);
+    double last = 0;
     for (int i = 0; i < 30; ++i) {
-      EXPECT_EQ(ball.deformer.step({jaws}).slipped, 0u);
-      EXPECT_LT((ball.deformer.positions()[ball.top] - top).norm(), 2 * kFollows_mm) << i;
+      EXPECT_EQ(ball.deformer.step({{}, grasper_at(top)}).slipped, 0u);
+      ASSERT_EQ(ball.deformer.grips().size(), 1u);
+      const Grip grip = ball.deformer.grips().front();
+      EXPECT_EQ(grip.instrument, 1u);
+      EXPECT_LT((grip.position_mm - top).norm(), kFollows_mm);
+      EXPECT_GT(grip.outward.dot(top.normalized()), 0.99);
+      EXPECT_GE(grip.closed, last + (i < 10 ? 1e-3 : 0));
+      last = grip.closed;
     }
-    EXPECT_NEAR(width_mm(ball.deformer.positions()) / width_mm(ball.mesh.vertices), 0.5, 0.1);
+    EXPECT_NEAR(last, 1, 0.01);
+    for (std::uint32_t v = 0; v < ball.mesh.vertices.size(); ++v)
+      EXPECT_LT((ball.deformer.positions()[v] - ball.mesh.vertices[v]).norm(), kFollows_mm);
+    for (int i = 1; i <= 30; ++i) ball.deformer.step({{}, grasper_at(top + i / 30.0 * pull)});
+    EXPECT_LT((ball.deformer.grips().front().position_mm - top - pull).norm(), kFollows_mm);
+    ball.deformer.step({});
+    EXPECT_TRUE(ball.deformer.grips().empty());
   }
 }
 

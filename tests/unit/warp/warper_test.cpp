@@ -6,6 +6,8 @@
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/paper_warp.h"
+#include "placing/placing.h"
+#include "support/meshes.h"
 #include "support/organs.h"
 #include "support/testing.h"
 #include "views_round.h"
@@ -254,6 +256,35 @@ TEST(PaperWarp, NeedsMapsAndPositions) {
   Frame frame;
   const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 64);
   EXPECT_THROW(PaperWarp(organ_to_play()).draw(organ_to_play(), {}, view, {}, frame), BadDataError);
+}
+
+// Over a ball of 40 mm, by nodes about 3 mm apart: skin rises along the ridge, comes nearer from
+// its sides, and stays where it was beyond and on the ball's other side.
+TEST(PosedShell, JawsDrawSkinTogetherIntoAFold) {
+  const TriangleMesh ball = sphere_mesh(40, 3);
+  PosedShell shell(ShellSurface(ball, flat_skin(ball, 2)));
+  const std::vector<ShellMatrix> rest = shell.matrices();
+  const SkinFold fold{{0, 0, 40}, {1, 0, 0}, {0, 0, 1}, 6, 1};
+  EXPECT_TRUE(shell.pose(ball.vertices, {fold}));
+  EXPECT_FALSE(shell.pose(ball.vertices, {fold}));
+  double highest_mm = 0;
+  for (std::size_t f = 0; f < rest.size(); ++f) {
+    const Eigen::Vector3d from = rest[f].col(0), to = shell.matrices()[f].col(0), way = to - from;
+    highest_mm = std::max(highest_mm, to.z() - 40);
+    if ((from - fold.middle_mm).norm() < 6) {
+      EXPECT_GE(way.z(), 0);
+      EXPECT_LE(std::abs(to.y()), (std::abs(from.x()) < 2 ? 0.5 : 0.7) * std::abs(from.y()));
+      EXPECT_NEAR(way.x(), 0, 1e-12);
+    }
+    if ((from - fold.middle_mm).norm() > 24) {
+      EXPECT_EQ(way.norm(), 0);
+    }
+  }
+  EXPECT_GT(highest_mm, 5);
+  EXPECT_LT(highest_mm, 7.5);
+  EXPECT_TRUE(shell.pose(ball.vertices, {}));
+  for (std::size_t f = 0; f < rest.size(); ++f)
+    EXPECT_LT((shell.matrices()[f] - rest[f]).norm(), 1e-9);
 }
 
 }  // namespace

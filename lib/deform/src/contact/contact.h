@@ -81,8 +81,8 @@ struct Pressed {
 
 // A grasper carries it: p = target.
 struct Carried {
-  // From the tip's centre, mm; on its way there as the jaws draw their fold together.
-  PaddedVector offset = PaddedVector::Zero(), folded = PaddedVector::Zero();
+  PaddedVector offset = PaddedVector::Zero();  // from the tip's centre, mm
+  double closed = 0;                           // how far the jaws are, 0…1
   CarrierResponse response;
 };
 
@@ -109,8 +109,8 @@ struct Contact {
   // Set by each refresh, for the shape and the tip's place of that moment.
   PaddedVector point = PaddedVector::Zero();  // mm
   VertexResponse response;
-  PaddedVector normal =
-      PaddedVector::Zero();  // unit, from the tip into the tissue; of a needle up its shaft
+  PaddedVector normal = PaddedVector::Zero();  // unit, from the tip into the tissue; of a needle up
+                                               // its shaft, of what is carried out of the skin
   PaddedVector target = PaddedVector::Zero();  // mm
   // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
   PaddedVector anchored_at = PaddedVector::Zero();

@@ -228,6 +228,7 @@ bool ContactSearch::update(const TipPose& tip, Contact& contact) {
   SkinHit hit = place(contact, tip.center);
   if (const Carried* carried = contact.as<Carried>()) {
     contact.target = tip.center + carried->offset;
+    contact.normal = hit.normal;
     return true;
   }
   if (OnNeedle* on_needle = contact.as<OnNeedle>()) {

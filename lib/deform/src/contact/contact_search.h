@@ -78,8 +78,8 @@ class ContactSearch {
 };
 
 // The skin points that a closing grasper carries: the nearest one when it lies within two radii,
-// and lattice nodes within the radius, spread out. The nearest keeps its place relative to the tip,
-// the others are drawn together about it. False where it closed on skin and holds none: anchors do.
+// and lattice nodes within the radius, spread out. Each keeps its place relative to the tip. False
+// where it closed on skin and holds none: anchors do.
 bool close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts);
 // By as much as jaws close in a step.

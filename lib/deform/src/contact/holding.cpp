@@ -17,9 +17,7 @@ constexpr double kFarthestRadii = 2;
 constexpr double kGraspRadii = 1.05;  // skin that a poke holds lies at one radius, give or take
 constexpr double kSpreadRadii = 0.4;  // closer points would carry the same tissue twice
 constexpr std::size_t kMostPoints = 8;
-// Jaws draw what they hold together about the point nearest to the tip: to this share of its width,
-// and to 1/e of the way in so many seconds.
-constexpr double kFolded = 0.5, kClosing_s = 0.05;
+constexpr double kClosing_s = 0.05;  // in which jaws close to 1/e of the way
 
 // What is free of a point's weights, and how far it gives way by its own face.
 struct Shares {
@@ -102,19 +100,13 @@ bool close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t
     contacts.push_back(c);
   }
   tie_to_grasper(center, search, skin, contacts, first);
-  for (std::size_t i = first; i < contacts.size(); ++i) {
-    const PaddedVector middle = std::get<Carried>(contacts[first].kind).offset;
-    Carried& carried = std::get<Carried>(contacts[i].kind);
-    carried.folded = middle + kFolded * (carried.offset - middle);
-  }
   return candidates.empty() || contacts.size() > first;
 }
 
 void close_jaws(double time_step_s, std::vector<Contact>& contacts) {
   for (Contact& c : contacts)
     if (Carried* carried = c.as<Carried>())
-      carried->offset +=
-          (1 - std::exp(-time_step_s / kClosing_s)) * (carried->folded - carried->offset);
+      carried->closed += (1 - std::exp(-time_step_s / kClosing_s)) * (1 - carried->closed);
 }
 
 namespace {

@@ -216,7 +216,7 @@ ORGANBAKE_MULTIVERSION void shade(bool in_cavity, Rays& __restrict rays) {
     const float aside = 1 - middle, rim = aside * aside * aside;
     const float shine = std::sqrt((rays.red[i] + rays.green[i] + rays.blue[i]) * (1 / 3.0f));
     const float steep = middle * squared;
-    const float lamp = cavity * (0.03f + 0.4f * steep * facing) +
+    const float lamp = cavity * (0.03f + kSteelLit * steep * facing) +
                        room * (0.06f + (0.35f + 0.55f * facing) * steep + 0.35f * rim);
     const float line = lit * (cavity * (0.25f + shine) * (by_32 * by_32) * (by_32 * by_32) +
                               room * 0.6f * shine * by_32);

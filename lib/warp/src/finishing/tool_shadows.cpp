@@ -47,7 +47,7 @@ struct Capsule {
 
 std::vector<Capsule> capsules_of(const Solid& solid, const RigidTransform& pose) {
   const Vector3d a = pose * solid.from, b = pose * solid.to;
-  const float color = solid.color.mean();
+  const float color = kSteelLit * solid.color.cwiseAbs2().mean();  // as draw_solids() lights it
   std::vector<Capsule> capsules = {
       {a, b - a, solid.radius_mm, color, pose.rotation * solid.pressed_mm}};
   if (!solid.corner) return capsules;

@@ -28,6 +28,26 @@ void for_each_posed(std::size_t count, const auto& body) {
 // normal farther from the mean of its corners' than 6°.
 constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
 
+// 1 at 0, 0 from 1 on.
+double bell(double x) { return std::abs(x) < 1 ? (1 - x * x) * (1 - x * x) : 0; }
+
+// Where a fold brings a point of skin that is drawn by points `apart_mm` apart: a narrower one
+// would fall between those. To its sides skin comes nearer to the ridge, which rises about as high
+// as the skin that it is made of reaches: so that is hardly stretched. It ends softly along the
+// ridge, and in depth, where an organ's other side lies.
+Eigen::Vector3d folded(const Eigen::Vector3d& point, const SkinFold& fold, double apart_mm) {
+  constexpr double kDrawn = 0.75, kHeight = 1.2;  // shares of the way to the ridge; of its reach
+  constexpr double kWide = 3, kSteep = 1.6, kLong = 2.2, kDeep = 2.5;  // where it ends, in reaches
+  const double reach = std::max(fold.reach_mm, apart_mm);
+  const Eigen::Vector3d from = (point - fold.middle_mm) / reach;
+  const double up = from.dot(fold.outward), on = from.dot(fold.along);
+  const double share = fold.closed * reach * bell(on / kLong) * bell(up / kDeep);
+  const Eigen::Vector3d aside = from - up * fold.outward - on * fold.along;
+  const double far = aside.norm();
+  return point +
+         share * (kHeight * bell(far / kSteep) * fold.outward - kDrawn * bell(far / kWide) * aside);
+}
+
 }  // namespace
 
 PosedShell::PosedShell(ShellSurface shell)
@@ -41,14 +61,23 @@ PosedShell::PosedShell(ShellSurface shell)
       two_sided_(posed_.faces.size(), 0),
       faces_of_(posed_.faces, posed_.vertices.size()) {
   if (!shell_.skin()) return;
+  for (const Face& face : at_rest().faces)
+    edge_mm_ += (at_rest().vertices[face[1]] - at_rest().vertices[face[0]]).norm();
+  edge_mm_ /= static_cast<double>(at_rest().faces.size());
   gradients_.emplace(at_rest());
   gradient_changes_.assign(normals_.size(), Eigen::Matrix3d::Zero());
 }
 
-void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
-  if (proxy_positions == proxy_positions_) return;
+bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
+                      const std::vector<SkinFold>& folds) {
+  if (proxy_positions == proxy_positions_ && folds == folds_) return false;
+  ++poses_;
   proxy_positions_ = proxy_positions;
+  folds_ = folds;
   shell_.pose(proxy_positions_, next_vertices_);
+  if (gradients_)
+    for (const SkinFold& fold : folds_)
+      for (Eigen::Vector3d& point : next_vertices_) point = folded(point, fold, edge_mm_);
   std::swap(posed_.vertices, next_vertices_);
   face_changed_.resize(posed_.faces.size());
   vertex_changed_.resize(posed_.vertices.size());
@@ -71,6 +100,7 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
                     [this](std::uint32_t v) { return vertex_changed_[v] != 0; }))
       set_face(f);
   });
+  return true;
 }
 
 void PosedShell::set_vertex(std::uint32_t vertex) {

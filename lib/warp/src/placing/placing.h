@@ -13,6 +13,7 @@
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/vertex_gradients.h"
+#include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
 #include "picture/tiles.h"
 #include "samples/samples.h"
@@ -25,12 +26,16 @@ class PosedShell {
  public:
   explicit PosedShell(ShellSurface shell);
 
-  // Takes the proxy's vertices (mm), of which there must be as many as at rest.
-  void pose(const std::vector<Eigen::Vector3d>& proxy_positions);
+  // Takes the proxy's vertices (mm), of which there must be as many as at rest, and the folds that
+  // graspers make of a smooth skin. Whether anything is otherwise than before.
+  bool pose(const std::vector<Eigen::Vector3d>& proxy_positions,
+            const std::vector<SkinFold>& folds);
+  std::uint64_t poses() const { return poses_; }  // how many it has had
 
   const ShellSurface& shell() const { return shell_; }
   const TriangleMesh& at_rest() const { return shell_.at_rest(); }
   const std::vector<Eigen::Vector3d>& proxy_positions() const { return proxy_positions_; }
+  const std::vector<SkinFold>& folds() const { return folds_; }
   const std::vector<ShellMatrix>& matrices() const { return matrices_; }  // by face, world
   // By face, another number whenever it may lie otherwise than before.
   const std::vector<std::uint32_t>& revisions() const { return revisions_; }
@@ -46,7 +51,9 @@ class PosedShell {
   void set_face(std::uint32_t face);
 
   ShellSurface shell_;
-  double pushed_mm_;
+  double pushed_mm_, edge_mm_ = 0;  // the mean edge of a smooth skin
+  std::uint64_t poses_ = 0;
+  std::vector<SkinFold> folds_;
   std::vector<Eigen::Vector3d> proxy_positions_, next_vertices_;
   TriangleMesh posed_;
   std::vector<Eigen::Vector3d> normals_;           // by vertex

@@ -63,6 +63,13 @@ struct ContactPoint {
   bool carried = false;
 };
 
+// What a grasper holds: the point of the skin that was nearest to its tip when it closed.
+struct Grip {
+  std::size_t instrument = 0;
+  Eigen::Vector3d position_mm, outward;  // world; of the skin, unit
+  double closed = 0;                     // how far the jaws are, 0…1
+};
+
 struct StepReport {
   std::size_t contacts = 0;                  // of instruments
   std::size_t tissue_contacts = 0;           // of tissue with tissue
@@ -126,7 +133,8 @@ class Deformer {
   // N, world. What they press beside anchors is borne by the vertices that give way. Their sum over
   // an instrument's contacts is minus its tip_force_n.
   std::vector<Eigen::Vector3d> contact_force_n() const;
-  bool moved() const;  // whether any vertex changed in the last step
+  std::vector<Grip> grips() const;  // of each grasper that holds something, in the last step
+  bool moved() const;               // whether any vertex changed in the last step
   void reset();
 
   // All that is remembered from one step to the next: how the tissue lies and moves, what touches

@@ -56,6 +56,7 @@ struct DrawOptions {
   bool bind_as_drawn = false;
   bool measure = false;  // fill DrawReport's times
   std::vector<Solid> solids = {};
+  std::vector<SkinFold> folds = {};  // of a smooth skin; a Player fills them from its graspers
 
   bool relights() const { return light && *light != DrawnLight::baked; }
   bool needs_depth() const { return keep_depth || !solids.empty(); }

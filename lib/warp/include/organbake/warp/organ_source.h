@@ -119,6 +119,7 @@ struct SampleSet {
 // A posed organ.
 struct OrganSource {
   std::uint64_t id = 0;        // of the Warper: another organ, or one cut further, has another
+  std::uint64_t pose = 0;      // another for each pose of it
   std::uint64_t whole_id = 0;  // of the Warper that blades have cut it from, or its own
   const ViewManifold& manifold;
   Bounds at_rest;

@@ -28,6 +28,17 @@ struct Solid {
   bool operator==(const Solid& other) const = default;
 };
 
+// Skin that a grasper's jaws draw together into a ridge. It is shorter than the edges of the mesh
+// that the tissue is reckoned on, so it is there in pictures alone. World, mm.
+struct SkinFold {
+  Eigen::Vector3d middle_mm;       // of the skin, before it is drawn together
+  Eigen::Vector3d along, outward;  // unit: the ridge's, and across it to where it rises
+  double reach_mm = 0;             // from its middle to its foot
+  double closed = 0;               // 0: as the skin lies … 1
+
+  bool operator==(const SkinFold& other) const = default;
+};
+
 // A block of the picture's pixels, and the solids that may be seen in it.
 struct SolidBlock {
   PixelBox box;
@@ -46,6 +57,8 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
 // scope shows them amid tissue.
 void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                  const View& view, bool in_cavity, Frame& frame);
+// What steel that faces the lamp sends back by the light at the scope, of its colour's square.
+inline constexpr float kSteelLit = 0.4f;
 // Of its own light, what the tissue round about sends to a tool, RGB.
 inline constexpr std::array<float, 3> kTissueMirrored = {0.3f, 0.08f, 0.06f};
 

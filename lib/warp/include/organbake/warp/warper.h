@@ -77,7 +77,8 @@ class Warper {
   // For another way of drawing (organ_source.h): the organ in a pose, whose light is wanted or
   // not; the samples of a camera, bound now where they were not; what the light at the scope does
   // in a view, where the bundle can be lit anew.
-  OrganSource pose(const std::vector<Eigen::Vector3d>& positions, bool lit);
+  OrganSource pose(const std::vector<Eigen::Vector3d>& positions, bool lit,
+                   const std::vector<SkinFold>& folds = {});
   std::uint64_t id() const;  // OrganSource::id
   const SampleSet& samples(std::size_t camera);
   ScopeShading scope_shading(const View& view, double reference_mm) const;
