@@ -200,7 +200,7 @@ class MotionSearch {
       for (Frames& rest : unposed_runs(found)) shots.push_back({std::move(rest), kNotRigid});
       const bool better = found.scene.posed_views() > best.scene.posed_views();
       if (better) std::swap(best, found);
-      if (found.scene.posed_views() > 0) leave_out(found.view_frames, kSmaller);
+      if (found.scene.posed_views() > 0) leave_out(found.view_frames, smaller);
     }
     best.left_out = std::move(left_out_);
     return best;
@@ -277,7 +277,7 @@ class MotionSearch {
     }
     adjust({.lens = free}, motion.scene);
     drop_outliers(motion.scene);
-    keep_rigid_span(free, kFewestViews, motion.scene);
+    keep_rigid_span(free, motion.scene);
     if (free.focal) {
       // What agrees was told anew, and a lens goes a long way for little.
       adjust({.lens = free, .tolerance = 1e-6}, motion.scene);
@@ -344,7 +344,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   triangulate(motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
-  const double explained = agreeing_share(motion.scene, {0, motion.view_frames.size()});
+  const double explained = agreeing_share(motion.scene);
   constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
   if (explained < kFew)
     motion.failure = "the given poses explain only " + percent(explained) +

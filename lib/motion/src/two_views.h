@@ -50,19 +50,13 @@ Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Ve
 // Moves the scene (adjust), then asks anew which sightings agree and what has a place.
 void settle(const AdjustmentOptions& options, Scene& scene);
 
-// Views from `first` up to, not including, `end`.
-struct ViewRange {
-  std::size_t first = 0, end = 0;
-  bool has(std::size_t view) const { return view >= first && view < end; }
-};
+// Of the features that three or more posed views see, the share of sightings that agrees.
+double agreeing_share(const Scene& scene);
 
-// Of the features that three or more of these views see, the share of sightings that agrees.
-double agreeing_share(const Scene& scene, const ViewRange& range);
-
-// Takes the poses from the views at the clip's end, or its beginning, that fit clearly better by
-// themselves than with the rest: there the scope has jumped, or tissue has moved. The rest, at
-// least half of the views, is fitted anew. Deterministic.
-void keep_rigid_span(const FreeLens& lens, std::size_t fewest_views, Scene& scene);
+// Keeps the poses of the most views in a row over which features stay where the views before and
+// after have them; elsewhere the scope has jumped, or tissue has moved. What is kept is fitted
+// anew. Deterministic.
+void keep_rigid_span(const FreeLens& lens, Scene& scene);
 
 // Looks for places in views that do not see them yet but should, by where they are projected to:
 // where the scope comes back, and where a track was lost. Each is tracked there from the view that
