@@ -101,20 +101,25 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
     vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
     float on_m = dot(leaning, m);
     float lacking2 = (kSteep + (1.0 - kSteep) * own2) * (dot(e, e) - on_m * on_m);
-    float lit = kGrows * positive(1.0 - drops.z * lacking2);
+    float lit = positive(1.0 - drops.z * lacking2);
     float outward = dot(d, m), out2 = outward * outward;
-    float size2 = positive(kDrop * own2 * at_most_1(lit) - out2);
+    float size2 = positive(kDrop * own2 * at_most_1(kGrows * lit * lit) - out2);
     float drawn2 = max(size2, 0.25 * soft * soft);
-    float inside = at_most_1(positive(0.5 + (drawn2 + out2 - dot(d, d)) / (2.0 * sqrt(drawn2) * soft)));
-    sum += (1.0 - sum) * size2 / drawn2 * inside * inside * (3.0 - 2.0 * inside);
+    float along = dot(d, leaning) - on_m * outward, lean2 = dot(leaning, leaning) - on_m * on_m;
+    float farthest = kRun / drops.y * own, at = clamp(along / (lean2 + 1e-9), -farthest, farthest);
+    float away2 = dot(d, d) - out2 + at * (at * lean2 - 2.0 * along);
+    float drawn = sqrt(drawn2), size = sqrt(size2), long_side = kRun * own;
+    float inside = at_most_1(positive(0.5 + (drawn2 - away2) / (2.0 * drawn * soft)));
+    float kept = size * (size + long_side) / (drawn * (drawn + long_side));
+    sum += (1.0 - sum) * kept * inside * inside * (3.0 - 2.0 * inside);
   }
   return sum;
 }
 
 float mean_of_drops(float lacks2, float wet) {
   float t = at_most_1(positive((wet + 0.7) / 2.7));
-  float near = positive(1.0 - lacks2 * drops.z / (1.05 + 2.7 * drops.w));
-  return t * t * (3.0 - 2.0 * t) * near * near / (0.74 + 1.8 * drops.w);
+  float near = positive(1.0 - lacks2 * drops.z / (1.33 + 0.95 * drops.w));
+  return t * t * (3.0 - 2.0 * t) * near * near / (0.8 + 1.07 * drops.w);
 }
 
 float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {

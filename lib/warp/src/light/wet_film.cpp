@@ -97,7 +97,7 @@ Wave make_wave(int number, double length_mm, double slope) {
 WetFilm::WetFilm(const Lighting& lighting) {
   // Bumps of about one size, on hills of a few to twenty times that.
   constexpr double kSmallestHill = 6.5, kLargestHill = 20;
-  constexpr double kHillShare = 0.25;  // of the slopes' variance
+  constexpr double kHillShare = 0.6;  // of the slopes' variance
   const SkinFinish& finish = lighting.finish;
   const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
   for (int k = 0; k < int(kHills); ++k) {
@@ -128,7 +128,7 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
   const double whole = 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2);
   const double lit2 = (std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1) * alpha2;
-  const double broken = 1.7 * relief_slope + std::sqrt(lit2);
+  const double broken = 1.5 * relief_slope + std::sqrt(lit2);
   if (relief_slope > kBreaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
   const double reach = std::min(1.4, drops_.inverse_lit2 > 0 ? broken : whole);
@@ -209,13 +209,15 @@ inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe,
 }
 
 // Of the drops about a place: what they mirror, each by the share of the pixel that it covers. One
-// that is smaller than a pixel is drawn as large as that, and fainter.
+// that is smaller than a pixel is drawn as large as that, and fainter. Each runs out to both sides
+// along its lean, so that many melt into one.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
                                                            const Lacking& lacks, float wet,
                                                            float pixel) {
   const float by_pixel = WetFilm::kSoftEnds * pixel;
   const float soft = by_pixel > WetFilm::kEdge ? by_pixel : WetFilm::kEdge;
+  const float run = WetFilm::kRun / drops.lean;
   float light = 0;
   visit_cells(
       drops.per_mm * p[0], drops.per_mm * p[1],
@@ -227,16 +229,23 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
         const float ex = lacks.x + cx, ey = lacks.y + cy, ez = lacks.z + cz;
         const float lacking2 = (WetFilm::kSteep + (1 - WetFilm::kSteep) * own2) *
                                (ex * ex + ey * ey + ez * ez - on_m * on_m);
-        const float lit = WetFilm::kGrows * positive(1 - drops.inverse_lit2 * lacking2);
+        const float lit = positive(1 - drops.inverse_lit2 * lacking2);
         const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
-        const float size2 = positive(WetFilm::kDrop * own2 * at_most_1(lit) - out2);
+        const float size2 =
+            positive(WetFilm::kDrop * own2 * at_most_1(WetFilm::kGrows * lit * lit) - out2);
         const float size = std::sqrt(size2), least = 0.5f * soft;
         const float drawn = size > least ? size : least, inverse = 1 / (2 * drawn * soft);
-        const float in =
-            at_most_1(positive(0.5f + (drawn * drawn + out2 - cell.distance2()) * inverse));
-        const float kept = 2 * size * soft * inverse;
+        // Of the piece that it runs out along, as far from its middle in units of the lean.
+        const float along = cell.x * cx + cell.y * cy + cell.z * cz - on_m * out;
+        const float lean2 = cx * cx + cy * cy + cz * cz - on_m * on_m;
+        const float farthest = run * own, there = along / (lean2 + 1e-9f);
+        const float at = there > farthest ? farthest : there < -farthest ? -farthest : there;
+        const float away2 = cell.distance2() - out2 + at * (at * lean2 - 2 * along);
+        const float in = at_most_1(positive(0.5f + (drawn * drawn - away2) * inverse));
+        const float long_side = WetFilm::kRun * own;
+        const float kept = size * (size + long_side) / (drawn * (drawn + long_side));
         // Where soft ends of two meet, one covers of the other what chance would have it.
-        light += (1 - light) * kept * kept * in * in * (3 - 2 * in);
+        light += (1 - light) * kept * in * in * (3 - 2 * in);
       });
   return light;
 }
@@ -244,8 +253,8 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
 // The mean of that over all drops that may lie there, within a tenth.
 inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet) {
   const float t = at_most_1(positive((wet + 0.7f) * (1 / 2.7f)));
-  const float near = positive(1 - lacks2 * drops.inverse_lit2 / (1.05f + 2.7f * drops.lean2));
-  return t * t * (3 - 2 * t) * near * near / (0.74f + 1.8f * drops.lean2);
+  const float near = positive(1 - lacks2 * drops.inverse_lit2 / (1.33f + 0.95f * drops.lean2));
+  return t * t * (3 - 2 * t) * near * near / (0.8f + 1.07f * drops.lean2);
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
@@ -365,9 +374,9 @@ void WetFilm::describe(ScopeShading& shading) const {
 std::vector<ShaderConstant> WetFilm::constants() {
   return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
           {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
-          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kSteep", kSteep},
-          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
-          {"kBlown", kBlown},           {"kJitter", kJitter}};
+          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kRun", kRun},
+          {"kSteep", kSteep},           {"kGrows", kGrows},     {"kEdge", kEdge},
+          {"kSoftEnds", kSoftEnds},     {"kBlown", kBlown},     {"kJitter", kJitter}};
 }
 
 }  // namespace organbake
