@@ -33,8 +33,7 @@ void begin(const View& view, const DrawOptions& options, Frame& frame) {
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
   const std::size_t pixels = std::size_t(width) * height;
   frame.serial = 0;
-  frame.color.width = width;
-  frame.color.height = height;
+  frame.color.width = width, frame.color.height = height;
   frame.color.pixels.resize(3 * pixels);
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.needs_depth() ? pixels : 0);
@@ -97,7 +96,8 @@ struct Warper::Impl {
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
   // This, or what draws the organ over fewer faces.
-  Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view);
+  Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                 const std::vector<SkinFold>& folds);
 
  private:
   Bundle without_maps() const;
@@ -162,16 +162,19 @@ void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const Vi
 }
 
 Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positions,
-                                     const View& view) {
+                                     const View& view, const std::vector<SkinFold>& folds) {
   const int halvings = coarser ? coarser->halvings(positions, view.camera) : 0;
   if (halvings == 0) return *this;
   std::unique_ptr<Impl>& drawn = coarse[halvings - 1];
-  if (drawn) return *drawn;
-  const auto of = coarser->of(
-      halvings, [this] { return without_maps(); }, store);
-  drawn = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
-  drawn->drawn_for = of.get();
-  return *drawn;
+  if (!drawn) {
+    const auto of = coarser->of(
+        halvings, [this] { return without_maps(); }, store);
+    drawn = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
+    drawn->drawn_for = of.get();
+  }
+  drawn->shell.pose(positions, folds);
+  return drawn->drawn_for->follows(positions, drawn->shell.matrices(), view.camera) ? *drawn
+                                                                                    : *this;
 }
 
 Bundle Warper::Impl::without_maps() const {
@@ -320,14 +323,15 @@ Warper Warper::beside(const Bundle& bundle) const {
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         const DrawOptions& options, Frame& frame) {
   impl_->check(positions, view, options);
-  Impl& drawn = impl_->for_view(positions, view);
+  const Impl& before = impl_->last_drawn ? *impl_->last_drawn : *impl_;
+  const bool unmoved = positions == before.shell.proxy_positions();
+  Impl& drawn = impl_->for_view(positions, view, options.folds);
   impl_->last_drawn = &drawn == impl_.get() ? nullptr : &drawn;
-  LastDrawing& last = drawn.last;
-  const bool still = positions == drawn.shell.proxy_positions();
+  const bool still = unmoved && &drawn == &before;
   if (still)
-    if (const auto report = last.unchanged(view, options, frame)) return *report;
+    if (const auto report = drawn.last.unchanged(view, options, frame)) return *report;
   const DrawReport report = drawn.draw(positions, view, options, frame);
-  last.remember(view, options, report, still, frame);
+  drawn.last.remember(view, options, report, still, frame);
   return report;
 }
 

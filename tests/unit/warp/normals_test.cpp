@@ -269,6 +269,36 @@ TEST(CoarserOrgan, BindsWhatAPixelShowsToTheWholeSkin) {
   EXPECT_EQ(met.size(), skin.size());
 }
 
+// A skin that bends within a coarse face is not where the face's corners tell.
+TEST(CoarserOrgan, FollowsTheSkinWhereItBendsByLessThanHalfAPixel) {
+  constexpr double kShare = 0.3, kMoved_mm = 5;
+  Bundle whole;
+  whole.proxy = organ_to_play().proxy;
+  whole.skin = even_skin(whole.proxy, 3);
+  // The middle of the first face follows a vertex far away, in place of one of its corners.
+  const std::uint32_t middle = Lattice(whole.proxy, 3).node(0, 1, 1);
+  const std::span carriers = std::span(whole.skin->carrier).subspan(whole.skin->first[middle], 3);
+  std::uint32_t far = 0;
+  while (std::ranges::find(carriers, far) != carriers.end()) ++far;
+  whole.skin->carrier.insert(whole.skin->carrier.begin() + whole.skin->first[middle], far);
+  whole.skin->weight.insert(whole.skin->weight.begin() + whole.skin->first[middle], kShare);
+  whole.skin->weight[whole.skin->first[middle] + 1] -= kShare;
+  for (std::size_t n = middle + 1; n < whole.skin->first.size(); ++n) ++whole.skin->first[n];
+  const CoarserOrgan coarser(whole, nullptr, 4);
+  const auto follows = [&](const std::vector<Eigen::Vector3d>& proxy, int side_px) {
+    return coarser.follows(proxy, shell_matrices(coarser.bundle().shell().posed(proxy)),
+                           view_from(organ_to_play(), {0.4, -1, 0.3}, side_px).camera);
+  };
+  std::vector<Eigen::Vector3d> proxy = whole.proxy.vertices;
+  constexpr int kMany_px = 2000, kFew_px = 20;
+  EXPECT_TRUE(follows(proxy, kMany_px));
+  for (Eigen::Vector3d& vertex : proxy) vertex += Eigen::Vector3d(3, 2, 1);
+  EXPECT_TRUE(follows(proxy, kMany_px));
+  proxy[far].z() += kMoved_mm;
+  EXPECT_FALSE(follows(proxy, kMany_px));
+  EXPECT_TRUE(follows(proxy, kFew_px));
+}
+
 // Every `side`² pixels as one: their mean in linear light, or the middle one of them.
 Rgb8Image shrunk(const Rgb8Image& image, int side, bool mean) {
   Rgb8Image small(image.width / side, image.height / side);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "organbake/core/parallel.h"
@@ -64,16 +65,19 @@ ShellBinding bound_near(const ShellMatrix& shell, const Vector3d& point_mm, cons
   return {from.face, at.x(), at.y(), at.z()};
 }
 
-// The proxy's corners alone, where the skin puts them: they are its first nodes.
-SmoothSkin corners_of(const SmoothSkin& skin, std::size_t vertices) {
-  SmoothSkin corners;
-  corners.steps = 1;
-  corners.first.assign(skin.first.begin(),
-                       skin.first.begin() + static_cast<std::ptrdiff_t>(vertices) + 1);
-  const auto carriers = static_cast<std::ptrdiff_t>(corners.first.back());
-  corners.carrier.assign(skin.carrier.begin(), skin.carrier.begin() + carriers);
-  corners.weight.assign(skin.weight.begin(), skin.weight.begin() + carriers);
-  return corners;
+// Some of a skin's nodes, as one skin.
+SmoothSkin nodes_of(const SmoothSkin& skin, const std::vector<std::uint32_t>& nodes) {
+  SmoothSkin some;
+  some.steps = 1;
+  some.first = {0};
+  for (const std::uint32_t node : nodes) {
+    for (std::uint32_t k = skin.first[node]; k < skin.first[node + 1]; ++k) {
+      some.carrier.push_back(skin.carrier[k]);
+      some.weight.push_back(skin.weight[k]);
+    }
+    some.first.push_back(static_cast<std::uint32_t>(some.carrier.size()));
+  }
+  return some;
 }
 
 // The maps that a camera's samples were bound from, but for what they don't keep: what nothing is
@@ -205,6 +209,15 @@ BaseLayer shrunk(const BaseLayer& layer, const std::vector<ShellMatrix>& skin_re
   return out;
 }
 
+// The size of a camera's pixel on the nearest of some points; 0 or less where one is not before it.
+double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& camera) {
+  const auto& [rotation, translation] = camera.camera_from_world;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& point : points)
+    nearest = std::min(nearest, rotation.row(2).dot(point) + translation.z());
+  return nearest / std::max(camera.intrinsics.fx, camera.intrinsics.fy);
+}
+
 }  // namespace
 
 std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
@@ -230,7 +243,11 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
                  return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest);
                }) {
   bundle_.proxy = whole.proxy;
-  if (whole.skin) bundle_.skin = corners_of(*whole.skin, whole.proxy.vertices.size());
+  if (whole.skin) {
+    std::vector<std::uint32_t> corners(whole.proxy.vertices.size());
+    std::iota(corners.begin(), corners.end(), 0u);  // they are its first nodes
+    bundle_.skin = nodes_of(*whole.skin, corners);
+  }
   bundle_.lighting = whole.lighting;
   bundle_.cameras = whole.cameras;
   for (PosedCamera& camera : bundle_.cameras.cameras) {
@@ -240,6 +257,19 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
   }
   rest_ = shell_matrices(bundle_.shell().at_rest());
   bundle_.base = shrunk(whole.base, whole_rest_, steps_, shrink, rest_);
+  if (steps_ > 1) bind_middles(*whole.skin, whole.shell().at_rest().vertices);
+}
+
+void CoarserOrgan::bind_middles(const SmoothSkin& skin, const std::vector<Vector3d>& at_rest) {
+  const Lattice lattice(bundle_.proxy, steps_);
+  const std::uint32_t third = std::max(1u, steps_ / 3);
+  const Vector2d middle = Vector2d::Constant(double(third) / steps_);
+  std::vector<std::uint32_t> nodes;
+  for (std::uint32_t f = 0; f < bundle_.proxy.faces.size(); ++f) {
+    nodes.push_back(lattice.node(f, third, third));
+    bound_middles_.push_back(bound_near(rest_[f], at_rest[nodes.back()], {f, middle}));
+  }
+  middles_ = nodes_of(skin, nodes);
 }
 
 BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into) {
@@ -259,18 +289,20 @@ void CoarserOrgan::bind_to_whole(BoundPixel& pixel) const {
   pixel.height_mm = static_cast<float>(bound.height_mm);
 }
 
-namespace {
-
-// The size of a camera's pixel on the nearest of some points; 0 or less where one is not before it.
-double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& camera) {
-  const auto& [rotation, translation] = camera.camera_from_world;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& point : points)
-    nearest = std::min(nearest, rotation.row(2).dot(point) + translation.z());
-  return nearest / std::max(camera.intrinsics.fx, camera.intrinsics.fy);
+bool CoarserOrgan::follows(const std::vector<Vector3d>& proxy,
+                           const std::vector<ShellMatrix>& shells,
+                           const PosedCamera& camera) const {
+  constexpr double kStray_px = 0.5;
+  std::vector<Vector3d> middles;
+  carry(middles_, proxy, middles);
+  const double most_mm = kStray_px * pixel_mm(proxy, camera);
+  for (std::size_t f = 0; f < middles.size(); ++f) {
+    const auto& [face, b1, b2, height_mm] = bound_middles_[f];
+    if (!((shell_point(shells[face], b1, b2, height_mm) - middles[f]).norm() <= most_mm))
+      return false;
+  }
+  return true;
 }
-
-}  // namespace
 
 CoarserOrgans::CoarserOrgans(const std::vector<PosedCamera>& cameras,
                              const std::vector<Vector3d>& proxy_at_rest) {

@@ -111,11 +111,19 @@ class CoarserOrgan {
   std::uint32_t cut_into() const { return steps_; }  // steps of the whole one's skin
   // Binds what a pixel shows, which has skin, to the whole organ's.
   void bind_to_whole(BoundPixel& pixel) const;
+  // Whether its skin, posed (shells, by face), lies where the whole one's does, to half of a pixel
+  // of the camera: skin bends within the faces of a coarse proxy, and a deep poke bends it a lot.
+  bool follows(const std::vector<Eigen::Vector3d>& proxy, const std::vector<ShellMatrix>& shells,
+               const PosedCamera& camera) const;
 
  private:
+  void bind_middles(const SmoothSkin& skin, const std::vector<Eigen::Vector3d>& at_rest);
+
   std::uint32_t steps_;  // of the whole skin
   Bundle bundle_;
   std::vector<ShellMatrix> rest_, whole_rest_;  // by face, world
+  SmoothSkin middles_;                          // the whole skin's nodes in the middle of faces
+  std::vector<ShellBinding> bound_middles_;     // and where they lie over these
   std::shared_ptr<SampleStore> whole_samples_;
   SampleStore samples_;
 };
