@@ -40,6 +40,26 @@ TEST(LabelSurface, IsSmoothAndKeepsTheVolumeAtAnySpacing) {
   }
 }
 
+// Drawn on slices of 3 mm and brought to 1 mm by repeating them: its stairs are three voxels high.
+TEST(LabelSurface, StairsOfRepeatedSlicesAreSmoothedToo) {
+  constexpr double kRadius = 25;
+  constexpr int kRepeated = 3;
+  const Volume drawn = mask_of(ball({0, 0, 0}, kRadius), grid_around_origin({1, 1, 3}, 64));
+  Volume mask = drawn;
+  mask.size[2] *= kRepeated;
+  mask.spacing_mm.z() /= kRepeated;
+  mask.origin_mm.z() -= 1;  // of the first slice's middle
+  mask.voxels.clear();
+  const auto slice = static_cast<std::ptrdiff_t>(drawn.size[0]) * drawn.size[1];
+  for (int k = 0; k < mask.size[2]; ++k) {
+    const auto from = drawn.voxels.begin() + k / kRepeated * slice;
+    mask.voxels.insert(mask.voxels.end(), from, from + slice);
+  }
+  const TriangleMesh mesh = extract_label_surface(mask, {}).mesh;
+  expect_closed_and_sound(mesh);
+  EXPECT_LT(radial_normal_rms_deg(mesh), kSmoothNormals_deg);
+}
+
 TEST(LabelSurface, KeepsTheCavityOfAHollowOrgan) {
   const Shape wall = [](const Eigen::Vector3d& at) {
     return std::min(25 - at.norm(), at.norm() - 19);
