@@ -277,6 +277,8 @@ class MotionSearch {
     }
     adjust({.lens = free}, motion.scene);
     drop_outliers(motion.scene);
+    // A breath may part the clip: of one part alone it is not told.
+    motion.breath_period_frames = breath_period_frames(motion.view_frames, motion.scene);
     keep_rigid_span(free, motion.scene);
     if (free.focal) {
       // What agrees was told anew, and a lens goes a long way for little.
@@ -342,6 +344,7 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   motion.scene.landmarks = landmarks_of(clip, motion.view_frames);
   measure_light(load(motion.view_frames), motion.scene);
   triangulate(motion.scene);
+  motion.breath_period_frames = breath_period_frames(motion.view_frames, motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
   const double explained = agreeing_share(motion.scene);

@@ -200,6 +200,10 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
       {focal_sd > kLensUnsure,
        "the focal length is known to " + percent(focal_sd) + " only, and depth is as uncertain"},
       {too_flat, "the scene is far flatter than its brightness says"},
+      {motion.breath_period_frames > 0,
+       "tissue moves and comes back every " + to_text(motion.breath_period_frames, 0) +
+           " frames, as by breathing, and its motion cannot be told from the scope's: the path may "
+           "be several per cent wrong"},
       {quality.posed_share < kFewPosed,
        "only " + percent(quality.posed_share) + " of the frames have a pose"}};
   for (const auto& [holds, reason] : doubts) {

@@ -116,6 +116,10 @@ struct WeighedSighting {
 // that fit nearly as well.
 LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_variance_px2);
 
+// By how many frames tissue comes and goes, as by breathing (breathing.cpp); 0 where none is told,
+// as in fewer than three breaths.
+double breath_period_frames(const std::vector<std::size_t>& view_frames, const Scene& scene);
+
 // Failed where the lamp contradicts the scene; doubtful where something speaks against it.
 MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, double runner_up,
                            bool lens_is_free);

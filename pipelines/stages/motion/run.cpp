@@ -232,6 +232,7 @@ void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageRepo
   report.add("runner_up", motion.quality.runner_up);
   report.add("lamp_correlation", motion.quality.lamp_correlation);
   report.add("lamp_slope", motion.quality.lamp_slope);
+  report.add("breath_period_frames", motion.breath_period_frames);
   report.add("inset_share", share_of(clip.insets));
 }
 

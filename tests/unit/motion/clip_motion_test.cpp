@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "organbake/image/srgb.h"
 #include "support/testing.h"
@@ -273,6 +274,57 @@ TEST(ClipMotion, KeepsOneSpanBetweenMovesOfTheTissue) {
     }));
     EXPECT_LT(path_error(tracked.cameras, motion.camera_from_world), 2 * kPathShare);
   }
+}
+
+// Tissue that is pushed down and aside as by breathing, most where x is large, by so many mm.
+TrackedScene with_breath(double depth_mm, double period) {
+  TrackedScene tracked = tracks_of(swinging_scope(80));
+  tracked.clip.tracks.resize(600);
+  for (FeatureTrack& track : tracked.clip.tracks)
+    for (std::size_t frame = track.first_frame; frame < track.end_frame(); ++frame) {
+      Eigen::Vector2f& pixel = track.pixels[frame - track.first_frame];
+      const PosedCamera& camera = tracked.cameras[frame];
+      const Eigen::Vector3d ray = unproject(camera.intrinsics, pixel.cast<double>());
+      const Eigen::Vector3d seen = LitClip::range_of(camera, pixel) / ray.norm() * ray;
+      const double x = (camera.camera_from_world.inverse() * seen).x();
+      const double breath = std::pow(std::sin(std::numbers::pi * double(frame) / period), 4);
+      const Eigen::Vector3d push(0, 1, 0.5);
+      const Eigen::Vector3d pushed =
+          depth_mm * breath * (0.2 + 0.8 / (1 + std::exp(-x / 10))) * push;
+      pixel = project(camera.intrinsics, seen + camera.camera_from_world.rotation * pushed)
+                  .cast<float>();
+    }
+  return tracked;
+}
+
+TEST(ClipMotion, DoubtsAPathOverTissueThatBreathes) {
+  constexpr double kPeriod = 19;
+  MotionOptions options;
+  options.views.most_apart = 2;
+  for (const double depth_mm : {0.0, 1.0}) {
+    const ClipMotion motion = motion_of(with_breath(depth_mm, kPeriod), options);
+    SCOPED_TRACE(std::to_string(depth_mm) + " mm: " + motion.quality.reason);
+    ASSERT_EQ(motion.failure, "");
+    EXPECT_NEAR(motion.breath_period_frames, depth_mm > 0 ? kPeriod : 0, 0.5);
+    EXPECT_EQ(motion.quality.verdict, depth_mm > 0 ? DepthVerdict::doubtful : DepthVerdict::ok);
+    EXPECT_EQ(motion.quality.reason.find("every 19 frames, as by breathing") != std::string::npos,
+              depth_mm > 0);
+  }
+}
+
+TEST(ClipMotion, TakesNoSwingOfTheScopeForBreath) {
+  std::vector<PosedCamera> cameras = swinging_scope(80);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const double swing = 15 * std::sin(2 * std::numbers::pi * double(i) / 19);
+    cameras[i].intrinsics.k1 = -0.01;  // the lens that is given has none
+    cameras[i].camera_from_world =
+        look_at({swing, 0.1 * double(i), 0.1 * double(i)}, {0, 0, 60}, {0, -1, 0});
+  }
+  TrackedScene tracked = tracks_of(std::move(cameras));
+  tracked.clip.tracks.resize(600);
+  const ClipMotion motion = motion_of(tracked);
+  ASSERT_EQ(motion.failure, "");
+  EXPECT_EQ(motion.breath_period_frames, 0) << motion.quality.reason;
 }
 
 TEST(ClipMotion, TakesPosesOfAnotherProgram) {

@@ -91,6 +91,7 @@ struct ClipMotion {
   // Of each frame of the clip, from those of the views; nothing outside the span.
   std::vector<std::optional<RigidTransform>> camera_from_world;
   LensSpread lens_spread;
+  double breath_period_frames = 0;  // by which tissue comes and goes; 0 = none is told
   std::vector<FrameSpan> left_out;
   // Agreeing sightings of places that three views or more see under more than 2 degrees.
   double mean_error_px = 0, median_angle_rad = 0;
