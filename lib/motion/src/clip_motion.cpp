@@ -173,7 +173,8 @@ class MotionSearch {
     const std::string fewest = std::to_string(kFewestViews);
     best.failure = clip_.frames < kFewestViews
                        ? "the clip is too short: it has " + std::to_string(clip_.frames) +
-                             " frames, and at least " + fewest + " are needed"
+                             (clip_.frames == 1 ? " frame" : " frames") + ", and at least " +
+                             fewest + " are needed"
                        : "no shot of the clip has " + fewest + " frames that differ";
     while (!shots.empty()) {
       const auto [frames, smaller] = std::move(shots.front());
