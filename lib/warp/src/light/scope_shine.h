@@ -94,7 +94,7 @@ class WetFilm {
   static constexpr double kBumps = 2.2, kLean = 0.96;
   // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
   // next to no drop is wet, in their middle all are.
-  static constexpr float kUpperHills = 0.7f, kPatches = 0.4f, kDriest = -0.7f, kWetBumps = 2.6f;
+  static constexpr float kUpperHills = 0.3f, kPatches = 0.4f, kDriest = -0.6f, kWetBumps = 2.6f;
   // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
   // rows.
   static constexpr float kAskew = 0.3f;
@@ -104,7 +104,7 @@ class WetFilm {
   // sides. Where the lobe has fallen to kEnd no drop is lit; toward the mirror direction it grows
   // to its own size, kGrows before that is reached. The least drops are lit as far as the lobe
   // reaches for kSteep of what lacks there.
-  static constexpr float kDrop = 0.36f, kRun = 0.25f, kEnd = 0.045f, kGrows = 1.3f, kSteep = 0.3f;
+  static constexpr float kDrop = 0.36f, kRun = 0.25f, kEnd = 0.0177f, kGrows = 1.3f, kSteep = 0.3f;
   static constexpr float kEdge = 0.06f;     // within this it ends,
   static constexpr float kSoftEnds = 1.6f;  // and within so many pixels at least
   static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter

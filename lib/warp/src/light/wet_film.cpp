@@ -97,7 +97,7 @@ Wave make_wave(int number, double length_mm, double slope) {
 WetFilm::WetFilm(const Lighting& lighting) {
   // Bumps of about one size, on hills of a few to twenty times that.
   constexpr double kSmallestHill = 6.5, kLargestHill = 20;
-  constexpr double kHillShare = 0.7;  // of the slopes' variance
+  constexpr double kHillShare = 0.6;  // of the slopes' variance
   const SkinFinish& finish = lighting.finish;
   const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
   for (int k = 0; k < int(kHills); ++k) {
