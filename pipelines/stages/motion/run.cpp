@@ -341,11 +341,11 @@ SceneScale scale_of(const StageCall& call, const MotionStageOptions& options,
 void tell_scale(const SceneScale& scale, const RunContext& context, StageReport& report) {
   report.add("scale", scale.how);
   if (scale.known) {
-    const std::string spread = percent(scale.known->relative_sd, 1);
-    report.add("scale_sd_share", scale.known->relative_sd);
-    report.add("scale_frames", scale.known->frames);
-    context.info("lengths are by " + scale.how + " to " + spread + " (" +
-                 std::to_string(scale.known->frames) + " key frames)");
+    const auto& [factor, spread, frames] = *scale.known;
+    report.add("scale_sd_share", spread);
+    report.add("scale_frames", frames);
+    context.info("lengths are by " + scale.how + " to " + percent(spread, 1) + " (" +
+                 std::to_string(frames) + (frames == 1 ? " key frame)" : " key frames)"));
     if (scale.how == "shaft_mm")
       context.info(
           "the shaft's tip is taken to touch the tissue where it comes nearest to it; "
@@ -374,13 +374,18 @@ StageReport run(const StageCall& call) {
         "of one phase of the light (a folder of every second frame, say)";
   report_motion(clip, motion, report);
   tell_motion(clip, motion, call.context, report);
+  std::vector<KeyDepth> keys;
+  try {
+    if (motion.failure.empty())
+      keys = key_depths({options.key_frames, options.halvings, options.shading, clip.insets},
+                        motion, load, call.context);
+  } catch (const BadDataError& error) {  // poses alone, of a scope that only turned, tell no shape
+    motion.failure = error.what();
+  }
   if (!motion.failure.empty()) {
     report.declined = clip.damage.empty() ? motion.failure : clip.damage + "; " + motion.failure;
     return report;
   }
-  std::vector<KeyDepth> keys =
-      key_depths({options.key_frames, options.halvings, options.shading, clip.insets}, motion, load,
-                 call.context);
   const SceneScale scale = scale_of(call, options, motion, keys);
   const std::size_t middle = keys[keys.size() / 2].frame;
   scale_and_place(scale.factor, *motion.camera_from_world[middle], motion, keys);
