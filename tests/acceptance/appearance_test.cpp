@@ -2,6 +2,8 @@
 // How tissue looks by the light at the scope, beside real frames, and whether that look crawls.
 #include "tissue_appearance.h"
 
+#include <iostream>
+
 #include "measuring/programs.h"
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"
@@ -279,6 +281,10 @@ void measure_pieces(const std::string& material, const std::string& label,
         rendered_pictures(player, player.light_for(), range_mm);
     const std::vector<TissueAppearance> of_real = appearances(real_pieces(frames, range_mm));
     const std::string what = material + ", from " + to_text(range_mm) + " mm, against pieces";
+    if (of_real.size() < 2) {
+      std::cout << "SKIPPED " << what << ": the video has no two so large\n";
+      continue;
+    }
     add_distance(what, mean_parts(appearances(rendered), of_real), mean_parts(of_real, of_real),
                  target);
     show(side_by_side(rendered.front().image, frames.front().image), what);
