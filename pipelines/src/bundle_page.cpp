@@ -162,7 +162,7 @@ std::string skipped_section(const Json& report) {
   for (const Json& stage : report.at("stages"))
     for (const Json& item : stage.at("skipped")) row(stage.at("stage"), item);
   if (rows.empty()) return "";
-  return "<details><summary>Skipped, as nothing asked for it</summary><table><tr><th>stage</th><th "
+  return "<details><summary>Skipped, and why</summary><table><tr><th>stage</th><th "
          "class=\"text\">what</th><th class=\"text\">why</th></tr>" +
          rows + "</table></details>\n";
 }
