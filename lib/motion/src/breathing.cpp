@@ -48,7 +48,7 @@ struct Fields {
   Eigen::MatrixXd rows;
 };
 
-// What brings `by` times it nearest to `rows`; held a little where waves look alike.
+// Solves normal equations, held a little where their columns look alike.
 Eigen::MatrixXd fitted(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right) {
   constexpr double kHeld = 1e-3;
   return solve_symmetric(normal + kHeld * Eigen::MatrixXd::Identity(normal.rows(), normal.cols()),
