@@ -39,21 +39,10 @@ std::optional<std::vector<double>> number_list(const std::string& text) {
   }
 }
 
-double radians_of(const AngleOption& option, double angle) {
-  return option.in_degrees ? radians(angle) : angle;
-}
+constexpr const char* kAngleLimits = ": azimuths are at most 360 degrees, elevations 180";
 
-std::string limits_of(const AngleOption& option) {
-  return option.in_degrees ? "azimuths are at most 360 degrees, elevations 180" : kAnglesAreRadians;
-}
-
-[[noreturn]] void refuse(const AngleOption& option, const std::string& text,
-                         const std::string& why) {
-  throw UsageError(option.flag + " " + text + why);
-}
-
-}  // namespace
-
+// The values of options that are more than a number or a name. Each throws a UsageError that names
+// the option and what was written.
 PictureSize size_from(const std::string& text) {
   const std::size_t cross = text.find('x');
   if (cross == std::string::npos)
@@ -69,35 +58,35 @@ PictureSize size_from(const std::string& text) {
   return {*width, *height};
 }
 
-OrbitPose pose_from(const AngleOption& option, const std::string& text) {
+OrbitPose pose_from(const std::string& text) {
+  const std::string named = "--view-deg " + text;
   const auto values = number_list(text);
   if (!values || values->size() < 2 || values->size() > 3)
-    refuse(option, text, " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
+    throw UsageError(named + " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
   constexpr double kNearestDistance = 0.1;  // a nearer eye stands inside the organ
   OrbitPose pose;
-  pose.azimuth_rad = radians_of(option, (*values)[0]);
-  pose.elevation_rad = radians_of(option, (*values)[1]);
+  pose.azimuth_rad = radians((*values)[0]);
+  pose.elevation_rad = radians((*values)[1]);
   if (values->size() == 3) pose.distance = (*values)[2];
   if (!can_be_azimuth(pose.azimuth_rad) || !can_be_elevation(pose.elevation_rad))
-    refuse(option, text, ": " + limits_of(option));
+    throw UsageError(named + kAngleLimits);
   if (!(pose.distance >= kNearestDistance && pose.distance < kFarthestDistance))
-    refuse(option, text,
-           ": the distance is in multiples of the virtual cameras' own, at least " +
-               to_text(kNearestDistance) + " and below a million; --distance-mm takes millimetres");
+    throw UsageError(
+        named + ": the distance is in multiples of the virtual cameras' own, at least " +
+        to_text(kNearestDistance) + " and below a million; --distance-mm takes millimetres");
   return pose;
 }
 
-std::vector<double> angles_from(const AngleOption& option, const std::string& text) {
+std::vector<double> angles_from(const std::string& text) {
   auto angles = number_list(text);
-  if (!angles) refuse(option, text, " are no angles; write A,B,C, for example 0,45,90");
+  if (!angles)
+    throw UsageError("--angles-deg " + text + " are no angles; write A,B,C, for example 0,45,90");
   for (double& angle : *angles) {
-    angle = radians_of(option, angle);
-    if (!can_be_azimuth(angle)) refuse(option, text, ": " + limits_of(option));
+    angle = radians(angle);
+    if (!can_be_azimuth(angle)) throw UsageError("--angles-deg " + text + kAngleLimits);
   }
   return *angles;
 }
-
-namespace {
 
 void check_eyes(const Command& c) {
   check_baseline(*c.eyes_mm);
@@ -166,12 +155,11 @@ void check(const Command& c) {
 
 // What is more than one word or number, as it was written.
 struct Texts {
-  std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", draw = "auto",
-                                        solver, light, layers, background = "cavity";
+  std::string size, angles, view = "0,0", warp = "bound", draw = "auto", solver, light, layers,
+                            background = "cavity";
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   double stereo_mm = kNone, distance_mm = kNone;
   bool side_by_side = false;
-  bool baked_light = false;
 };
 
 void add_pictures(OptionList& list, Command& c, Texts& texts) {
@@ -187,8 +175,6 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
            {.help = "azimuth, elevation and, if need be, distance: degrees from camera 0, and "
                     "multiples of its distance",
             .value = "DEG,DEG[,X]"})
-      .add("view", &texts.view_rad,
-           {.help = "the same in radians, as it was written once", .value = "RAD,RAD[,X]"})
       .add("distance_mm", &texts.distance_mm,
            {.help = "look at the tissue in the middle of --view-deg from so far, in the place of "
                     "its distance",
@@ -210,7 +196,6 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
                     "its size is theirs unless --size or the script says another, "
                     "which shows their middle where its shape differs",
             .value = "FILE"})
-      .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
       .add("instruments", &c.instruments, {.help = "draw the tools"});
 }
 
@@ -273,7 +258,6 @@ void add_looks(OptionList& list, Texts& texts) {
            {.help = "behind the organ in the light at the scope, with --scope and on the --sheet: "
                     "a cavity's dim wall, or plain, which leaves to --scope's preset what there is",
             .choices = {"cavity", "plain"}})
-      .add("baked_light", &texts.baked_light, {.help = "the same as --light baked"})
       .add("warp", &texts.warp,
            {.help = "bound, or the paper's own chain as a baseline", .choices = {"bound", "paper"}})
       .add("draw", &texts.draw,
@@ -289,8 +273,6 @@ void add_measures(OptionList& list, Command& c, Texts& texts) {
            {.help = "compare with the truth: the paper's Table 1, seams, holes"})
       .add("angles_deg", &texts.angles,
            {.help = "viewing angles of --compare, degrees", .value = "DEG[,DEG]"})
-      .add("angles", &texts.angles_rad,
-           {.help = "the same in radians, as they were written once", .value = "RAD[,RAD]"})
       .add("bench", &c.bench_frames,
            {.help = "the first frame from --view-deg, then N of an orbit with a poke; prints times "
                     "by phase, with --layers theirs, too, the longest chain of work in each phase, "
@@ -334,19 +316,11 @@ std::optional<std::string> answer(const OptionList& options, const ManualFlags& 
   return manuals.text(manual_of(options));
 }
 
-void only_one(const std::string& one, const std::string& other, const char* names) {
-  if (!one.empty() && !other.empty()) throw UsageError(std::string(names) + ": give one of them");
-}
-
 // What the texts say, once they are all there.
 void interpret(const Texts& texts, Command& c) {
-  only_one(texts.angles, texts.angles_rad, "--angles-deg and --angles");
-  only_one(texts.view == "0,0" ? "" : texts.view, texts.view_rad, "--view-deg and --view");
-  c.view = texts.view_rad.empty() ? pose_from({"--view-deg"}, texts.view)
-                                  : pose_from({"--view", false}, texts.view_rad);
+  c.view = pose_from(texts.view);
   if (!texts.size.empty()) c.size = size_from(texts.size);
-  if (!texts.angles.empty()) c.angles_rad = angles_from({"--angles-deg"}, texts.angles);
-  if (!texts.angles_rad.empty()) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
+  if (!texts.angles.empty()) c.angles_rad = angles_from(texts.angles);
   if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
   if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
   if (!std::isnan(texts.distance_mm)) c.distance_mm = texts.distance_mm;
@@ -360,7 +334,7 @@ void interpret(const Texts& texts, Command& c) {
                                      : DrawnBy::automatic;
   c.solver = tissue_solver(texts.solver);
   c.cavity = texts.background == "cavity";
-  c.light = drawn_light(texts.baked_light ? "baked" : texts.light);
+  c.light = drawn_light(texts.light);
 }
 
 }  // namespace

@@ -46,11 +46,11 @@ class ShownPicture {
 TruthOptions truth_options(const Command& command, const Script& script, const Player& player,
                            std::shared_ptr<const LensPicture> lens);
 
-// Of --lens, for pictures of that size; nothing without one.
+// Of --scope, for pictures of that size; nothing without one.
 std::shared_ptr<const LensPicture> lens_picture(const Command& command, const DrawOptions& options,
                                                 int width, int height);
 
-// --cameras; their distortion is left out where --lens stands in its place.
+// --cameras; their distortion is left out where --scope stands in its place.
 CameraSet recorded_cameras(const Command& command);
 
 // The first camera of --cameras, in --size or its own.

@@ -57,14 +57,14 @@ sed 's/azimuth_rad/azimut_rad/' s.json >typo.json
 refused 65 "has the key 'azimut_rad'" b --script typo.json --out frames
 sed 's/"frames": 2,/"frames": 2, "frames": 3,/' s.json >twice.json
 refused 65 "has the key 'frames' twice" b --script twice.json --out frames
-refused 2 "angles are in radians" b --view 30,10 -o x.png
 refused 2 "azimuths are at most 360 degrees" b --view-deg 400,10 -o x.png
-refused 2 "angles are in radians" b --view 1,-4 -o x.png
-refused 2 "--view nan,0 is no view" b --view nan,0 -o x.png
-refused 2 "--view 0,0,-1: the distance" b --view 0,0,-1 -o x.png
-refused 2 "--angles 0,,1 are no angles" b --compare --angles 0,,1
-refused 2 "--angles nan are no angles" b --compare --angles nan
-refused 2 "--angles 1e9: angles are in radians" b --compare --angles 1e9
+refused 2 "azimuths are at most 360 degrees" b --view-deg 1,-181 -o x.png
+refused 2 "--view-deg nan,0 is no view" b --view-deg nan,0 -o x.png
+refused 2 "--view-deg 0,0,-1: the distance" b --view-deg 0,0,-1 -o x.png
+refused 2 "--angles-deg 0,,1 are no angles" b --compare --angles-deg 0,,1
+refused 2 "--angles-deg nan are no angles" b --compare --angles-deg nan
+refused 2 "--angles-deg 1e9: azimuths are at most 360 degrees" b --compare --angles-deg 1e9
+refused 2 "unknown flag --view; did you mean '--view-deg'?" b --view 0.5,0.2 -o x.png
 
 # A size is read whole and within bounds, wherever it is for.
 for size in 4294967297x5 5x4294967297 0x0 -1x5 20000x20000 5x5x5 " 5x5" 5x 1e2x5; do

@@ -30,9 +30,9 @@ says "r == {'reference': {'folder': 'frames', 'least_psnr_db': None, 'worst_fram
 expect 3 play --script s.json --reference frames --threshold-db 1000 --warp paper --json
 says "not r['reference']['passed'] and r['reference']['least_psnr_db'] < 1000"
 expect_sentence
-expect 0 play --compare --angles 0,0.5 --json
+expect 0 play --compare --angles-deg 0,30 --json
 says "r['schema'] == 'organbake/comparison/1' and len(r['rows']) == 4"
-expect 0 play --compare --angles 0 -o k.png --json
+expect 0 play --compare --angles-deg 0 -o k.png --json
 says "r['frame'] == 'k.png' and r['comparison']['schema'] == 'organbake/comparison/1'"
 expect 0 play --bench 2 --json
 says "r['width'] == 64 and r['frames'] == 2"
@@ -41,7 +41,7 @@ expect_out "frames per second at 64x48"
 
 # A result that its reader does not get is an error.
 into_a_full_disk() { "$@" >/dev/full; }
-for asked in "-o k.png" "-o k.png --json" "--compare --angles 0" "--compare --angles 0 --json" \
+for asked in "-o k.png" "-o k.png --json" "--compare --angles-deg 0" "--compare --angles-deg 0 --json" \
   "--bench 2" "--bench 2 --json" "--script s.json --out frames" "--sheet k.png" --help --version; do
   expect 73 into_a_full_disk play $asked
   expect_err "stdout: cannot be written: No space left on device"

@@ -91,35 +91,35 @@ cat >lens.json <<'END'
 {"width": 80, "height": 60, "fx": 70, "fy": 70, "cx": 41, "cy": 29,
  "distortion_k1_k2_p1_p2_k3": [-0.2, 0.03, 0.001, 0.001, 0], "vignette_exponent": 3}
 END
-expect 0 play b -o l.png --lens lens.json --layers depth,normals,mask,id,weight --stereo-mm 4
+expect 0 play b -o l.png --scope lens.json --layers depth,normals,mask,id,weight --stereo-mm 4
 for file in l.png l_depth.exr l_normals.exr l_mask.png l_right.png; do [ -s $file ] || fail "$file is missing"; done
 grep -q '"distortion_k1_k2_p1_p2_k3"' l_cameras.json || fail "the cameras lack the distortion"
 expect 0 organbake verify l_cameras.json
-expect 0 play b -o both.png --lens lens.json --stereo-mm 4 --side-by-side
+expect 0 play b -o both.png --scope lens.json --stereo-mm 4 --side-by-side
 halves both.png l.png l_right.png
-expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo-mm 5
+expect 0 play b --script s.json --out lens --scope lens.json --layers all --stereo-mm 5
 cp -r lens first_lens
-expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo-mm 5 --threads 1
+expect 0 play b --script s.json --out lens --scope lens.json --layers all --stereo-mm 5 --threads 1
 expect_same first_lens lens
 cmp -s all/frame_0000.png lens/frame_0000.png && fail "the lens does nothing"
 # What was seen through the lens plays back through it.
-expect 0 play b --script s.json --out again --cameras lens/cameras.json --lens lens.json
+expect 0 play b --script s.json --out again --cameras lens/cameras.json --scope lens.json
 for f in 0 1 2; do cmp -s lens/frame_000$f.png again/frame_000$f.png || fail "frame $f through the lens differs"; done
 refuse 2 "has lens distortion" b --script s.json --out made --cameras lens/cameras.json
 # A cavity's wall lies behind what is lit at the scope, on pictures alone.
-expect 0 play b -o wall.png --lens lens.json --light scope --layers depth
-expect 0 play b -o alone.png --lens lens.json --light scope --layers depth --background plain
+expect 0 play b -o wall.png --scope lens.json --light scope --layers depth
+expect 0 play b -o alone.png --scope lens.json --light scope --layers depth --background plain
 cmp -s wall.png alone.png && fail "no wall behind the organ"
 cmp -s wall_depth.exr alone_depth.exr || fail "the wall is in the truth"
-expect 0 play b -o baked.png --lens lens.json --light baked
-expect 0 play b -o baked_alone.png --lens lens.json --light baked --background plain
+expect 0 play b -o baked.png --scope lens.json --light baked
+expect 0 play b -o baked_alone.png --scope lens.json --light baked --background plain
 cmp -s baked.png baked_alone.png || fail "a wall behind the baked light"
 sed 's/-0.2/-9/' lens.json >folded.json
-refuse 65 "folds the picture" b -o m.png --lens folded.json
+refuse 65 "folds the picture" b -o m.png --scope folded.json
 sed 's/"fx"/"focal"/' lens.json >odd.json
-refuse 65 "focal" b -o m.png --lens odd.json
-refuse 66 "no-lens.json" b -o m.png --lens no-lens.json
-refuse 2 "scope needs" b --lens lens.json --sheet m.png
+refuse 65 "focal" b -o m.png --scope odd.json
+refuse 66 "no-lens.json" b -o m.png --scope no-lens.json
+refuse 2 "scope needs" b --scope lens.json --sheet m.png
 
 refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow

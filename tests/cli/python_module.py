@@ -30,7 +30,7 @@ def resident_kb():
 class PlayerCase(unittest.TestCase):
     def setUp(self):
         self.player = organplay.Player(BUNDLE)
-        self.view = self.player.orbit(0.2, 0.1, width=160, height=120)
+        self.view = self.player.orbit(*np.radians([12, 6]), width=160, height=120)
         # From aside, or the tool would hide all that it touches.
         self.out = self.view.camera_from_world[0, :3] - self.view.camera_from_world[2, :3]
         self.out /= np.linalg.norm(self.out)

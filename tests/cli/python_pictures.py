@@ -41,7 +41,7 @@ class PicturesTest(PlayerCase):
     def test_draws_what_the_program_draws(self):
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "p.png")
-            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view", "0.2,0.1", "--size", "160x120",
+            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view-deg", "12,6", "--size", "160x120",
                             "--quiet"], check=True, stdout=subprocess.DEVNULL)
             np.testing.assert_array_equal(self.player.draw(self.view).rgb, pixels_of(file))
 
@@ -201,7 +201,7 @@ class PicturesTest(PlayerCase):
                             '"distortion_k1_k2_p1_p2_k3": [-0.2, 0, 0, 0, 0],'
                             '"vignette_exponent": 3, "picture": {"exposure": 1.5, "grain": 4}}')
             file = os.path.join(folder, "p.png")
-            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view", "0.2,0.1", "--size", "160x120",
+            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view-deg", "12,6", "--size", "160x120",
                             "--scope", str(lens), "--stereo-mm", "5", "--layers", "depth",
                             "--quiet"], check=True, stdout=subprocess.DEVNULL)
             scope = organplay.Scope(lens)
@@ -289,7 +289,7 @@ class PicturesTest(PlayerCase):
         self.assertLess(np.median(away[~occluded]), 0.05)
 
     def test_an_organ_shows_in_a_notebook(self):
-        still = organplay.show(self.player, 0.2, 0.1, width=160, height=120)._repr_png_()
+        still = organplay.show(self.player, *np.radians([12, 6]), width=160, height=120)._repr_png_()
         self.assertTrue(still.startswith(b"\x89PNG"))
         np.testing.assert_array_equal(pixels_of(still), self.player.draw(self.view).rgb)
         with tempfile.TemporaryDirectory() as folder:

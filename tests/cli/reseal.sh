@@ -23,7 +23,7 @@ expect 0 organbake inspect organ
 expect_out "cam_002/color.exr"
 expect_equal "$(cd good && sha256sum cam_000/color.exr proxy.ply)" \
   "$(cd organ && sha256sum cam_000/color.exr proxy.ply)"
-if [ -x "$BIN/organplay" ]; then expect 0 "$BIN/organplay" organ --view 0,0 -o frame.png --size 64x48; fi
+if [ -x "$BIN/organplay" ]; then expect 0 "$BIN/organplay" organ --view-deg 0,0 -o frame.png --size 64x48; fi
 expect 0 organbake reseal organ
 expect_out "nothing was changed"
 

@@ -89,7 +89,7 @@ expect 0 organbake verify bundle
 grep -q '"scope"' bundle/lighting.json || fail "the clip's bundle has no light at the scope"
 expect 0 organbake bake r.yaml --set shade.keep_light=true -o kept_bundle
 [ ! -e kept_bundle/lighting.json ] || fail "a bundle whose light was kept has one to light it by"
-expect 0 "$BIN/organplay" bundle --view 0,0 --size 96x96 -o view.png
+expect 0 "$BIN/organplay" bundle --view-deg 0,0 --size 96x96 -o view.png
 
 # Videos that ffmpeg makes: whole, cut, empty, of changing size.
 if command -v ffmpeg >/dev/null; then

@@ -215,7 +215,7 @@ void read_dataset(Bytes bytes, const InputFolder&) {
   dataset_spec_from_json(text_of(bytes), "dataset.json");
 }
 
-// As `organplay --lens` does, but for its size.
+// As `organplay --scope` does, but for its size.
 void read_scope(Bytes bytes, const InputFolder&) {
   constexpr int kSide_px = 12;
   LensPicture(scope_lens_from_json(text_of(bytes), "lens.json").in_size(kSide_px, kSide_px),

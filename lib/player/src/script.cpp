@@ -202,7 +202,7 @@ void take_recorded(const CameraSet& cameras, const std::string& name, Script& sc
     if (lens.has_distortion())
       throw UsageError(name + ": camera '" + camera.name +
                        "' has lens distortion; frames are drawn without, so take its intrinsics "
-                       "of the undistorted pictures, or put it on with --lens");
+                       "of the undistorted pictures, or put it on with --scope");
     if (lens.width != first.width || lens.height != first.height)
       throw UsageError(name + ": camera '" + camera.name +
                        "' is of another size than the first; the frames of a sequence have one");

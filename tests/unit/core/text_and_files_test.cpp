@@ -63,6 +63,7 @@ TEST(NearestName, SuggestsTheNameWithItsUnit) {
   EXPECT_EQ(suggestion("field_of_view", {"faces", "field_of_view_deg"}),
             "; did you mean 'field_of_view_deg'?");
   EXPECT_EQ(suggestion("--stereo", {"--stereo-mm"}), "; did you mean '--stereo-mm'?");
+  EXPECT_EQ(suggestion("--view", {"--video", "--view-deg"}), "; did you mean '--view-deg'?");
   EXPECT_EQ(suggestion("view", {"viewing_cone"}), "") << "another word goes on there";
 }
 

@@ -80,14 +80,12 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& ca
   const std::string* nearest = nullptr;
   std::size_t least = std::max<std::size_t>(2, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(name, candidate);
+    const std::size_t distance = lacks_unit(name, candidate) ? 0 : edit_distance(name, candidate);
     if (distance < least && distance < candidate.size()) {
       least = distance;
       nearest = &candidate;
     }
   }
-  for (const std::string& candidate : candidates)
-    if (!nearest && lacks_unit(name, candidate)) nearest = &candidate;
   return nearest ? "; did you mean '" + *nearest + "'?" : std::string();
 }
 
