@@ -24,7 +24,6 @@ struct ShadeStageOptions {
   Eigen::Vector3d light_offset_mm = Eigen::Vector3d::Zero();
   std::string light = "auto";                     // or "tilt,slant" in rad
   double field_of_view_rad = 1.2217304763960306;  // 70°
-  int mesh_frame = -1;                            // −1 = the one with the most confidence
   int sharpest = 1;
   bool strict = false;
   bool keep_light = false;  // in surface.ply's colours
@@ -96,7 +95,7 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
       .retire("iterations", "Tsai–Shah always has 20", true)
       .retire("full_relief", "relief=1 keeps all of it", true)
       .retire("from_previous", "a frame like the one before always starts from its depth", true);
-  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh);
 }
 
 inline Stage shade_stage() {

@@ -95,7 +95,7 @@ class Pipeline {
     const std::size_t index = item.selected.index;
     FrameRecord record = record_of(index, item.selected.sharpness, item.frame, *item.depth);
     if (strips_.wants_next()) strips_.add(frame_strip(item.frame, *item.depth, 240));
-    if (becomes_key(record, options_.mesh_frame, result_.key)) {
+    if (becomes_key(record, result_.key)) {
       result_.key = KeyFrame{record, std::move(item.frame), item.depth};
       result_.key_picture = std::move(item.selected.image);
     }
@@ -282,12 +282,7 @@ StageReport run(const StageCall& call) {
   warn_of_what_is_odd(result.records, call.context);
   warn_of_instruments(result.records, clip.instruments.has_value(), call.context);
   judge(result.records, options, call.context, report);
-  if (result.key) {
-    write_surface(result, clip, options, call, report);
-  } else {
-    throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
-                     "; that frame of the clip was not shaded");
-  }
+  write_surface(result, clip, options, call, report);
   return report;
 }
 

@@ -58,8 +58,7 @@ double score(const FrameRecord& record) {
 
 }  // namespace
 
-bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<KeyFrame>& key) {
-  if (mesh_frame >= 0) return record.index == static_cast<std::size_t>(mesh_frame);
+bool becomes_key(const FrameRecord& record, const std::optional<KeyFrame>& key) {
   return !key || score(record) > score(key->record);
 }
 

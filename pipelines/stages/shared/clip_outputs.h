@@ -35,9 +35,8 @@ struct KeyFrame {
   std::shared_ptr<const FrameDepth> depth;
 };
 
-// Whether a frame becomes the surface in the place of the one so far: the frame asked for, or where
-// none is (−1) the one that the surface says most of.
-bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<KeyFrame>& key);
+// Whether a frame becomes the surface in the place of the one so far: it says more of one.
+bool becomes_key(const FrameRecord& record, const std::optional<KeyFrame>& key);
 
 // The folders that write_frame() writes to.
 void make_frame_folders(const std::filesystem::path& folder);

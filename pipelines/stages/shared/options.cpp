@@ -65,19 +65,16 @@ void bind_frames(OptionList& list, int& every, int& sharpest) {
            {.help = "take the sharpest frame of each K", .range = {1, 100000}});
 }
 
-void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_frame,
-                    DepthMeshOptions& mesh) {
+void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, DepthMeshOptions& mesh) {
   list.add("keep_light", &keep_light,
            {.help = "leave the scope's light and its highlights in the surface's colours; else "
                     "they are divided out, and the player lights the tissue anew"})
       .add("strict", &strict, {.help = "exit code 3 unless every frame's verdict is ok"})
-      .add("mesh_frame", &mesh_frame,
-           {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
-            .range = {-1, 100000000}})
       .add("mesh_step_px", &mesh.step_px, {.help = "step of the surface's grid", .range = {1, 64}})
       .add("tear", &mesh.tear,
            {.help = "neighbours whose depths differ by a larger share are not joined",
-            .range = {1e-4, 1}});
+            .range = {1e-4, 1}})
+      .retire("mesh_frame", "the most confident frame becomes the surface; give one frame for its");
 }
 
 }  // namespace organbake

@@ -20,7 +20,6 @@ void bind_unit(OptionList& list, MeshUnit& unit, const char* help);
 // selection_of() throws UsageError where both say which frames are taken.
 SelectionOptions selection_of(int every, int sharpest);
 void bind_frames(OptionList& list, int& every, int& sharpest);
-void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_frame,
-                    DepthMeshOptions& mesh);
+void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, DepthMeshOptions& mesh);
 
 }  // namespace organbake

@@ -18,7 +18,6 @@ struct StereoStageOptions {
   bool swap_eyes = false;
   bool masks = true;
   int every = 1, sharpest = 1;
-  int mesh_frame = -1;  // −1 = the one with the most confidence
   MeshUnit unit = MeshUnit::mm;
   bool strict = false;
   bool keep_light = false;  // in surface.ply's colours
@@ -44,7 +43,7 @@ inline void bind(OptionList& list, StereoStageOptions& o) {
       .add("masks", &o.masks,
            {.help = "look for the round field of view, highlights and instruments"});
   bind_frames(list, o.every, o.sharpest);
-  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh);
 }
 
 inline Stage stereo_stage() {

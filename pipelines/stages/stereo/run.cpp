@@ -117,7 +117,7 @@ class PairPipeline {
     result_.records.push_back(item.record);
     if (!options_.keep_light) rings_.push_back(item.rings);
     context_.debug("frame " + std::to_string(record.index));
-    if (becomes_key(record, options_.mesh_frame, result_.key))
+    if (becomes_key(record, result_.key))
       result_.key = KeyFrame{record, std::move(item.left), item.depth};
   }
 
@@ -319,9 +319,6 @@ StageReport run(const StageCall& call) {
   report.bad_data = frames.damage();
   if (result.records.empty())
     throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
-  if (!result.key)
-    throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
-                     "; that frame of the clip was not matched");
   const RectifiedEyes& eyes = rectifier.eyes();
   write_file_atomically(call.output_folder / "cameras.json",
                         cameras_to_json(rectified_cameras(eyes)));
