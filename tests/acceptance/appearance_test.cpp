@@ -8,7 +8,7 @@
 #include "organbake/core/random.h"
 #include "organbake/core/temporary_files.h"
 #include "organbake/core/text.h"
-#include "organbake/evaluation/frame_errors.h"
+#include "organbake/evaluation/comparison_table.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/carried_surface.h"

@@ -2,7 +2,7 @@
 // How far a picture is from the truth, in pixels: where original vertices, or the skin that pixels
 // show, land (the paper's 3.2); and in colours: what steps at the proxy's edges, or when another
 // set of cameras takes over, that the truth does not have.
-#include "organbake/evaluation/frame_errors.h"
+#include "organbake/evaluation/comparison_table.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

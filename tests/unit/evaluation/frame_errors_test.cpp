@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/evaluation/frame_errors.h"
+#include "organbake/evaluation/comparison_table.h"
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/evaluation/comparison_table.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/orbit.h"
 #include "organbake/warp/paper_warp.h"
