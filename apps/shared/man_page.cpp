@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "command_manual.h"
@@ -9,30 +10,12 @@ namespace {
 
 // Characters that roff reads as commands, or typesets as others.
 std::string escaped(const std::string& text) {
+  constexpr std::string_view kLetters = "\\-'`^~";
+  constexpr std::array<const char*, 6> kSpelt = {"\\e", "\\-", "\\(aq", "\\(ga", "\\(ha", "\\(ti"};
   std::string roff;
   for (const char c : text) {
-    switch (c) {
-      case '\\':
-        roff += "\\e";
-        break;
-      case '-':
-        roff += "\\-";
-        break;
-      case '\'':
-        roff += "\\(aq";
-        break;
-      case '`':
-        roff += "\\(ga";
-        break;
-      case '^':
-        roff += "\\(ha";
-        break;
-      case '~':
-        roff += "\\(ti";
-        break;
-      default:
-        roff += c;
-    }
+    const std::size_t at = kLetters.find(c);
+    at == kLetters.npos ? roff += c : roff += kSpelt[at];
   }
   return roff;
 }
