@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
 #include "measuring/scenes.h"
-#include "organbake/phantom/known_answers.h"
 #include "organbake/registration/register_photo.h"
 #include "promises.h"
 #include "registration_cases.h"
+#include "support/faulty_depth.h"
 #include "support/files.h"
 #include "support/testing.h"
 

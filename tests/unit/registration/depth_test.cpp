@@ -5,7 +5,7 @@
 #include "lamp_studio.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/phantom/known_answers.h"
+#include "support/faulty_depth.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-// Small inputs whose answer is known: a ball's CT, the surfaces on which shape from shading is
-// usually measured, and depth with the faults of an endoscope's.
+// Small inputs whose answer is known: a ball's CT, and the surfaces on which shape from shading is
+// usually measured.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "organbake/geometry/camera.h"
-#include "organbake/raycast/ray_scene.h"
 #include "organbake/shading/distant.h"
 #include "organbake/shading/grid.h"
 #include "organbake/volume/volume.h"
@@ -46,20 +45,5 @@ NearScene near_scene(double amplitude, int size);
 
 // Adds Gaussian noise of this share of full scale, and leaves 8 bits.
 void add_noise(Plane& intensity, double share, std::uint64_t seed);
-
-// How the depth of a real endoscope errs, and what else it shows.
-struct DepthFaults {
-  double noise = 0.02;      // of a pixel, share of its depth: standard deviation
-  double bias = 0;          // at most so much of all depth, either way
-  double bumps_mm = 0;      // smooth over some 20 mm: standard deviation
-  double hidden_share = 0;  // of the view, by fat that lies up to 12 mm before the organ
-  double mm_per_unit = 1;   // of the lengths that come out
-};
-
-// Points that a depth map of the organ shows, in the camera's axes: of each pixel one; beside the
-// organ a wall that stands `wall_mm` from the camera, aslant. Seeded.
-std::vector<Eigen::Vector3d> faulty_depth(const RayScene& organ, const PosedCamera& camera,
-                                          double wall_mm, const DepthFaults& faults,
-                                          std::uint64_t seed);
 
 }  // namespace organbake
