@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 struct BakeFlags {
   fs::path output, cache;
-  std::string from, to, quality, repair, unit, space;
+  std::string to, quality, repair, unit, space;
   std::vector<std::string> settings;
   bool force = false, dry_run = false, explain = false, strict = false, report = true, web = false;
 };
@@ -51,10 +51,10 @@ OptionList flag_list(BakeFlags& flags) {
            {.help = "sets the options that trade time for error where neither the recipe nor --set "
                     "does; --explain shows them",
             .choices = quality_names()})
-      .add("from", &flags.from, {.help = "run this stage and all after it", .choices = stages})
       .add("to", &flags.to,
            {.help = "stop after this stage; -o gets what it made", .choices = stages})
       .add("force", &flags.force, {.help = "run every stage, whatever the cache holds"})
+      .retire("from", "force runs every stage")
       .add("dry_run", &flags.dry_run, {.help = "only tell what would run"})
       .add("explain", &flags.explain,
            {.help = "tell what each step depends on, why it runs or not"})
@@ -274,7 +274,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   for (const std::string& note : recipe.notes) session.terminal().log(LogLevel::info, note);
   Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);
-  const RunOptions options{flags.force, flags.from, flags.explain, flags.to.empty()};
+  const RunOptions options{flags.force, flags.explain, flags.to.empty()};
   if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
 
   check_target(flags, plan, session.context("bake"));

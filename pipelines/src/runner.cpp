@@ -22,21 +22,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-// From the stage that --from names on, every step runs.
-bool is_forced(const Step& step, const RunOptions& options, bool& reached) {
-  reached = reached || options.force || step.stage->name == options.from;
-  return reached;
-}
-
-void check_from(const Plan& plan, const RunOptions& options) {
-  const auto name_of = [](const Step& step) { return step.stage->name; };
-  if (options.from.empty() ||
-      std::ranges::find(plan.steps, options.from, name_of) != plan.steps.end())
-    return;
-  throw UsageError("--from " + options.from + ": this bake runs no such stage; it runs " +
-                   joined(plan.steps, ", ", name_of));
-}
-
 StageCall make_call(const Step& step, const fs::path& folder, const RunContext& context,
                     const std::vector<StepResult>& earlier) {
   StageCall call{step.options.storage.get(), step.options_json, {}, folder, context};
@@ -99,7 +84,7 @@ const std::string& Runner::sum_of_given(InputKind kind, const fs::path& path) {
 }
 
 Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>& earlier,
-                         bool forced, bool explain) {
+                         const RunOptions& options) {
   StepIngredients ingredients{step.stage->name, program_of(*step.stage), step.options_json, {}};
   for (const InputSource& input : step.inputs) {
     if (!input.given.empty()) {
@@ -110,11 +95,11 @@ Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>&
       return {&step, {}, {}, "its " + input.name + " is made anew"};
     }
   }
-  if (forced) return {&step, ingredients, {}, "asked for"};
+  if (options.force) return {&step, ingredients, {}, "asked for"};
   if (auto entry = cache_.find(ingredients)) {
     return {&step, ingredients, std::move(entry), "nothing that it depends on has changed"};
   }
-  if (!explain) return {&step, ingredients, {}, "it is not in the cache"};
+  if (!options.explain) return {&step, ingredients, {}, "it is not in the cache"};
   const auto nearest = cache_.nearest(ingredients);
   const std::string why =
       nearest ? joined(differences(*nearest, ingredients), "; ") : "it never ran";
@@ -122,13 +107,11 @@ Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>&
 }
 
 std::vector<Forecast> Runner::forecast(const Plan& plan, const RunOptions& options) {
-  check_from(plan, options);
   std::vector<Forecast> forecasts;
   forecasts.reserve(plan.steps.size());
   std::vector<const CacheEntry*> entries;
-  bool reached = false;
   for (const Step& step : plan.steps) {
-    forecasts.push_back(examine(step, entries, is_forced(step, options, reached), options.explain));
+    forecasts.push_back(examine(step, entries, options));
     const auto& cached = forecasts.back().cached;
     entries.push_back(cached ? &*cached : nullptr);
   }
@@ -137,26 +120,24 @@ std::vector<Forecast> Runner::forecast(const Plan& plan, const RunOptions& optio
 
 std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
                                     const StepListener& listener) {
-  check_from(plan, options);
   // An entry that somebody else has finished meanwhile is written by nobody any more, who would
   // tidy up after those that were killed.
   AtomicFolder::sweep_inside(cache_.folder());
   bakes_ = plan.of_recipe;
   std::vector<StepResult> results;
   results.reserve(plan.steps.size());
-  bool reached = false;
   for (const Step& step : plan.steps) {
     std::vector<const CacheEntry*> entries;
     for (const StepResult& result : results) entries.push_back(&result.entry);
-    const bool forced = is_forced(step, options, reached);
-    const Forecast forecast = examine(step, entries, forced, options.explain);
+    const Forecast forecast = examine(step, entries, options);
     if (listener.before) listener.before(forecast);
     if (options.sums && !forecast.cached) {
       for (const InputSource& input : step.inputs)
         if (!input.given.empty()) begin_sum(input.kind, input.given);
     }
-    results.push_back(forecast.cached ? with_warnings({&step, *forecast.cached})
-                                      : execute(step, *forecast.ingredients, forced, results));
+    results.push_back(forecast.cached
+                          ? with_warnings({&step, *forecast.cached})
+                          : execute(step, *forecast.ingredients, options.force, results));
     if (listener.after) listener.after(results.back());
     if (!results.back().declined().empty()) break;
   }

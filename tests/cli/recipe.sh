@@ -27,7 +27,6 @@ expect 2 organbake bake . -o made
 expect_err "is a folder, not a recipe; write: organbake bake"
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml"
 expect_err "-o is missing"
-expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --from nonsense
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --to nonsense
 bad_recipe 'quality: best' 'r.yaml:2: quality is "best"'
 bad_recipe 'phantom: {}' "one of" --set quality=best

@@ -209,13 +209,11 @@ TEST_F(RunnerTest, StepsMadeAnewWithTheSameContentStopTheChain) {
   EXPECT_EQ(bake({"ct=" + ct}).calls, "capture") << "without the phantom there are no photos";
 }
 
-TEST_F(RunnerTest, ForceAndFromRunAgainWithTheSameResult) {
+TEST_F(RunnerTest, ForceRunsAgainWithTheSameResult) {
   bake();
   const auto before = bundle_files();
   EXPECT_EQ(bake({}, {.force = true}).calls, kWholeChain);
-  EXPECT_EQ(bake({}, {.from = "place"}).calls, "place capture");
   EXPECT_EQ(bundle_files(), before);
-  EXPECT_THROW(bake({}, {.from = "register"}), UsageError);
 }
 
 TEST_F(RunnerTest, AForecastTellsWhatWillRun) {

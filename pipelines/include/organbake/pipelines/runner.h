@@ -51,8 +51,7 @@ Plan plan_stage(const Stage& stage, const StageOptions& options,
                 const std::map<std::string, std::filesystem::path>& inputs);
 
 struct RunOptions {
-  bool force = false;     // run every step, whatever the cache holds
-  std::string from = {};  // run this stage and all that come after it
+  bool force = false;  // run every step, whatever the cache holds
   // Find out what has changed since the nearest earlier run; it means reading the whole cache.
   bool explain = false;
   // Work out the SHA-256 of what users gave beside the first step that runs: a bundle tells it.
@@ -112,8 +111,8 @@ class Runner {
   const std::string& sum_of_given(InputKind kind, const std::filesystem::path& path);
 
  private:
-  Forecast examine(const Step& step, const std::vector<const CacheEntry*>& earlier, bool forced,
-                   bool explain);
+  Forecast examine(const Step& step, const std::vector<const CacheEntry*>& earlier,
+                   const RunOptions& options);
   // Puts the result's warnings together, and says those that have not been said yet; but not that
   // its input was damaged, which a single stage ends with as its error.
   StepResult with_warnings(StepResult result);
