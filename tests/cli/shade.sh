@@ -44,14 +44,12 @@ expect_err "relative"
 expect_equal "$(figure depth_unit one/report.json)" "relative, median 1"
 
 # The other model; which frames; options that contradict or make no sense.
-expect 0 organbake shade p/frames --model tsai-shah --light-deg 28.6,40.1 --every 2 -o ts
+expect 0 organbake shade p/frames --model tsai-shah --every 2 -o ts
 expect_equal "$(figure frames_shaded ts/report.json)" 2
 expect 0 organbake shade p/frames --sharpest 4 --halvings 1 -o sharp
 expect_equal "$(figure frames_blurred sharp/report.json)" 3
 expect 2 organbake shade p/frames --sharpest 2 --every 2 -o x
 expect_err "either every or sharpest"
-expect 2 organbake shade p/frames --light-deg 1 -o x
-expect_err "tilt,slant"
 expect 2 organbake shade p/frames --light-offset-mm 3,0,0 -o x
 expect_err "--range-mm"
 

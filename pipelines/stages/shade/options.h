@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cmath>
-#include <cstdio>
-#include <string>
-
 #include "organbake/core/error.h"
 #include "organbake/options/options.h"
 #include "organbake/pipelines/stage.h"
@@ -22,7 +18,6 @@ struct ShadeStageOptions {
   FrameOptions frame{.halvings = 1};
   DepthMeshOptions mesh;
   Eigen::Vector3d light_offset_mm = Eigen::Vector3d::Zero();
-  std::string light = "auto";                     // or "tilt,slant" in rad
   double field_of_view_rad = 1.2217304763960306;  // 70°
   int sharpest = 1;
   bool strict = false;
@@ -31,9 +26,6 @@ struct ShadeStageOptions {
   // Throws UsageError.
   void resolve();
 };
-
-// A light along the picture; a little more, for angles that came rounded, in radians.
-inline constexpr double kSteepest_deg = 90.0005;
 
 inline void ShadeStageOptions::resolve() {
   if (light_offset_mm.z() != 0)
@@ -44,14 +36,6 @@ inline void ShadeStageOptions::resolve() {
   const SelectionOptions chosen = selection_of(selection.every, sharpest);
   selection.every = chosen.every;
   selection.sharpest = chosen.sharpest;
-  if (light == "auto") return;
-  double tilt_deg = 0, slant_deg = 0;
-  char rest = 0;
-  if (std::sscanf(light.c_str(), "%lf,%lf%c", &tilt_deg, &slant_deg, &rest) != 2 ||
-      !(slant_deg >= 0 && slant_deg <= kSteepest_deg) || !(std::abs(tilt_deg) < 1e6))
-    throw UsageError("light_deg is '" + light +
-                     "'; it must be auto, or tilt,slant in degrees (slant 0…90), such as 30,40");
-  shading.light = DistantLight{radians(tilt_deg), radians(slant_deg)};
 }
 
 inline void bind(OptionList& list, ShadeStageOptions& o) {
@@ -59,9 +43,6 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
            {.help = "perspective camera with its light beside the lens; or the paper's method, "
                     "for a light from afar"},
            {{"laparoscope", ShadingModel::laparoscope}, {"tsai-shah", ShadingModel::tsai_shah}})
-      .add("light_deg", &o.light,
-           {.help = "direction of Tsai–Shah's light: auto, or tilt,slant (0 = right, turning "
-                    "down)"})
       .add(
           "light_offset_mm", &o.light_offset_mm,
           {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
@@ -93,6 +74,7 @@ inline void bind(OptionList& list, ShadeStageOptions& o) {
            {.help = "look for the round field of view, highlights and instruments"})
       .retire("piecewise_albedo", "tissues of different colour are always told apart", true)
       .retire("iterations", "Tsai–Shah always has 20", true)
+      .retire("light_deg", "Tsai–Shah's light is found in the frame")
       .retire("full_relief", "relief=1 keeps all of it", true)
       .retire("from_previous", "a frame like the one before always starts from its depth", true);
   bind_key_frame(list, o.keep_light, o.strict, o.mesh);
