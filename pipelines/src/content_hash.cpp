@@ -36,13 +36,7 @@ constexpr std::size_t kMaxFilesOfFolder = 20000;
 std::string hex(XXH128_hash_t hash) {
   XXH128_canonical_t bytes;
   XXH128_canonicalFromHash(&bytes, hash);
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (unsigned char byte : bytes.digest) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
+  return hex_of(bytes.digest);
 }
 
 // A document may name what no file can be called.

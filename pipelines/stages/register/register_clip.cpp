@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <map>
 #include <memory>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "organbake/image/png.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_source.h"
@@ -23,9 +23,8 @@ namespace organbake {
 namespace fs = std::filesystem;
 
 std::string frame_name(const fs::path& video, std::size_t index) {
-  std::array<char, 16> number{};
-  std::snprintf(number.data(), number.size(), "_%06zu.png", index);
-  return video.stem().string() + number.data();
+  constexpr std::size_t kDigits = 6;
+  return video.stem().string() + "_" + padded(index, kDigits) + ".png";
 }
 
 bool is_video(const fs::path& path) {

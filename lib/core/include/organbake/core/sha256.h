@@ -10,6 +10,9 @@ struct evp_md_ctx_st;
 
 namespace organbake {
 
+// Bytes as lower-case hexadecimal digits, two for each.
+std::string hex_of(std::span<const unsigned char> bytes);
+
 // SHA-256 of bytes that come one after the other.
 class Sha256 {
  public:
