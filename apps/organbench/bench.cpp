@@ -12,9 +12,8 @@ namespace organbake {
 namespace {
 
 // A comparison whose rounds take seconds has few of them, or a run would take hours.
-constexpr Rounds kRounds[] = {{.most = 1, .least = 1, .budget_s = 0.5},  // quick
-                              {.most = 9, .least = 1, .budget_s = 2},    // standard
-                              {.most = 9, .least = 3, .budget_s = 20}};  // thorough
+constexpr Rounds kQuick{.most = 1, .least = 1, .budget_s = 0.5},
+    kUsual{.most = 9, .least = 1, .budget_s = 2};
 
 // A function's own, so that it is there whichever file registers first.
 std::map<std::string, Suite>& suites_by_name() {
@@ -55,7 +54,7 @@ std::vector<Timing> Bench::time(const std::vector<std::function<void()>>& compet
     });
   }
   if (options_.rounds > 0) return time_in_turn(stoppable, {options_.rounds, options_.rounds});
-  return time_in_turn(stoppable, kRounds[int(options_.effort)]);
+  return time_in_turn(stoppable, options_.quick ? kQuick : kUsual);
 }
 
 void Bench::add(Point point) { result_.points.push_back(std::move(point)); }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,8 +13,8 @@
 namespace organbake {
 
 struct BenchOptions {
-  Effort effort = Effort::standard;
-  int rounds = 0;                      // of every timing; 0 = as many as the effort allows
+  bool quick = false;                  // small inputs, one round: a first look
+  int rounds = 0;                      // of every timing; 0 = 9, or as many as 2 s allow
   int threads = 0;                     // 0 = all
   std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
@@ -27,12 +26,9 @@ class Bench {
   Bench(const BenchOptions& options, const RunContext& context, SuiteResult& result)
       : options_(options), context_(context), result_(result) {}
 
-  bool quick() const { return options_.effort == Effort::quick; }
-  bool thorough() const { return options_.effort == Effort::thorough; }
+  bool quick() const { return options_.quick; }
   // How many cases, steps or pixels.
-  int count(int quick, int standard, int thorough) const {
-    return std::array{quick, standard, thorough}[std::size_t(options_.effort)];
-  }
+  int count(int quick, int usual) const { return options_.quick ? quick : usual; }
   const BenchOptions& options() const { return options_; }
   const RunContext& context() const { return context_; }
 

@@ -19,13 +19,8 @@ struct Command {
   BenchOptions options;
   std::vector<std::string> suites;
   std::string out;
-  bool quick = false, thorough = false;
   ManualFlags manuals;
   SharedFlags shared;
-
-  Effort effort() const {
-    return quick ? Effort::quick : thorough ? Effort::thorough : Effort::standard;
-  }
 };
 
 RunContext context_for(const Command& command, const std::string& suite,
@@ -61,7 +56,7 @@ int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
   if (command.out.empty()) throw UsageError("-o DIR is missing: where organbench.json goes");
   const fs::path out = command.out;
   make_folder(out);  // before the work, not after it
-  RunReport report{command.options.effort, describe_machine(), {}};
+  RunReport report{command.options.quick, describe_machine(), {}};
   bool failed = false;
   for (const Suite& suite : chosen_suites(command.suites)) {
     const auto start = std::chrono::steady_clock::now();
@@ -85,14 +80,11 @@ OptionList option_list(Command& c) {
   OptionList list;
   list.add("out", &c.out,
            {.help = "folder for organbench.json", .value = "DIR", .short_flag = "-o"})
-      .add("quick", &c.quick, {.help = "small inputs, one round: two minutes for all suites"})
-      .add("thorough", &c.thorough,
-           {.help = "every case a figure was promised for, and more rounds: an hour instead of the "
-                    "20 minutes for all suites"})
-      .add("rounds", &c.options.rounds,
-           {.help = "of every timing; else 9, or as many as 2 s allow; quick 1; thorough 9, or as "
-                    "many, 3 at least, as 20 s allow",
-            .range = {1, 1000}})
+      .add("quick", &c.options.quick,
+           {.help = "small inputs, one round: two minutes for all suites, else 20"})
+      .add(
+          "rounds", &c.options.rounds,
+          {.help = "of every timing; else 9, or as many as 2 s allow; quick 1", .range = {1, 1000}})
       .add("data", &c.options.data,
            {.help = "folder of real data (CT, meshes, video)", .value = "DIR"});
   list.append(c.manuals.options());
@@ -147,8 +139,6 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
     write_to_stdout(*text);
     return 0;
   }
-  if (c.quick && c.thorough) throw UsageError("--quick and --thorough: give one of them");
-  c.options.effort = c.effort();
   c.options.threads = c.shared.threads;
   return run_suites(c, stop_asked);
 }

@@ -11,11 +11,6 @@
 // What one run found: as organbench.json, and as lines to read.
 namespace organbake {
 
-// How much is asked of all suites together: a first look in two minutes at small inputs; the whole
-// inputs within 20 minutes; or every case that a figure was promised for, with more rounds, in an
-// hour.
-enum class Effort { quick, standard, thorough };
-
 // What one suite found out.
 struct SuiteResult {
   struct Skipped {
@@ -36,7 +31,7 @@ struct RunReport {
     SuiteResult result;
   };
 
-  Effort effort = Effort::standard;
+  bool quick = false;
   std::map<std::string, std::string> machine;
   std::vector<SuiteReport> suites;
 };
@@ -49,9 +44,6 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Point, task, subject, peer, knobs, timing, er
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuiteResult::Skipped, what, why)
 NLOHMANN_JSON_SERIALIZE_ENUM(Figure::Goal, {{Figure::Goal::at_most, "at most"},
                                             {Figure::Goal::at_least, "at least"}})
-NLOHMANN_JSON_SERIALIZE_ENUM(Effort, {{Effort::quick, "quick"},
-                                      {Effort::standard, "standard"},
-                                      {Effort::thorough, "thorough"}})
 
 inline void to_json(nlohmann::json& json, const Figure& f) {
   json = {{"what", f.what},     {"unit", f.unit}, {"value", f.value},
@@ -68,7 +60,7 @@ inline void to_json(nlohmann::json& json, const RunReport::SuiteReport& suite) {
 }
 inline void to_json(nlohmann::json& json, const RunReport& report) {
   json = {{"schema", "organbake/bench/1"},
-          {"effort", report.effort},
+          {"effort", report.quick ? "quick" : "standard"},
           {"machine", report.machine},
           {"suites", report.suites}};
 }

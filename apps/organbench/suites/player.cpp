@@ -68,7 +68,7 @@ void promise_program(Bench& bench, PlayerBundles& bundles) {
   constexpr const char* kBetweenCameras = "40.435,0";  // a view that needs three of them
   double peak_mb = 0;
   std::vector<double> first_frame_ms;
-  for (int round = 0; round < bench.count(2, 5, 9); ++round) {
+  for (int round = 0; round < bench.count(2, 5); ++round) {
     run_worker({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720", "--view-deg",
                 kBetweenCameras},
                scratch / "program.out", scratch / "program.log", bench.context());

@@ -96,7 +96,7 @@ void promise_time(Bench& bench, const LampPhoto& scene) {
 
 // A clip of the phantom in which it moves by about a millimetre and a degree a frame.
 void promise_tracking(Bench& bench, const LampPhoto& scene) {
-  const int frames = bench.count(6, 12, 24);
+  const int frames = bench.count(6, 12);
   bench.now("a clip of " + std::to_string(frames) + " frames");
   std::vector<PosedCamera> cameras;
   std::vector<Rgb8Image> clip;

@@ -105,7 +105,7 @@ void real_clip(Bench& bench) {
   const std::filesystem::path path = bench.data("video/laparoscopy_720p_25fps.mp4");
   if (path.empty()) return;
   bench.now("real clip");
-  const int most = bench.count(8, 25, 50);
+  const int most = bench.count(8, 25);
   int frames = 0;
   const Timing timing = bench.time([&] {
     VideoReader reader(path);

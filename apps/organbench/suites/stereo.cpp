@@ -288,7 +288,7 @@ double percent(int part, int whole) { return whole > 0 ? 100.0 * part / whole : 
 
 // Each kind of every scene, of any strength.
 void verdicts(Bench& bench) {
-  const int scenes = bench.count(2, 13, 40);
+  const int scenes = bench.count(2, 13);
   const std::vector<std::string>& kinds = StereoCases::kinds();
   int right = 0, right_ok = 0, wrong = 0, wrong_ok = 0;
   for (int scene = kFirstScene; scene < kFirstScene + scenes; ++scene) {
