@@ -271,7 +271,7 @@ void run_command(const Command& given, const ContextOf& context_of) {
   // The paper's table is of springs, whatever the organ has.
   if (command.compare && !deform.solver) deform.solver = TissueSolver::springs;
   Player player(command.bundles, deform, command.compare || command.paper_warp);
-  if (command.paper_warp) player.draw_by(std::make_shared<PaperDrawing>(player.bundle()));
+  if (command.paper_warp) player.draw_by(std::make_shared<PaperWarp>(player.bundle()));
   draw_as_asked(command, player, context);
   if (script) context.info("solver: " + player.solver_text());
   context.throw_if_cancelled();

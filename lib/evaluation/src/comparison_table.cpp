@@ -191,7 +191,7 @@ class Comparer {
     DrawOptions telling = draw_options_;
     telling.keep_bound = true;
     const auto& positions = player_.proxy_positions();
-    paper_.draw(player_.bundle(), positions, view, draw_options_, frame_);
+    paper_.draw(positions, view, draw_options_, frame_);
     row.paper = picture_errors(truth, inner);
     player_.draw(view, telling, frame_);
     row.picture = picture_errors(truth, inner);

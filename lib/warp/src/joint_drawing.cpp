@@ -53,14 +53,8 @@ void LastDrawing::remember(const View& view, const DrawOptions& options, const D
 namespace {
 
 // The pixels of one organ's picture from `begin` to `end` that lie before those of the frame.
-struct OrganLayer {
-  const Frame& picture;
-  std::uint8_t organ;
-};
-
-void take_nearer(const OrganLayer& nearer, std::size_t begin, std::size_t end, Frame& frame,
-                 std::vector<float>& depth_mm) {
-  const auto& [layer, organ] = nearer;
+void take_nearer(const Frame& layer, std::uint8_t organ, std::size_t begin, std::size_t end,
+                 Frame& frame, std::vector<float>& depth_mm) {
   const bool bound = !frame.bound.empty() && !layer.bound.empty();
   for (std::size_t i = begin; i < end; ++i) {
     if (!(layer.depth_mm[i] < depth_mm[i])) continue;
@@ -87,7 +81,7 @@ void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame&
   CoverMask skin;
   skin.read({0, 0, width, height}, frame);
   FrontEdges edges;
-  edges.find(skin, depth, deeper_mm);
+  edges.find(skin, &depth, deeper_mm);
   KeptPixels kept;
   Outline().soften(edges, frame, kept);
 }
@@ -116,15 +110,13 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
 
 double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options) {
-  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
-    return options.scope_reference_mm;
   ScopeLight scope;
+  std::vector<const TriangleMesh*> proxies;
   for (auto organ = organs.rbegin(); organ != organs.rend(); ++organ)
     if (const auto& lighting = organ->lighting; lighting && lighting->scope)
       scope = *lighting->scope;
-  LightMeter meter(scope, view);
-  for (const JointDrawing::Organ& organ : organs) meter.add(organ.proxy_at_rest);
-  return meter.reference_mm();
+  for (const JointDrawing::Organ& organ : organs) proxies.push_back(&organ.proxy_at_rest);
+  return metered_mm(scope, proxies, view, options);
 }
 
 void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& frame) const {
@@ -138,7 +130,7 @@ void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& fram
   constexpr std::size_t kGrain = 1 << 14;
   parallel_pieces(std::size_t{0}, depth_mm.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t o = 1; o < pictures_.size(); ++o)
-      take_nearer({pictures_[o], static_cast<std::uint8_t>(o)}, begin, end, frame, depth_mm);
+      take_nearer(pictures_[o], static_cast<std::uint8_t>(o), begin, end, frame, depth_mm);
   });
   if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};

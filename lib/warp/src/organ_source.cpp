@@ -3,8 +3,6 @@
 // take every number from the code that the processor runs.
 #include "organbake/warp/organ_source.h"
 
-#include <algorithm>
-
 #include "drawing/base_drawing.h"
 #include "drawing/splat.h"
 #include "finishing/edges.h"

@@ -4,7 +4,6 @@
 // with.
 #include "organbake/warp/warper.h"
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 
@@ -29,30 +28,15 @@ std::uint64_t next_id() {
   return ++last;
 }
 
-void begin(const View& view, const DrawOptions& options, Frame& frame) {
-  const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
-  const std::size_t pixels = std::size_t(width) * height;
-  frame.serial = 0;
-  frame.color.width = width, frame.color.height = height;
-  frame.color.pixels.resize(3 * pixels);
-  frame.cover.resize(pixels);
-  frame.depth_mm.resize(options.needs_depth() ? pixels : 0);
-  frame.bound.resize(options.keep_bound ? pixels : 0);
-  frame.bound_as_drawn = options.bind_as_drawn;
-  frame.organ.clear();
-}
-
 void count_pixels(const Frame& frame, const PixelBox& box, DrawReport& report) {
   std::atomic<std::size_t> samples = 0, base = 0;
   constexpr int kGrain = 64;
-  parallel_pieces(box.y0, std::max(box.y0, box.y1), kGrain, [&](int y, int last) {
-    for (; y < last; ++y) {
-      const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;
-      unsigned of_samples = 0, of_base = 0;  // narrow: more of them to a vector
-      for (int x = box.x0; x < box.x1; ++x)
-        of_samples += row[x] == Cover::samples, of_base += row[x] == Cover::base;
-      samples += of_samples, base += of_base;
-    }
+  parallel_each(box.y0, box.y1, kGrain, [&](int y) {
+    const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;
+    unsigned of_samples = 0, of_base = 0;  // narrow: more of them to a vector
+    for (int x = box.x0; x < box.x1; ++x)
+      of_samples += row[x] == Cover::samples, of_base += row[x] == Cover::base;
+    samples += of_samples, base += of_base;
   });
   report.sample_pixels = samples, report.base_pixels = base;
 }
@@ -91,8 +75,6 @@ struct Warper::Impl {
   // whole: of the organ before blades cut it into `parts`, where they have.
   Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole = nullptr,
        const CutOrgan::FaceParts& parts = {});
-  void check(const std::vector<Eigen::Vector3d>& positions, const View& view,
-             const DrawOptions& options) const;
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
   // This, or what draws the organ over fewer faces.
@@ -101,30 +83,10 @@ struct Warper::Impl {
 
  private:
   Bundle without_maps() const;
-  ViewWeights choose_cameras(const View& view);
   void place_faces(const View& view, const DrawOptions& options, float texel_mm, bool continued);
-  VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
-  double meter_light(const View& view, const DrawOptions& options) const;
-  void light_faces(const View& view, const DrawOptions& options, double reference_mm,
-                   const VisibilitySummary& visibility);
-  void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
-                  const Background& background, Frame& frame, DrawReport& report);
-  float reach_mm(const View& view) const;
+  void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options, Frame& frame,
+                  DrawReport& report);
 };
-
-namespace {
-
-// What turns a camera's maps into its samples, without holding on to the bundle.
-SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
-  return [read = std::move(read), cameras = bundle.cameras.cameras,
-          rest = shell_matrices(bundle.shell().at_rest())](std::size_t c) {
-    const CameraMaps maps = read(c);
-    check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
-    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
-  };
-}
-
-}  // namespace
 
 Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
                    const CutOrgan::FaceParts& parts)
@@ -149,16 +111,6 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
     scope = bundle.lighting->scope;
   }
-}
-
-void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const View& view,
-                         const DrawOptions& options) const {
-  view.check();
-  check_positions(positions, shell.shell().proxy());
-  if (options.relights() && !relit)
-    throw UsageError(
-        "the bundle does not say in what light its colours were taken, or has no base layer: its "
-        "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
 }
 
 Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positions,
@@ -191,39 +143,38 @@ Bundle Warper::Impl::without_maps() const {
 // The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
 DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                               const DrawOptions& options, Frame& frame) {
-  const bool continued = last.continues(view, options, frame);
-  begin(view, options, frame);
-  const TileGrid grid(frame.color.width, frame.color.height);
-  const Background background(options.background);
+  const bool continued = last.continues(view, options, frame), cut = !parted.empty();
+  const Intrinsics& lens = view.camera.intrinsics;
+  frame.resize(lens.width, lens.height, options.needs_depth(), options.keep_bound);
+  frame.bound_as_drawn = options.bind_as_drawn;
+  const TileGrid grid(lens.width, lens.height);
   DrawReport report;
   PhaseClock clock(options.measure);
   shell.pose(positions, options.folds);
-  report.weights = choose_cameras(view);
+  report.weights = drawn_shares(manifold, view);
+  store->require(used_cameras(report.weights));
+  active.choose(*store, report.weights);
   report.texel_mm = active.texel_mm();
   if (continued) post_process.undo(frame);
   place_faces(view, options, report.texel_mm, continued);
-  VisibilitySummary visibility = place_samples(view, grid, report);
+  active.place(faces, view, grid, dirty_cells);
+  VisibilitySummary visibility = active.summarise(faces.size(), report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  const bool cut = !parted.empty();
-  parallel_both([&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
-                [&] { reference_mm = meter_light(view, options); });
-  light_faces(view, options, reference_mm, visibility);
+  const std::array proxies = {&shell.shell().proxy()};
+  parallel_both(
+      [&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
+      [&] { reference_mm = metered_mm(scope.value_or(ScopeLight()), proxies, view, options); });
+  if (options.relights())
+    relit->light_faces(view, *options.light, reference_mm, shell, visibility.shown);
   clock.lap(report.times.base, report.critical_path.base);
-  draw_tiles(view, grid, options, background, frame, report);
+  draw_tiles(view, grid, options, frame, report);
   tiles.count(clock.lap(), report);
   count_pixels(frame, visibility.box, report);
   clock.lap(report.times.fill, report.critical_path.fill);
   post_process.apply(view, options, visibility.box, depth, kStepTexels * report.texel_mm, frame,
                      report);
   return report;
-}
-
-ViewWeights Warper::Impl::choose_cameras(const View& view) {
-  const ViewWeights weights = drawn_shares(manifold, view);
-  store->require(used_cameras(weights));
-  active.choose(*store, weights);
-  return weights;
 }
 
 void Warper::Impl::place_faces(const View& view, const DrawOptions& options, float texel_mm,
@@ -237,50 +188,25 @@ void Warper::Impl::place_faces(const View& view, const DrawOptions& options, flo
   dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
 }
 
-VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& grid,
-                                              DrawReport& report) {
-  active.place(faces, view, grid, dirty_cells);
-  return active.summarise(faces.size(), report);
-}
-
-// The range of full exposure of the light at the scope.
-double Warper::Impl::meter_light(const View& view, const DrawOptions& options) const {
-  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
-    return options.scope_reference_mm;
-  LightMeter meter(scope.value_or(ScopeLight()), view);
-  meter.add(shell.shell().proxy());
-  return meter.reference_mm();
-}
-
-void Warper::Impl::light_faces(const View& view, const DrawOptions& options, double reference_mm,
-                               const VisibilitySummary& visibility) {
-  if (options.light == DrawnLight::world) relit->light_faces(view, shell, visibility.shown);
-  if (options.light == DrawnLight::scope)
-    relit->light_faces_from_scope(view, reference_mm, visibility.shown);
-}
-
 // Draws the tiles, or parts of them, in which something moved.
 void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
-                              const Background& background, Frame& frame, DrawReport& report) {
-  depth.resize(frame.color.width, frame.color.height, reach_mm(view));
-  tiles.begin({.view = view,
-               .cameras = active.all(),
-               .texel_mm = report.texel_mm,
-               .base = base,
-               .faces = faces,
-               .relit = options.relights() ? &*relit : nullptr,
-               .keep_bound = options.keep_bound,
-               .coarser = options.bind_as_drawn ? nullptr : drawn_for,
-               .background = background,
-               .measure = options.measure});
-  report.tiles_drawn = tiles.draw(grid, dirty_cells, depth, frame);
+                              Frame& frame, DrawReport& report) {
+  // Farther away lies no skin, poked skin within reason included.
+  const double away_mm = (view.camera.center_world_mm() - organ.center()).norm();
+  depth.resize(frame.color.width, frame.color.height,
+               static_cast<float>(away_mm + organ.diagonal()));
+  report.tiles_drawn = tiles.draw({.view = view,
+                                   .cameras = active.all(),
+                                   .texel_mm = report.texel_mm,
+                                   .base = base,
+                                   .faces = faces,
+                                   .relit = options.relights() ? &*relit : nullptr,
+                                   .keep_bound = options.keep_bound,
+                                   .coarser = options.bind_as_drawn ? nullptr : drawn_for,
+                                   .background = Background(options.background),
+                                   .measure = options.measure},
+                                  grid, dirty_cells, depth, frame);
   report.tiles_kept = grid.count() - report.tiles_drawn;
-}
-
-// Farther away lies no skin, poked skin within reason included.
-float Warper::Impl::reach_mm(const View& view) const {
-  const double away = (view.camera.center_world_mm() - organ.center()).norm();
-  return static_cast<float>(away + organ.diagonal());
 }
 
 Warper::Warper(const Bundle& bundle)
@@ -289,9 +215,16 @@ Warper::Warper(const Bundle& bundle)
 }
 Warper::Warper(const Bundle& bundle, ReadMaps read) {
   check_fit(bundle);
-  impl_ = std::make_unique<Impl>(bundle,
-                                 std::make_shared<SampleStore>(bundle.cameras.cameras.size(),
-                                                               binding(bundle, std::move(read))));
+  // Without holding on to the bundle.
+  SampleStore::Make bind =
+      [read = std::move(read), cameras = bundle.cameras.cameras,
+       rest = organbake::shell_matrices(bundle.shell().at_rest())](std::size_t c) {
+        const CameraMaps maps = read(c);
+        check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
+        return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+      };
+  impl_ = std::make_unique<Impl>(
+      bundle, std::make_shared<SampleStore>(bundle.cameras.cameras.size(), bind));
   impl_->coarser = std::make_shared<CoarserOrgans>(bundle.cameras.cameras, bundle.proxy.vertices);
 }
 Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -322,7 +255,12 @@ Warper Warper::beside(const Bundle& bundle) const {
 
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         const DrawOptions& options, Frame& frame) {
-  impl_->check(positions, view, options);
+  view.check();
+  check_positions(positions, impl_->shell.shell().proxy());
+  if (options.relights() && !impl_->relit)
+    throw UsageError(
+        "the bundle does not say in what light its colours were taken, or has no base layer: its "
+        "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
   const Impl& before = impl_->last_drawn ? *impl_->last_drawn : *impl_;
   const bool unmoved = positions == before.shell.proxy_positions();
   Impl& drawn = impl_->for_view(positions, view, options.folds);
@@ -360,9 +298,7 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
   source.rest_shells = turns.rest();
   source.knots = turns.knots_in_use();
   source.knots_of_face = turns.knots_of_faces();
-  source.turns.reserve(turns.knot_count());
-  for (std::size_t k = 0; k < turns.knot_count(); ++k)
-    source.turns.push_back(turns.turn_at(k).cast<float>());
+  source.turns = turns.turns();
   return source;
 }
 

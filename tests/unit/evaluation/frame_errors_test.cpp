@@ -4,7 +4,6 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/orbit.h"
-#include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
 #include "support/organs.h"
 #include "support/testing.h"
@@ -67,13 +66,7 @@ Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& 
   Warper(organ_to_play()).draw(positions, view, telling(), frame);
   return frame;
 }
-Frame drawn_by_paper(const std::vector<Eigen::Vector3d>& positions, const View& view) {
-  Frame frame;
-  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, telling(), frame);
-  return frame;
-}
 
-// Also of the paper's warp, whose samples stand anywhere in their pixels.
 TEST_F(ProjectionErrorTest, PixelsShowTheSkinThatBelongsThere) {
   const Bundle& organ = organ_to_play();
   const auto& rest = organ.proxy.vertices;
@@ -83,8 +76,6 @@ TEST_F(ProjectionErrorTest, PixelsShowTheSkinThatBelongsThere) {
     const auto shown = comparison_.displayed(drawn_and_told(positions, view), positions, view);
     EXPECT_GT(shown.vertices, 3000u) << "pixels";
     EXPECT_LT(shown.mean_px, 0.1) << "the colour is that of the very point";
-    const auto paper = comparison_.displayed(drawn_by_paper(positions, view), positions, view);
-    EXPECT_GT(paper.mean_px, shown.mean_px);
   }
 }
 

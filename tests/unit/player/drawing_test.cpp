@@ -214,7 +214,7 @@ TEST(SeveralOrgans, APokeReachesTheNeighbour) {
 
 TEST(SeveralOrgans, ThePapersWarpIsForOne) {
   Player both({organ_to_play(), organ_at(behind_and_beside())}, {}, true);
-  both.draw_by(std::make_shared<PaperDrawing>(both.bundle()));
+  both.draw_by(std::make_shared<PaperWarp>(both.bundle()));
   Frame frame;
   EXPECT_THROW(both.draw(view_of(both), {}, frame), UsageError);
   EXPECT_THROW(Player(std::vector<Bundle>{}), UsageError);

@@ -252,7 +252,7 @@ TEST(PlayerCuts, TheProxyOfACutOrganIsTold) {
   cut_in_two(player);
   EXPECT_EQ(player.bundle_now().proxy.vertices.size(), player.proxy_positions().size());
   EXPECT_GT(player.bundle_now().proxy.faces.size(), organ_to_cut().proxy.faces.size());
-  player.draw_by(std::make_shared<PaperDrawing>(organ_to_cut()));
+  player.draw_by(std::make_shared<PaperWarp>(organ_to_cut()));
   Frame frame;
   EXPECT_THROW(player.draw(orbit_view(organ_to_cut().cameras, {}, 64, 64), {}, frame), UsageError);
 }

@@ -122,7 +122,7 @@ void place(NormalTransport& turns, const TriangleMesh& posed, std::vector<std::u
 constexpr double kFloatRounding = 1e-6;  // of entries about 1, a few products and sums
 
 Matrix3d turn_at(const NormalTransport& turns, std::uint32_t face, double b1, double b2) {
-  return turns.on(face).at(float(b1), float(b2)).topRows<3>().cast<double>();
+  return turns.at(turns.on(face), float(b1), float(b2)).topRows<3>().cast<double>();
 }
 
 // Of a vertex whose faces are all folded or without area no gradient is known: it turns with what

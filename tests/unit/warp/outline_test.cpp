@@ -16,7 +16,7 @@ PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.colo
 
 void soften(const PixelBox& box, Outline& outline, Frame& frame, KeptPixels& kept) {
   CoverMask skin;
-  skin.read_with_border(box, frame);
+  skin.read(box, frame);
   FrontEdges edges;
   edges.find(skin);
   outline.soften(edges, frame, kept);
@@ -188,7 +188,7 @@ void soften_by_depth(Frame& frame, const DepthAt& depth_at) {
   CoverMask skin;
   skin.read(whole(frame), frame);
   FrontEdges edges;
-  edges.find(skin, depth, kDeeper_mm);
+  edges.find(skin, &depth, kDeeper_mm);
   KeptPixels kept;
   Outline().soften(edges, frame, kept);
 }

@@ -159,8 +159,8 @@ std::vector<Solid> rod_before_skin(double gap_mm) {
 Frame shaded(const std::vector<Solid>& solids, const Eigen::Vector3d& light_mm) {
   Frame frame = wall_of_skin();
   const View view = straight();
-  shade_skin_by_solids(
-      solids, view, light_mm, [](PixelBox) {}, frame);
+  KeptPixels kept;
+  shade_skin_by_solids(solids, view, light_mm, frame, kept);
   return frame;
 }
 
@@ -236,8 +236,8 @@ TEST(ToolShadows, WetSkinMirrorsWhatTouchesIt) {
   rod.from = Eigen::Vector3d(0, 19, 90);
   rod.to = Eigen::Vector3d(0, -20, 90);
   rod.radius_mm = 2;
-  shade_skin_by_solids(
-      {rod}, view, Eigen::Vector3d(4, -3, 0), [](PixelBox) {}, frame);
+  KeptPixels kept;
+  shade_skin_by_solids({rod}, view, Eigen::Vector3d(4, -3, 0), frame, kept);
   // The image of the rod's foot lies before it: nearer to the eye.
   int brightest = 0;
   for (int y = kShadowedSide_px / 2 + 56; y < kShadowedSide_px / 2 + 70; ++y)

@@ -208,7 +208,7 @@ Frame paper_frame(const View& view, const std::vector<Eigen::Vector3d>& position
                   int threads = 2) {
   const ThreadLimit limit(threads);
   Frame frame;
-  PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, on_black(), frame);
+  PaperWarp(organ_to_play()).draw(positions, view, on_black(), frame);
   return frame;
 }
 
@@ -255,7 +255,12 @@ TEST(PaperWarp, NeedsMapsAndPositions) {
   EXPECT_THROW(PaperWarp{without}, UsageError);
   Frame frame;
   const View view = view_from(organ_to_play(), {0.4, -1, 0.3}, 64);
-  EXPECT_THROW(PaperWarp(organ_to_play()).draw(organ_to_play(), {}, view, {}, frame), BadDataError);
+  const PaperWarp paper(organ_to_play());
+  const std::vector<Eigen::Vector3d> none;
+  EXPECT_THROW(paper.draw(none, view, {}, frame), BadDataError);
+  DrawOptions telling;
+  telling.keep_bound = true;
+  EXPECT_THROW(paper.draw(organ_to_play().proxy.vertices, view, telling, frame), UsageError);
 }
 
 // Over a ball of 40 mm, by nodes about 3 mm apart: skin rises along the ridge, comes nearer from

@@ -256,8 +256,8 @@ TEST(WetFilm, NormalsEndAtTheirFacesEdge) {
   const ShellSurface shell = bundle.shell();
   RelitSkin relit(bundle.base, shell, *bundle.lighting,
                   lattice_normals(bundle.base, shell.at_rest(), 0));
-  relit.light_faces_from_scope(View{bundle.cameras.cameras[0], 1}, 60,
-                               std::vector<std::uint8_t>(bundle.base.face_count, 1));
+  relit.light_faces(View{bundle.cameras.cameras[0], 1}, DrawnLight::scope, 60, PosedShell(shell),
+                    std::vector<std::uint8_t>(bundle.base.face_count, 1));
   const auto lit = [&](float b1, float b2) {
     SkinPixels skin;
     for (int i = 0; i < kSpan; ++i)

@@ -16,17 +16,39 @@
 namespace organbake {
 namespace {
 
-// Full weight where the cameras that see a node have no share in the view, none from kSeenEnough
-// on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
-// Indexed by which of the three active cameras see the node.
-std::array<float, 8> weight_table(const ViewWeights& weights) {
-  std::array<float, 8> table{};
-  for (std::uint32_t bits = 0; bits < 8; ++bits) {
-    double share = 0;
-    for (int i = 0; i < 3; ++i) share += bits >> i & 1 ? weights.weights[i] : 0;
-    table[bits] = kBaseWeight * static_cast<float>(std::clamp(1 - share / kSeenEnough, 0.0, 1.0));
+// What of a triangle lies behind the near plane (Sutherland & Hodgman 1974), in its order; corners
+// are pixels × depth, and depth. visit(SnappedTriangle, weights_in) for each triangle of it;
+// weights_in() turns weights of that one's corners into those of the whole one's.
+template <class Visit>
+void each_clipped(const std::array<Eigen::Vector3f, 3>& triangle, float near_mm,
+                  const Visit& visit) {
+  std::array<SnappedCorner, 4> corners;
+  std::array<std::array<float, 3>, 4> shares;  // of the triangle's own
+  int count = 0;
+  const auto add = [&](const Eigen::Vector3f& at, float depth, const std::array<float, 3>& own) {
+    shares[count] = own;
+    corners[count++] = SnappedCorner({at.x() / depth, at.y() / depth, 1 / depth});
+  };
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const Eigen::Vector3f &a = triangle[k], &b = triangle[next];
+    std::array<float, 3> own{};
+    own[k] = 1;
+    if (a.z() > near_mm) add(a, a.z(), own);
+    if ((a.z() > near_mm) == (b.z() > near_mm)) continue;
+    const float t = (near_mm - a.z()) / (b.z() - a.z());
+    own[k] = 1 - t, own[next] = t;
+    add(a + t * (b - a), near_mm, own);
   }
-  return table;
+  for (int k = 2; k < count; ++k)
+    visit(SnappedTriangle(corners[0], corners[k - 1], corners[k]),
+          [&](const std::array<float, 3>& part) {
+            std::array<float, 3> whole;
+            for (int i = 0; i < 3; ++i)
+              whole[i] =
+                  part[0] * shares[0][i] + part[1] * shares[k - 1][i] + part[2] * shares[k][i];
+            return whole;
+          });
 }
 
 }  // namespace
@@ -54,17 +76,13 @@ class BaseDrawing::PlacedBlock {
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
     return shell_point(matrix_, b1_[at], b2_[at], h_[at]).head<3>();
   }
-  float weight(std::uint32_t at) const { return shade_[at][3]; }
+  // Colour and weight.
+  const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
   float b1(std::uint32_t at) const { return b1_[at]; }
   float b2(std::uint32_t at) const { return b2_[at]; }
   float height_mm(std::uint32_t at) const { return h_[at]; }
-  // Colour and weight.
-  const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
   // Before the near plane, or beyond reach.
   bool is_beyond(std::uint32_t at) const { return x_[at] == SnappedCorner::kBeyond; }
-  bool faces_away(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    return doubled_area(corner(a), corner(b), corner(c)) >= 0;
-  }
   SnappedCorner corner(std::uint32_t at) const {
     SnappedCorner corner;
     corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
@@ -203,11 +221,6 @@ float BaseDrawing::weight_of(std::uint32_t seen_by) const {
   return weight_by_active_[sees(0) | sees(1) << 1 | sees(2) << 2];
 }
 
-bool BaseDrawing::weighs(const Block& block) const {
-  return std::any_of(block.seen_by.begin(), block.seen_by.end(),
-                     [&](std::uint32_t seen_by) { return weight_of(seen_by) > 0; });
-}
-
 void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const {
   if (!faces.continued()) return;
   for (const Chosen& chosen : chosen_)
@@ -218,7 +231,14 @@ void BaseDrawing::place(const PlacedFaces& faces, bool cut, const View& view, co
                         DirtyCells& cells, VisibilitySummary& visibility, DrawReport& report) {
   // The layer knows of the first 32 cameras; no other sees a node.
   for (int i = 0; i < 3; ++i) active_[i] = std::min(report.weights.cameras[i], 32u);
-  weight_by_active_ = weight_table(report.weights);
+  // Full weight where the cameras that see a node have no share in the view, none from kSeenEnough
+  // on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
+  for (std::uint32_t bits = 0; bits < 8; ++bits) {
+    double share = 0;
+    for (int i = 0; i < 3; ++i) share += bits >> i & 1 ? report.weights.weights[i] : 0;
+    weight_by_active_[bits] =
+        kBaseWeight * static_cast<float>(std::clamp(1 - share / kSeenEnough, 0.0, 1.0));
+  }
   mark_moved(faces, cells);
   choose(faces, cut, view);
   mark_moved(faces, cells);
@@ -233,30 +253,18 @@ void BaseDrawing::place(const PlacedFaces& faces, bool cut, const View& view, co
 
 // Pieces of the blocks at once, their choices one after the other.
 void BaseDrawing::choose(const PlacedFaces& faces, bool cut, const View& view) {
-  constexpr std::size_t kPiece = 256;
+  constexpr std::size_t kPiece = 4 * kPatchBatch;
   placed_.resize(blocks_.size());
   is_placed_.resize(blocks_.size(), 0);
   std::vector<std::vector<Chosen>> pieces((blocks_.size() + kPiece - 1) / kPiece);
-  parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
-    const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
-    pieces[piece] = chosen_of(first, last, faces, cut, view);
-  });
-  chosen_.clear();
-  for (const std::vector<Chosen>& piece : pieces)
-    chosen_.insert(chosen_.end(), piece.begin(), piece.end());
-}
-
-std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(std::size_t first, std::size_t last,
-                                                        const PlacedFaces& faces, bool cut,
-                                                        const View& view) {
-  std::vector<Chosen> chosen;
-  for (std::size_t end = 0; first < last; first = end) {
-    end = std::min<std::size_t>(last, first + kPatchBatch);
+  const auto choose_of = [&](std::size_t first, std::size_t end, std::vector<Chosen>& chosen) {
     bool placed = is_placed_[first] && !faces.any_moved(patches_, first, end);
     for (std::size_t b = first; b < end; ++b) {
       const std::uint32_t face = patches_.face(b);
-      const bool weighing = weighs(blocks_[b]), near = faces[face].near;
-      const bool gaps = near || cut || faces[face].two_sided;
+      const std::vector<std::uint32_t>& seen_by = blocks_[b].seen_by;
+      const bool weighing = std::any_of(seen_by.begin(), seen_by.end(),
+                                        [&](std::uint32_t by) { return weight_of(by) > 0; });
+      const bool near = faces[face].near, gaps = near || cut || faces[face].two_sided;
       if (!weighing && !gaps) continue;
       if (!std::exchange(placed, true))
         place_patches(patches_, first, static_cast<int>(end - first), faces.all(), view,
@@ -266,8 +274,15 @@ std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(std::size_t first, std::
         chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps, near});
     }
     is_placed_[first] = placed;
-  }
-  return chosen;
+  };
+  parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
+    const std::size_t last = std::min((piece + 1) * kPiece, blocks_.size());
+    for (std::size_t first = piece * kPiece; first < last; first += kPatchBatch)
+      choose_of(first, std::min(last, first + kPatchBatch), pieces[piece]);
+  });
+  chosen_.clear();
+  for (const std::vector<Chosen>& piece : pieces)
+    chosen_.insert(chosen_.end(), piece.begin(), piece.end());
 }
 
 void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,
@@ -283,15 +298,15 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const auto near_mm = static_cast<float>(view.near_mm);
   const PlacedBlock placed(*this, block, frame, near_mm);
   PixelBox drawn;
-  const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
-    const bool cut = placed.is_beyond(at_a) || placed.is_beyond(at_b) || placed.is_beyond(at_c);
-    // Most triangles of the blocks round a silhouette do.
-    if (!cut && !frame.two_sided && placed.faces_away(at_a, at_b, at_c)) return;
-    const bool weighs = chosen.everywhere || placed.weight(at_a) > 0 || placed.weight(at_b) > 0 ||
-                        placed.weight(at_c) > 0;
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const bool cut = placed.is_beyond(a) || placed.is_beyond(b) || placed.is_beyond(c);
+    // Most triangles of the blocks round a silhouette face away.
+    if (!cut && !frame.two_sided &&
+        doubled_area(placed.corner(a), placed.corner(b), placed.corner(c)) >= 0)
+      return;
+    const Eigen::Vector4f of_a = placed.shade(a), of_b = placed.shade(b), of_c = placed.shade(c);
+    const bool weighs = chosen.everywhere || of_a[3] > 0 || of_b[3] > 0 || of_c[3] > 0;
     if (!weighs && !fills) return;
-    const Eigen::Vector4f of_a = placed.shade(at_a), of_b = placed.shade(at_b),
-                          of_c = placed.shade(at_c);
     // weights_in: of a pixel's in the part of it that is drawn.
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
@@ -307,24 +322,23 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
             const std::array<float, 3> w = weights_in(part);
             tile.depth[at] = depth;
             tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
-            if (!tile.keeps_bound()) return;
-            const auto mean = [&w](float a, float b, float c) {
-              return w[0] * a + w[1] * b + w[2] * c;
+            if (tile.bound.empty()) return;
+            const auto mean = [&w](float of_1, float of_2, float of_3) {
+              return w[0] * of_1 + w[1] * of_2 + w[2] * of_3;
             };
-            tile.bound[at] = {
-                block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
-                mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
-                mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
+            tile.bound[at] = {block.patch.face, mean(placed.b1(a), placed.b1(b), placed.b1(c)),
+                              mean(placed.b2(a), placed.b2(b), placed.b2(c)),
+                              mean(placed.height_mm(a), placed.height_mm(b), placed.height_mm(c))};
           });
     };
     if (cut) {
-      const ClippedTriangle clipped(
-          {placed.homogeneous(at_a), placed.homogeneous(at_b), placed.homogeneous(at_c)}, near_mm);
-      return clipped.each([&](const SnappedTriangle& triangle, const auto& weights_in) {
-        if (frame.two_sided || triangle.doubled_area < 0) paint(triangle, weights_in);
-      });
+      return each_clipped({placed.homogeneous(a), placed.homogeneous(b), placed.homogeneous(c)},
+                          near_mm, [&](const SnappedTriangle& triangle, const auto& weights_in) {
+                            if (frame.two_sided || triangle.doubled_area < 0)
+                              paint(triangle, weights_in);
+                          });
     }
-    paint(SnappedTriangle(placed.corner(at_a), placed.corner(at_b), placed.corner(at_c)),
+    paint(SnappedTriangle(placed.corner(a), placed.corner(b), placed.corner(c)),
           [](const std::array<float, 3>& part) { return part; });
   };
   const std::uint32_t n = layer_.steps;

@@ -40,55 +40,6 @@ class DrawnSamples {
   std::array<float, std::size_t{kColumns} * kRows> farthest_mm_;
 };
 
-// A corner of what is left of a triangle: pixels × depth, and depth; its shares of the triangle's
-// own corners.
-struct ClippedCorner {
-  Eigen::Vector3f at;
-  std::array<float, 3> shares;
-};
-
-// What of a triangle lies behind the near plane (Sutherland & Hodgman 1974), in its order: three or
-// four corners, or none.
-struct ClippedTriangle {
-  std::array<ClippedCorner, 4> corners;
-  int count = 0;
-
-  ClippedTriangle(const std::array<Eigen::Vector3f, 3>& triangle, float near_mm) {
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      const Eigen::Vector3f &a = triangle[k], &b = triangle[next];
-      std::array<float, 3> shares{};
-      shares[k] = 1;
-      if (a.z() > near_mm) corners[count++] = {a, shares};
-      if ((a.z() > near_mm) == (b.z() > near_mm)) continue;
-      const float t = (near_mm - a.z()) / (b.z() - a.z());
-      shares[k] = 1 - t, shares[next] = t;
-      Eigen::Vector3f at = a + t * (b - a);
-      at.z() = near_mm;
-      corners[count++] = {at, shares};
-    }
-  }
-
-  // Calls visit(SnappedTriangle, weights_in) for each triangle of it; weights_in() turns weights of
-  // that one's corners into those of the whole one's.
-  template <class Visit>
-  void each(const Visit& visit) const {
-    const auto snapped = [](const ClippedCorner& c) {
-      return SnappedCorner({c.at.x() / c.at.z(), c.at.y() / c.at.z(), 1 / c.at.z()});
-    };
-    for (int k = 2; k < count; ++k) {
-      const ClippedCorner &a = corners[0], &b = corners[k - 1], &c = corners[k];
-      visit(SnappedTriangle(snapped(a), snapped(b), snapped(c)),
-            [&](const std::array<float, 3>& part) {
-              std::array<float, 3> whole;
-              for (int i = 0; i < 3; ++i)
-                whole[i] = part[0] * a.shares[i] + part[1] * b.shares[i] + part[2] * c.shares[i];
-              return whole;
-            });
-    }
-  }
-};
-
 // The base layer's weight where no active camera sees the skin; samples weigh camera × confidence.
 inline constexpr float kBaseWeight = 0.03f;
 // Of the cameras' shares in the view: from there on the base layer has no weight where they see.
@@ -111,7 +62,6 @@ struct BaseTile {
   std::vector<BoundPoint> bound;  // over the proxy; only when they are kept
 
   void clear(const PixelBox& tile, bool keep_bound);
-  bool keeps_bound() const { return !bound.empty(); }
   bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
   std::size_t at(int x, int y) const {
     return std::size_t(y - box.y0) * box.width() + (x - box.x0);
@@ -167,10 +117,7 @@ class BaseDrawing {
     return std::min(first + kCells, layer_.steps);
   }
   float weight_of(std::uint32_t seen_by) const;
-  bool weighs(const Block& block) const;
   void choose(const PlacedFaces& faces, bool cut, const View& view);
-  std::vector<Chosen> chosen_of(std::size_t first, std::size_t last, const PlacedFaces& faces,
-                                bool cut, const View& view);
   void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;
@@ -180,9 +127,9 @@ class BaseDrawing {
   std::vector<std::uint8_t> is_placed_;
   PatchTable patches_;  // theirs, once more
   std::vector<Chosen> chosen_;
-  TileLists tiles_;                           // of them
-  std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
-  std::array<float, 8> weight_by_active_ = {};
+  TileLists tiles_;                             // of them
+  std::array<std::uint32_t, 3> active_ = {};    // the frame's cameras
+  std::array<float, 8> weight_by_active_ = {};  // by which of the three see a node, in bits
 };
 
 }  // namespace organbake

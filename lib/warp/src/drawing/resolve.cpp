@@ -3,9 +3,7 @@
 // cameras' samples left, and the base layer below them, to colours, depth and what each pixel
 // shows.
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <vector>
 
 #include "drawing/splat.h"
 #include "drawing/tile_drawing.h"
@@ -15,6 +13,15 @@
 
 namespace organbake {
 namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// A span of one layer's row, decoded from its keys.
+struct LayerSpan {
+  alignas(64) float depth[kSpan], u[kSpan], v[kSpan];
+  alignas(64) std::int32_t slot[kSpan];
+};
+using LayerSpans = std::array<LayerSpan, 3>;
 
 ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerSpan& __restrict row, int count,
                                         float* __restrict nearest_mm,
@@ -28,36 +35,37 @@ ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerSpan& __restr
 
 ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerSpan& __restrict row,
                                    const SumSpan& __restrict sum, float tolerance_mm, int count,
-                                   DominantSamples& __restrict leading) {
+                                   std::int32_t* __restrict layer) {
   ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i)
-    leading.layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : leading.layer[i];
+    layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : layer[i];
 }
 
-}  // namespace
+// The sample that speaks for each pixel: of the camera with the largest share of those that see the
+// nearest skin, or nearly. The nearest sample itself may be of a camera that hardly counts there.
+struct DominantSamples {
+  alignas(64) std::int32_t layer[kSpan];
 
-DominantSamples::DominantSamples(const LayerShares& shares, const LayerSpans& rows,
-                                 const SumSpan& sum, float tolerance_mm, int count) {
-  alignas(64) float nearest_mm[kSpan];
-  std::fill_n(layer, whole_vectors(count), 0);
-  std::fill_n(nearest_mm, whole_vectors(count), std::numeric_limits<float>::infinity());
-  for (int l = 0; l < shares.count; ++l) take_nearer(l, rows[l], count, nearest_mm, layer);
-  std::array<int, 3> by_share = {0, 1, 2};
-  const auto used = by_share.begin() + shares.count;
-  // Of equal shares the first layer comes last, and stands.
-  const auto earlier = [&](int a, int b) {
-    return shares.of[a] != shares.of[b] ? shares.of[a] < shares.of[b] : a > b;
-  };
-  // At most three: in std::sort g++ 12 sees, on some processors, an index that is never formed.
-  for (auto first = by_share.begin(); first != used; ++first)
-    std::iter_swap(first, std::min_element(first, used, earlier));
-  std::for_each(by_share.begin(), used,
-                [&](int l) { prefer(l, rows[l], sum, tolerance_mm, count, *this); });
-}
-
-namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  DominantSamples(const TileLayers& tile, const LayerSpans& rows, const SumSpan& sum, int count) {
+    alignas(64) float nearest_mm[kSpan];
+    std::fill_n(layer, whole_vectors(count), 0);
+    std::fill_n(nearest_mm, whole_vectors(count), kInfinity);
+    for (int l = 0; l < tile.count; ++l) take_nearer(l, rows[l], count, nearest_mm, layer);
+    std::array<int, 3> by_share = {0, 1, 2};
+    const auto used = by_share.begin() + tile.count;
+    // Of equal shares the first layer comes last, and stands.
+    const auto earlier = [&](int a, int b) {
+      const float of_a = tile.layers[a].weight, of_b = tile.layers[b].weight;
+      return of_a != of_b ? of_a < of_b : a > b;
+    };
+    // At most three: in std::sort g++ 12 sees, on some processors, an index that is never formed.
+    for (auto first = by_share.begin(); first != used; ++first)
+      std::iter_swap(first, std::min_element(first, used, earlier));
+    std::for_each(by_share.begin(), used, [&](int l) {
+      prefer(l, rows[l], sum, tile.frame.same_surface_mm(), count, layer);
+    });
+  }
+};
 
 // Whole vectors of a span.
 struct Part {
@@ -168,12 +176,13 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
 // where it hides them or there are none.
 void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
                  const SumSpan& sum, BoundPixel* bound) {
-  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  const DominantSamples leading(tile, rows, sum, count);
   for (int i = 0; i < count; ++i) {
     const int layer = leading.layer[i];
     bound[i] = {};
     if (!(sum.nearest[i] < kInfinity)) continue;
-    if (tile.count > 0 && rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm) {
+    if (tile.count > 0 &&
+        rows[layer].depth[i] < sum.nearest[i] + 2 * tile.frame.same_surface_mm()) {
       const SampleSet& set = *tile.layers[layer].set;
       const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
       const Patch& patch = set.chunks[slot / kChunk].patch;
@@ -186,7 +195,7 @@ void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, 
       const BaseTile::BoundPoint& base = tile.base->bound[at];
       bound[i] = {base.face, base.b1, base.b2, base.height_mm, tile.base->depth[at], sum.weight[i]};
     }
-    if (tile.coarser && bound[i].has_skin()) tile.coarser->bind_to_whole(bound[i]);
+    if (tile.frame.coarser && bound[i].has_skin()) tile.frame.coarser->bind_to_whole(bound[i]);
   }
 }
 
@@ -200,20 +209,20 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
     depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
     white[i] = sum.weight[i] * kFullScale;
   }
-  const SparseShading lit(depth, count, tile.texel_mm);
-  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  const SparseShading lit(depth, count, tile.frame.texel_mm);
+  const DominantSamples leading(tile, rows, sum, count);
   const auto add_skin = [&](int i, SkinPixels& skin) {
     const int layer = leading.layer[i];
     if (sum.weight[i] > 2 * of_samples[i]) {
       const BaseTile::BoundPoint& bound = tile.base->bound[tile.base->at(x0 + i, y)];
-      if (!tile.relit->unchanged(bound.face)) skin.add(i, bound.face, bound.b1, bound.b2);
+      if (!tile.frame.relit->unchanged(bound.face)) skin.add(i, bound.face, bound.b1, bound.b2);
       return;
     }
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-    if (tile.relit->unchanged(set.face(slot))) return;
+    if (tile.frame.relit->unchanged(set.face(slot))) return;
     std::array<float, 3> bound = set.bound(slot);
-    if (tile.relit->from_scope()) {
+    if (tile.frame.relit->from_scope()) {
       // The relief is finer than a texel: by what the pixel's own centre looks at.
       const Patch& patch = set.chunks[slot / kChunk].patch;
       const float u = rows[layer].u[i], v = rows[layer].v[i];
@@ -226,7 +235,7 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   skin.fill_up();
   const SpanColors colors{x0, y, count, {sum.red, sum.green, sum.blue}, white, depth};
   ScopeSpan from_scope;
-  tile.relit->light(skin, lit, colors, from_scope);
+  tile.frame.relit->light(skin, lit, colors, from_scope);
   if (!from_scope.film_shows) return;
   each_shown_part(from_scope.lit.shows, count, [&](unsigned first, int in_part) {
     skin.count = 0;
@@ -236,7 +245,7 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
       from_scope.lit.shows[i] = 0;
       skin.add(i, 0, 0, 0);  // any
     }
-    tile.relit->add_film(skin, first, colors, from_scope);
+    tile.frame.relit->add_film(skin, first, colors, from_scope);
   });
 }
 
@@ -260,14 +269,9 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 }
 
 // Marks the pixels that only the base layer covers.
-void mark_base(const LayerSpans& rows, int layers, int count, Cover* __restrict cover) {
-  alignas(64) float nearest_mm[kSpan];
-  std::fill_n(nearest_mm, kSpan, kInfinity);
-  for (int l = 0; l < layers; ++l)
-    for (int i = 0; i < kSpan; ++i)
-      nearest_mm[i] = rows[l].depth[i] < nearest_mm[i] ? rows[l].depth[i] : nearest_mm[i];
+void mark_base(const SumSpan& sum, int count, Cover* __restrict cover) {
   for (int i = 0; i < count; ++i) {
-    const bool base = (nearest_mm[i] == kInfinity) & (cover[i] == Cover::samples);
+    const bool base = (sum.nearest_sample[i] == kInfinity) & (cover[i] == Cover::samples);
     cover[i] = base ? Cover::base : cover[i];
   }
 }
@@ -279,9 +283,8 @@ void fill(float* plane, float value) {
 
 // The span's layers, base included, as colour and weight sums.
 void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows, SumSpan& sum) {
-  const float inverse_tolerance = 1 / tile.same_surface_mm;
+  const float inverse_tolerance = 1 / tile.frame.same_surface_mm();
   fill(sum.nearest, kInfinity);
-  if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
   std::array<Part, 3> parts;  // each layer's own
   for (int l = 0; l < tile.count; ++l) {
     const TileKeys& keys = *tile.layers[l].keys;
@@ -289,10 +292,15 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
     parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
                              std::min(count, spans.last(row) - offset));
-    if (tile.base || tile.relit || tile.keep_bound) fill(rows[l].depth, kInfinity);
-    decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
+    if (tile.frame.relit || tile.frame.keep_bound) fill(rows[l].depth, kInfinity);
+    decode(keys.row(y) + offset, parts[l], tile.frame.tie_mm(), rows[l]);
     send_for(keys.row(y + 1) + offset, parts[l], tile.layers[l].set->colors.data());
     find_nearest(rows[l], parts[l], sum);
+  }
+  if (tile.base) {
+    std::copy_n(sum.nearest, kSpan, sum.nearest_sample);
+    const float* const base_mm = tile.base->depth.data() + tile.base->at(x0, y);
+    for (int i = 0; i < count; ++i) sum.nearest[i] = std::min(sum.nearest[i], base_mm[i]);
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
   for (int l = 0; l < tile.count; ++l) {
@@ -302,15 +310,16 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
   alignas(64) float of_samples[kSpan];
-  if (tile.relit) std::copy_n(sum.weight, kSpan, of_samples);
+  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, of_samples);
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
-  if (tile.relit) relight(tile, rows, y, x0, count, of_samples, sum);
+  if (tile.frame.relit) relight(tile, rows, y, x0, count, of_samples, sum);
 }
 
 }  // namespace
 
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                  const Background& background, SkinDepth& depth, Frame& frame) {
+                  SkinDepth& depth, Frame& frame) {
+  const Background& background = tile.frame.background;
   LayerSpans rows;
   SumSpan sum;
   const auto blend = [&](int x0, int count, int y) {
@@ -318,8 +327,8 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
-    if (tile.keep_bound) write_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
-    if (tile.base) mark_base(rows, tile.count, count, cover);
+    if (tile.frame.keep_bound) write_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
+    if (tile.base) mark_base(sum, count, cover);
     depth.put(x0, y, count, sum.nearest);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   };

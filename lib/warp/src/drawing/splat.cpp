@@ -5,17 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "picture/spans.h"
 
 namespace organbake {
 namespace {
-
-constexpr PlacedSamples::Numbers kAllSamples = [] {
-  PlacedSamples::Numbers all{};
-  for (std::uint32_t i = 0; i < kChunk; ++i) all[i] = i;
-  return all;
-}();
 
 struct Placement {
   float left, top;  // half a splat and half a pixel, from the tile's corner
@@ -102,7 +97,7 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
 
 // Moves the samples that touch the tile together.
 void compact(PlacedSamples& placed) {
-  placed.sample = kAllSamples;
+  std::iota(placed.sample.begin(), placed.sample.end(), 0u);
   int kept = 0;
   for (std::uint32_t i = 0; i < kChunk; i += 8) {
     const Compaction packed(lanes_unlike(&placed.inside[i], 0));
@@ -115,20 +110,6 @@ void compact(PlacedSamples& placed) {
   }
   placed.count = kept;
 }
-
-}  // namespace
-
-void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
-                   const FaceFrame& face, float near_mm, const TileKeys& tile,
-                   const CellGrid& cells, PlacedSamples& placed) {
-  const std::size_t first = std::size_t{chunk} * kChunk;
-  const Placement at = placement(frame, tile, cells);
-  const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
-  place(set, first, static_cast<int>(set.chunks[chunk].count), matrix, frame, at, near_mm, placed);
-  compact(placed);
-}
-
-namespace {
 
 constexpr int kGuard = TileKeys::kGuard;
 
@@ -248,6 +229,16 @@ void prefetch_slots(const std::vector<Number>& numbers, std::size_t first) {
 }
 
 }  // namespace
+
+void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
+                   const FaceFrame& face, float near_mm, const TileKeys& tile,
+                   const CellGrid& cells, PlacedSamples& placed) {
+  const std::size_t first = std::size_t{chunk} * kChunk;
+  const Placement at = placement(frame, tile, cells);
+  const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
+  place(set, first, static_cast<int>(set.chunks[chunk].count), matrix, frame, at, near_mm, placed);
+  compact(placed);
+}
 
 void prefetch_chunk(const SampleSet& set, std::uint32_t chunk) {
   const std::size_t first = std::size_t{chunk} * kChunk;

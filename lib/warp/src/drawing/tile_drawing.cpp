@@ -41,17 +41,15 @@ float DrawnSamples::look(const PixelBox& cell) const {
 
 float DrawnSamples::farthest_mm(const PixelBox& box) {
   const PixelBox part = intersected(box, tile_);
+  const PixelBox in_tile = {part.x0 - tile_.x0, part.y0 - tile_.y0, part.x1 - tile_.x0,
+                            part.y1 - tile_.y0};
   float farthest = 0;
-  if (part.empty()) return farthest;
-  for (int row = (part.y0 - tile_.y0) / kCell; row <= (part.y1 - 1 - tile_.y0) / kCell; ++row) {
-    for (int column = (part.x0 - tile_.x0) / kCell; column <= (part.x1 - 1 - tile_.x0) / kCell;
-         ++column) {
-      float& of_cell = farthest_mm_[std::size_t(row) * kColumns + column];
-      const int x = tile_.x0 + kCell * column, y = tile_.y0 + kCell * row;
-      if (of_cell == kUnknown) of_cell = look(intersected({x, y, x + kCell, y + kCell}, tile_));
-      farthest = std::max(farthest, of_cell);
-    }
-  }
+  each_block(in_tile, kCell, kCell, [&](int column, int row) {
+    float& of_cell = farthest_mm_[std::size_t(row) * kColumns + column];
+    const int x = tile_.x0 + kCell * column, y = tile_.y0 + kCell * row;
+    if (of_cell == kUnknown) of_cell = look(intersected({x, y, x + kCell, y + kCell}, tile_));
+    farthest = std::max(farthest, of_cell);
+  });
   return farthest;
 }
 
@@ -89,9 +87,42 @@ void split(const TilePart& whole, int pieces, std::vector<TilePart>& parts) {
   }
 }
 
+// A camera's chunks into one part of a tile.
+void splat(const PlacedFrame& placed, const ActiveCamera& camera,
+           std::span<const std::uint32_t> chunks, const PixelBox& part, TileKeys& keys,
+           RowSpans& spans) {
+  constexpr std::size_t kAhead = 2, kFarAhead = 8;  // chunks that are sent for
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    if (i + kFarAhead < chunks.size()) {
+      __builtin_prefetch(&camera.chunks[chunks[i + kFarAhead]]);
+      __builtin_prefetch(&camera.set->chunks[chunks[i + kFarAhead]]);
+    }
+    const auto touches = [&](std::size_t at) {
+      return !intersected(camera.chunks[chunks[at]].box, part).empty();
+    };
+    if (i + kAhead < chunks.size() && touches(i + kAhead))
+      prefetch_chunk(*camera.set, chunks[i + kAhead]);
+    if (!touches(i)) continue;
+    const std::uint32_t c = chunks[i], face = camera.set->chunks[c].patch.face;
+    const ChunkFrame& chunk = camera.chunks[c];
+    if (placed.relit) placed.relit->prefetch(face);
+    // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
+    if (!placed.base.empty() && std::max(chunk.columns, chunk.rows) >= kMostSplat) continue;
+    spans.add(chunk.box);
+    splat_chunk(*camera.set, c, chunk, placed.faces[face], static_cast<float>(placed.view.near_mm),
+                placed.tie_mm(), keys);
+  }
+}
+
+bool is_empty(const PlacedFrame& placed, int tile) {
+  return placed.base.blocks_of(tile).empty() &&
+         std::all_of(placed.cameras.begin(), placed.cameras.end(),
+                     [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
+}
+
 }  // namespace
 
-std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int threads,
+std::vector<TilePart> shared_out(const TileGrid& grid, const DirtyCells& cells, int threads,
                                  const std::function<std::size_t(int)>& items_of) {
   std::vector<TilePart> tiles, parts;
   double sum = 0;
@@ -111,113 +142,60 @@ std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int th
   return parts;
 }
 
-namespace {
-
-bool too_near(const ChunkFrame& chunk) {
-  return chunk.columns >= kMostSplat || chunk.rows >= kMostSplat;
-}
-
-}  // namespace
-
-void TileDrawing::begin(const PlacedFrame& placed) {
-  placed_.emplace(placed);
+int TileDrawing::draw(const PlacedFrame& placed, const TileGrid& grid, const DirtyCells& cells,
+                      SkinDepth& depth, Frame& frame) {
   scratch_.each([](Scratch& one) { one.times = one.longest = {}; });
-}
-
-bool TileDrawing::is_empty(int tile) const {
-  return placed_->base.blocks_of(tile).empty() &&
-         std::all_of(placed_->cameras.begin(), placed_->cameras.end(),
-                     [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
-}
-
-void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks,
-                        float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
-  constexpr std::size_t kAhead = 2, kFarAhead = 8;  // chunks that are sent for
-  for (std::size_t i = 0; i < chunks.size(); ++i) {
-    if (i + kFarAhead < chunks.size()) {
-      __builtin_prefetch(&camera.chunks[chunks[i + kFarAhead]]);
-      __builtin_prefetch(&camera.set->chunks[chunks[i + kFarAhead]]);
-    }
-    const auto touches = [&](std::size_t at) {
-      return !intersected(camera.chunks[chunks[at]].box, part).empty();
-    };
-    if (i + kAhead < chunks.size() && touches(i + kAhead))
-      prefetch_chunk(*camera.set, chunks[i + kAhead]);
-    if (!touches(i)) continue;
-    const std::uint32_t c = chunks[i];
-    if (placed_->relit) placed_->relit->prefetch(camera.set->chunks[c].patch.face);
-    // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
-    if (!placed_->base.empty() && too_near(camera.chunks[c])) continue;
-    spans.add(camera.chunks[c].box);
-    splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
-                static_cast<float>(placed_->view.near_mm), tie_mm, keys);
-  }
-}
-
-const BaseTile* TileDrawing::draw_base(const TilePart& part,
-                                       std::span<const TileKeys* const> layers, float behind_mm,
-                                       Scratch& own) const {
-  const BaseDrawing& base = placed_->base;
-  const std::span<const std::uint32_t> blocks = base.blocks_of(part.tile);
-  if (blocks.empty()) return nullptr;
-  own.base.clear(part.box, placed_->relit != nullptr || placed_->keep_bound);
-  own.samples.begin(part.box, layers);
-  for (const std::uint32_t b : blocks)
-    base.draw(b, placed_->faces, placed_->view, behind_mm, own.samples, own.base);
-  own.spans.add(own.base.spans);
-  return own.base.any_drawn ? &own.base : nullptr;
-}
-
-int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth, Frame& frame) {
   // By the world's light a span of a row is given gloss where any of its faces may shine: parts
   // would make other spans of it.
-  const bool parts_differ = placed_->relit && !placed_->relit->from_scope();
+  const bool parts_differ = placed.relit && !placed.relit->from_scope();
   const std::vector<TilePart> parts =
-      shared_out(grid, cells, parts_differ ? 1 : allowed_threads(), [this](int tile) {
-        std::size_t items = placed_->base.blocks_of(tile).size();
-        for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
+      shared_out(grid, cells, parts_differ ? 1 : allowed_threads(), [&](int tile) {
+        std::size_t items = placed.base.blocks_of(tile).size();
+        for (const ActiveCamera& camera : placed.cameras) items += camera.tiles[tile].size();
         return items;
       });
-  parallel_in_order(parts.size(), [&](std::size_t i) { draw_part(parts[i], depth, frame); });
+  parallel_in_order(parts.size(),
+                    [&](std::size_t i) { draw_part(placed, parts[i], depth, frame); });
   std::set<int> tiles;
   for (const TilePart& part : parts) tiles.insert(part.tile);
   return static_cast<int>(tiles.size());
 }
 
-void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame) {
-  const int tile = part.tile;
+void TileDrawing::draw_part(const PlacedFrame& placed, const TilePart& part, SkinDepth& depth,
+                            Frame& frame) {
   const PixelBox& box = part.box;
-  if (is_empty(tile)) return placed_->background.fill(box, depth, frame);
+  if (is_empty(placed, part.tile)) return placed.background.fill(box, depth, frame);
   Scratch& own = scratch_.local();
-  PhaseClock clock(placed_->measure);
+  PhaseClock clock(placed.measure);
   DrawTimes times;
   own.spans.clear(box);
-  TileLayers layers;
-  layers.tie_mm = kTieTexels * placed_->texel_mm;
-  layers.same_surface_mm = 2 * placed_->texel_mm;
-  layers.texel_mm = placed_->texel_mm;
-  layers.relit = placed_->relit;
-  layers.keep_bound = placed_->keep_bound;
-  layers.coarser = placed_->coarser;
+  TileLayers layers{placed};
   std::array<const TileKeys*, 3> drawn;
-  for (const ActiveCamera& camera : placed_->cameras) {
-    const auto chunks = camera.tiles[tile];
+  for (const ActiveCamera& camera : placed.cameras) {
+    const auto chunks = camera.tiles[part.tile];
     if (chunks.empty()) continue;
     TileKeys& keys = own.keys[layers.count];
     RowSpans& spans = own.layer_spans[layers.count];
     keys.clear(part.tile_box, box);
     spans.clear(box);
-    splat(camera, chunks, layers.tie_mm, box, keys, spans);
+    splat(placed, camera, chunks, box, keys, spans);
     drawn[layers.count] = &keys;
     own.spans.add(spans);
     layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
   clock.lap(times.splat);
-  // From there on it has no weight beside samples; rounding included.
-  const float behind_mm = 2.01f * layers.same_surface_mm;
-  layers.base = draw_base(part, std::span(drawn).first(layers.count), behind_mm, own);
+  if (const auto blocks = placed.base.blocks_of(part.tile); !blocks.empty()) {
+    // From there on it has no weight beside samples; rounding included.
+    const float behind_mm = 2.01f * placed.same_surface_mm();
+    own.base.clear(box, placed.relit != nullptr || placed.keep_bound);
+    own.samples.begin(box, std::span(drawn).first(layers.count));
+    for (const std::uint32_t b : blocks)
+      placed.base.draw(b, placed.faces, placed.view, behind_mm, own.samples, own.base);
+    own.spans.add(own.base.spans);
+    if (own.base.any_drawn) layers.base = &own.base;
+  }
   clock.lap(times.base);
-  resolve_tile(layers, own.spans, box, placed_->background, depth, frame);
+  resolve_tile(layers, own.spans, box, depth, frame);
   clock.lap(times.resolve);
   own.times += times;
   if (times.total() > own.longest.total()) own.longest = times;
@@ -229,7 +207,6 @@ void TileDrawing::count(const WorkSpan& all, DrawReport& report) const {
     sum += one.times;
     if (one.longest.total() > longest.total()) longest = one.longest;
   });
-  if (!placed_->measure) return;
   // What is left shares the tiles out, and makes background of those that are empty.
   sum.resolve += all.work_ms - sum.total();
   longest.resolve += all.span_ms - longest.total();

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,52 +20,6 @@
 
 namespace organbake {
 
-// A span of one layer's row, decoded from its keys.
-struct LayerSpan {
-  alignas(64) float depth[kSpan], u[kSpan], v[kSpan];
-  alignas(64) std::int32_t slot[kSpan];
-};
-using LayerSpans = std::array<LayerSpan, 3>;
-
-// The cameras' shares in the view, by layer.
-struct LayerShares {
-  std::array<float, 3> of;
-  int count;  // layers in use
-};
-
-// The sample that speaks for each pixel: of the camera with the largest share of those that see the
-// nearest skin (up to tolerance_mm behind it). The nearest sample itself may be of a camera that
-// hardly counts there.
-struct DominantSamples {
-  alignas(64) std::int32_t layer[kSpan];
-
-  DominantSamples(const LayerShares& shares, const LayerSpans& rows, const SumSpan& sum,
-                  float tolerance_mm, int count);
-};
-
-// A tile's three pictures, ready to become one.
-struct TileLayers {
-  struct Layer {
-    const SampleSet* set = nullptr;
-    const TileKeys* keys = nullptr;
-    const RowSpans* spans = nullptr;  // where its samples may have placed
-    float weight = 0;                 // the camera's share in the view
-  };
-  std::array<Layer, 3> layers;
-  int count = 0;                   // layers in use
-  const BaseTile* base = nullptr;  // nullptr = nothing below; not lit yet
-  const RelitSkin* relit = nullptr;
-  bool keep_bound = false;                // fill the frame's bound pixels
-  const CoarserOrgan* coarser = nullptr;  // what is bound goes on from it to the whole one
-  float tie_mm = 0;                       // as splatted
-  float same_surface_mm = 0;              // up to this far behind the nearest layer is one surface
-  float texel_mm = 0;                     // of the cameras, on the surface
-
-  LayerShares shares() const {
-    return {{layers[0].weight, layers[1].weight, layers[2].weight}, count};
-  }
-};
-
 // A tile's row of background pixels.
 class Background {
  public:
@@ -80,13 +33,45 @@ class Background {
   std::array<std::uint8_t, std::size_t{3} * TileGrid::kWidth> row_;
 };
 
+// What the tiles of one frame are drawn from, placed in its view and listed by tile.
+struct PlacedFrame {
+  const View& view;
+  std::span<const ActiveCamera> cameras;
+  float texel_mm;  // of the cameras, on the surface
+  const BaseDrawing& base;
+  const PlacedFaces& faces;
+  const RelitSkin* relit;       // nullptr: the light that was baked
+  bool keep_bound;              // tell where the skin of each pixel is bound
+  const CoarserOrgan* coarser;  // from which what is bound goes on to the whole one
+  const Background background;
+  bool measure;
+
+  float tie_mm() const { return kTieTexels * texel_mm; }
+  // Up to this far behind the nearest layer is one surface.
+  float same_surface_mm() const { return 2 * texel_mm; }
+};
+
+// A tile's three pictures, ready to become one.
+struct TileLayers {
+  struct Layer {
+    const SampleSet* set = nullptr;
+    const TileKeys* keys = nullptr;
+    const RowSpans* spans = nullptr;  // where its samples may have placed
+    float weight = 0;                 // the camera's share in the view
+  };
+  const PlacedFrame& frame;
+  std::array<Layer, 3> layers = {};
+  int count = 0;                   // layers in use
+  const BaseTile* base = nullptr;  // nullptr = nothing below; not lit yet
+};
+
 // Blends the layers per pixel in linear light and writes colour, cover and (when the frame keeps
 // it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
 // between one and two same_surface_mm behind the nearest.
 // Only the spans are looked at; the rest of the box becomes background.
 // `depth` gets the depth of the skin of every pixel of the box.
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                  const Background& background, SkinDepth& depth, Frame& frame);
+                  SkinDepth& depth, Frame& frame);
 
 // A part of a tile, which one thread draws.
 struct TilePart {
@@ -99,33 +84,18 @@ struct TilePart {
 // most are split, and the dearest parts come first. What a pixel shows does not depend on the part
 // that it lies in. items_of(tile): how many chunks and blocks are listed there, which a tile costs
 // by.
-std::vector<TilePart> shared_out(const TileGrid& grid, DirtyCells& cells, int threads,
+std::vector<TilePart> shared_out(const TileGrid& grid, const DirtyCells& cells, int threads,
                                  const std::function<std::size_t(int tile)>& items_of);
-
-// What the tiles of one frame are drawn from, placed in its view and listed by tile.
-struct PlacedFrame {
-  const View& view;
-  std::span<const ActiveCamera> cameras;
-  float texel_mm;  // of the cameras
-  const BaseDrawing& base;
-  const PlacedFaces& faces;
-  const RelitSkin* relit;       // nullptr: the light that was baked
-  bool keep_bound;              // tell where the skin of each pixel is bound
-  const CoarserOrgan* coarser;  // from which what is bound goes on to the whole one
-  const Background& background;
-  bool measure;
-};
 
 // Draws tiles: each camera's samples, the base layer below them, and the blend. A part of a tile
 // belongs to one thread; several are drawn at once.
 class TileDrawing {
  public:
-  // What `placed` refers to must last until the frame's last tile.
-  void begin(const PlacedFrame& placed);
   // Those tiles, or parts of them, in which something moved; returns of how many. depth: see
   // resolve_tile().
-  int draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth, Frame& frame);
-  // Adds what the frame's tiles took; `all`: together with what it took to share them out.
+  int draw(const PlacedFrame& placed, const TileGrid& grid, const DirtyCells& cells,
+           SkinDepth& depth, Frame& frame);
+  // Adds what that frame's tiles took; `all`: together with what it took to share them out.
   void count(const WorkSpan& all, DrawReport& report) const;
 
  private:
@@ -138,14 +108,8 @@ class TileDrawing {
     BaseTile base;
     DrawTimes times, longest;  // of all its parts, and of the one that took the longest
   };
-  void draw_part(const TilePart& part, SkinDepth& depth, Frame& frame);
-  bool is_empty(int tile) const;
-  void splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks, float tie_mm,
-             const PixelBox& part, TileKeys& keys, RowSpans& spans) const;
-  const BaseTile* draw_base(const TilePart& part, std::span<const TileKeys* const> layers,
-                            float behind_mm, Scratch& own) const;
+  void draw_part(const PlacedFrame& placed, const TilePart& part, SkinDepth& depth, Frame& frame);
 
-  std::optional<PlacedFrame> placed_;
   PerThread<Scratch> scratch_;
 };
 

@@ -18,7 +18,9 @@ namespace organbake {
 namespace {
 
 constexpr int kWord = CoverMask::kWord;
-constexpr int kRowGrain = 64;  // rows of a piece
+constexpr int kRowGrain = 64, kEdgeGrain = 32;  // rows of a piece
+
+using Level = SkinDepth::Level;
 
 using Flags64 = std::array<std::uint8_t, kWord>;  // each 0 or 1
 
@@ -40,44 +42,6 @@ std::uint64_t bits_of(const Cover* covers, Cover wanted) {
   for (int i = 0; i < kWord; ++i) flags[i] = covers[i] == wanted;
   return bits_of(flags);
 }
-
-}  // namespace
-
-void CoverMask::read(const PixelBox& box, const Frame& frame) {
-  box_ = box;
-  words_ = (box.width() + kWord - 1) / kWord;
-  const std::size_t words = std::size_t(words_) * std::max(0, box.height());
-  skin_.resize(words);
-  open_.resize(words);
-  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
-    std::size_t at = std::size_t(y - box.y0) * words_;
-    for (; y < last; ++y) {
-      const Cover* const row = &frame.cover[std::size_t(y) * frame.color.width];
-      for (int x = box.x0; x < box.x1; x += kWord) {
-        const int count = std::min(kWord, box.x1 - x);
-        std::array<Cover, kWord>
-            beside{};  // beyond the box: tools, which are neither skin nor open
-        if (count < kWord)
-          std::fill(std::copy_n(row + x, count, beside.begin()), beside.end(), Cover::solid);
-        const Cover* const covers = count < kWord ? beside.data() : row + x;
-        const std::uint64_t open = bits_of(covers, Cover::background);
-        open_[at] = open;
-        skin_[at++] = ~(open | bits_of(covers, Cover::solid));
-      }
-    }
-  });
-}
-
-void CoverMask::read_with_border(const PixelBox& box, const Frame& frame) {
-  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
-  if (box.empty()) return read({}, frame);
-  read(intersected({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, picture), frame);
-}
-
-namespace {
-
-using Level = SkinDepth::Level;
-constexpr int kEdgeGrain = 32;  // rows of a piece
 
 // One bit for each of 64 pairs of levels that are more than `most` apart.
 std::uint64_t apart(const Level* levels, const Level* others, Level most) {
@@ -103,87 +67,8 @@ bool is_step(int before, int first, int second, int after) {
   return step > front && step > kBack * back;
 }
 
-}  // namespace
-
-void FrontEdges::find(const CoverMask& skin) {
-  find_rows(skin, [](int) {});
-}
-
-void FrontEdges::find(const CoverMask& skin, const SkinDepth& depth, float deeper_mm) {
-  const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
-  const auto deeper = static_cast<Level>(std::max(1L, std::lround(levels)));
-  find_rows(skin, [&](int y) {
-    find_steps(depth, deeper, row, y);
-    if (y + 1 < skin.box().y1) find_steps(depth, deeper, column, y);
-  });
-}
-
-// Each row has bits of its own; add_steps(y) adds to them.
-template <class AddSteps>
-void FrontEdges::find_rows(const CoverMask& skin, const AddSteps& add_steps) {
-  skin_ = &skin;
-  const PixelBox& box = skin.box();
-  const std::size_t words = skin.words(), all = words * std::max(0, box.height());
-  for (auto& planes : planes_)
-    for (auto& plane : planes) plane.resize(all);
-  parallel_pieces(box.y0, box.y1, kEdgeGrain, [&](int y, int last) {
-    for (; y < last; ++y) {
-      find_borders(y);
-      add_steps(y);
-    }
-  });
-}
-
-// Of the background.
-void FrontEdges::find_borders(int y) {
-  const CoverMask& skin = *skin_;
-  const std::size_t at = std::size_t(y - skin.box().y0) * skin.words();
-  const bool last = y + 1 == skin.box().y1;
-  for (int word = 0; word < skin.words(); ++word) {
-    const std::uint64_t here = skin.skin(y)[word], open = skin.open(y)[word];
-    planes_[row][first][at + word] = here & skin.left_of(skin.open(y), word);
-    planes_[row][second][at + word] = open & skin.left_of(skin.skin(y), word);
-    planes_[column][first][at + word] = last ? 0 : here & skin.open(y + 1)[word];
-    planes_[column][second][at + word] = last ? 0 : open & skin.skin(y + 1)[word];
-  }
-}
-
-void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, int y) {
-  const PixelBox& box = skin_->box();
-  const std::size_t at = std::size_t(y - box.y0) * skin_->words();
-  // Along the line on which the pair lies: the pixels before, of and after it.
-  const auto levels = [&](int i) {
-    return (along == row ? depth.row(y) + i : depth.row(y + i)) + box.x0;
-  };
-  const std::array line = {levels(-1), levels(0), levels(1), levels(2)};
-  for (int word = 0; word < skin_->words(); ++word) {
-    const std::uint64_t* const here = skin_->skin(y);
-    const std::uint64_t both =
-        here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
-    if (both == 0) continue;
-    const int x0 = word * kWord;
-    for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
-         bits &= bits - 1) {
-      const int bit = std::countr_zero(bits), x = x0 + bit;
-      if (!is_step(line[0][x], line[1][x], line[2][x], line[3][x])) continue;
-      planes_[along][line[1][x] < line[2][x] ? first : second][at + word] |= std::uint64_t{1}
-                                                                             << bit;
-    }
-  }
-}
-
-bool FrontEdges::in_front(PixelAt pixel, PixelAt other) const {
-  const Along along = pixel.y == other.y ? row : column;
-  return other.x > pixel.x || other.y > pixel.y ? has(along, first, pixel)
-                                                : has(along, second, other);
-}
-
-namespace {
-
-using Level = SkinDepth::Level;
-
-constexpr int kDepthBlock =
-    1024;  // columns at a time: five rows of them stay in the first-level cache
+// Columns at a time: five rows of them stay in the first-level cache.
+constexpr int kDepthBlock = 1024;
 static_assert(SkinDepth::kMargin >= 2);  // how far to either side is looked
 
 inline Level nearer(Level a, Level b) { return a < b ? a : b; }
@@ -231,11 +116,94 @@ void find_in_row(const PixelBox& box, int y, const SkinDepth& depth, Level deepe
 
 }  // namespace
 
+void CoverMask::read(const PixelBox& within, const Frame& frame) {
+  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
+  box_ = within.empty()
+             ? PixelBox()
+             : intersected({within.x0 - 1, within.y0 - 1, within.x1 + 1, within.y1 + 1}, picture);
+  words_ = (box_.width() + kWord - 1) / kWord;
+  const std::size_t words = std::size_t(words_) * box_.height();
+  skin_.resize(words);
+  open_.resize(words);
+  parallel_each(box_.y0, box_.y1, kRowGrain, [&](int y) {
+    std::size_t at = std::size_t(y - box_.y0) * words_;
+    const Cover* const row = &frame.cover[std::size_t(y) * frame.color.width];
+    for (int x = box_.x0; x < box_.x1; x += kWord) {
+      const int count = std::min(kWord, box_.x1 - x);
+      std::array<Cover, kWord> beside{};  // beyond the box: tools, which are neither skin nor open
+      if (count < kWord)
+        std::fill(std::copy_n(row + x, count, beside.begin()), beside.end(), Cover::solid);
+      const Cover* const covers = count < kWord ? beside.data() : row + x;
+      const std::uint64_t open = bits_of(covers, Cover::background);
+      open_[at] = open;
+      skin_[at++] = ~(open | bits_of(covers, Cover::solid));
+    }
+  });
+}
+
+// Each row has bits of its own.
+void FrontEdges::find(const CoverMask& skin, const SkinDepth* depth, float deeper_mm) {
+  skin_ = &skin;
+  const PixelBox& box = skin.box();
+  const std::size_t words = skin.words(), all = words * box.height();
+  for (auto& planes : planes_)
+    for (auto& plane : planes) plane.resize(all);
+  const Level deeper = depth ? std::max(Level{1}, depth->levels(deeper_mm)) : Level{0};
+  parallel_each(box.y0, box.y1, kEdgeGrain, [&](int y) {
+    find_borders(y);
+    if (depth) find_steps(*depth, deeper, row, y);
+    if (depth && y + 1 < box.y1) find_steps(*depth, deeper, column, y);
+  });
+}
+
+// Of the background.
+void FrontEdges::find_borders(int y) {
+  const CoverMask& skin = *skin_;
+  const std::size_t at = std::size_t(y - skin.box().y0) * skin.words();
+  const bool last = y + 1 == skin.box().y1;
+  for (int word = 0; word < skin.words(); ++word) {
+    const std::uint64_t here = skin.skin(y)[word], open = skin.open(y)[word];
+    planes_[row][first][at + word] = here & skin.left_of(skin.open(y), word);
+    planes_[row][second][at + word] = open & skin.left_of(skin.skin(y), word);
+    planes_[column][first][at + word] = last ? 0 : here & skin.open(y + 1)[word];
+    planes_[column][second][at + word] = last ? 0 : open & skin.skin(y + 1)[word];
+  }
+}
+
+void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, int y) {
+  const PixelBox& box = skin_->box();
+  const std::size_t at = std::size_t(y - box.y0) * skin_->words();
+  // Along the line on which the pair lies: the pixels before, of and after it.
+  const auto levels = [&](int i) {
+    return (along == row ? depth.row(y) + i : depth.row(y + i)) + box.x0;
+  };
+  const std::array line = {levels(-1), levels(0), levels(1), levels(2)};
+  for (int word = 0; word < skin_->words(); ++word) {
+    const std::uint64_t* const here = skin_->skin(y);
+    const std::uint64_t both =
+        here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
+    if (both == 0) continue;
+    const int x0 = word * kWord;
+    for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
+         bits &= bits - 1) {
+      const int bit = std::countr_zero(bits), x = x0 + bit;
+      if (!is_step(line[0][x], line[1][x], line[2][x], line[3][x])) continue;
+      planes_[along][line[1][x] < line[2][x] ? first : second][at + word] |= std::uint64_t{1}
+                                                                             << bit;
+    }
+  }
+}
+
+bool FrontEdges::in_front(PixelAt pixel, PixelAt other) const {
+  const Along along = pixel.y == other.y ? row : column;
+  return other.x > pixel.x || other.y > pixel.y ? has(along, first, pixel)
+                                                : has(along, second, other);
+}
+
 std::vector<std::uint32_t> find_see_through(const PixelBox& box, const SkinDepth& depth,
                                             float deeper_mm) {
   if (box.empty()) return {};
-  const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
-  const auto deeper = static_cast<Level>(std::lround(levels));
+  const Level deeper = depth.levels(deeper_mm);
   constexpr int kRows = 32;  // at once
   std::vector<std::vector<std::uint32_t>> found((box.height() + kRows - 1) / kRows);
   parallel_for(0, static_cast<int>(found.size()), [&](int rows) {

@@ -22,9 +22,8 @@ class CoverMask {
  public:
   static constexpr int kWord = 64;  // pixels
 
-  void read(const PixelBox& box, const Frame& frame);
-  // The box and the pixels round it, where its skin ends.
-  void read_with_border(const PixelBox& box, const Frame& frame);
+  // Of a box and the pixels round it, where its skin ends.
+  void read(const PixelBox& within, const Frame& frame);
   // A pixel of the box that was open is filled.
   void close(PixelAt pixel) {
     const std::size_t word = word_of(pixel);
@@ -87,10 +86,9 @@ class FrontEdges {
   // Whether the pixels of a pair lie in a row, or in a column.
   enum Along : int { row, column };
 
-  // Of the background alone.
-  void find(const CoverMask& skin);
-  // And of skin at least deeper_mm behind, where it is no slope: where neither side falls as fast.
-  void find(const CoverMask& skin, const SkinDepth& depth, float deeper_mm);
+  // Of the background; and, where depths are known, of skin at least deeper_mm behind, where it is
+  // no slope: where neither side falls as fast.
+  void find(const CoverMask& skin, const SkinDepth* depth = nullptr, float deeper_mm = 0);
 
   bool empty() const { return !skin_ || skin_->box().empty(); }
   const CoverMask& skin() const { return *skin_; }
@@ -107,8 +105,6 @@ class FrontEdges {
   }
 
  private:
-  template <class AddSteps>
-  void find_rows(const CoverMask& skin, const AddSteps& add_steps);
   void find_borders(int y);
   void find_steps(const SkinDepth& depth, SkinDepth::Level deeper, Along along, int y);
 

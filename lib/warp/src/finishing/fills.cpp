@@ -19,10 +19,6 @@
 namespace organbake {
 namespace {
 
-struct Step {
-  int x, y;
-};
-
 struct SlitFilling {
   CoverMask& bits;
   Frame& frame;
@@ -30,12 +26,12 @@ struct SlitFilling {
   std::mutex keeping = {};
 
   std::size_t index(PixelAt at) const { return std::size_t(at.y) * frame.color.width + at.x; }
-  void bridge(PixelAt before, Step step, int count);
-  void fill(PixelAt end, Step back);
+  void bridge(PixelAt before, PixelAt step, int count);
+  void fill(PixelAt end, PixelAt back);
 };
 
 // Mixes the pixels between two covered ones, `count` of them.
-void SlitFilling::bridge(PixelAt before, Step step, int count) {
+void SlitFilling::bridge(PixelAt before, PixelAt step, int count) {
   const auto pixel = [&](int i) { return PixelAt{before.x + i * step.x, before.y + i * step.y}; };
   const std::size_t first = index(before), last = index(pixel(count + 1));
   for (int i = 1; i <= count; ++i) {
@@ -59,7 +55,7 @@ void SlitFilling::bridge(PixelAt before, Step step, int count) {
 }
 
 // The slit that ends beside a pixel of skin, if it is one; `back` leads into it.
-void SlitFilling::fill(PixelAt end, Step back) {
+void SlitFilling::fill(PixelAt end, PixelAt back) {
   int run = 0;
   PixelAt at = end;
   do {
@@ -67,38 +63,6 @@ void SlitFilling::fill(PixelAt end, Step back) {
   } while (bits.is_open(at) && ++run <= kWidestSlit);
   if (bits.is_skin(at)) bridge(at, {-back.x, -back.y}, run);
 }
-
-}  // namespace
-
-// No column of pixels depends on another, so that words of them are filled in parallel; then rows,
-// likewise.
-std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept) {
-  const std::size_t before = kept.size();
-  SlitFilling slits{bits, frame, kept};
-  parallel_for(0, bits.words(), [&](int word) {
-    for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y)
-      bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
-        slits.fill(end, {0, -1});
-      });
-  });
-  constexpr int kGrain = 64;
-  parallel_pieces(bits.box().y0, bits.box().y1, kGrain, [&](int y, int last) {
-    for (; y < last; ++y)
-      for (int word = 0; word < bits.words(); ++word)
-        bits.for_each(bits.skin(y)[word] & bits.right_of(bits.open(y), word), word, y,
-                      [&](PixelAt end) {
-                        slits.fill(end, {-1, 0});
-                      });
-  });
-  return kept.size() - before;
-}
-
-// By how much of the pixels round it are covered, under a tent of the fade's width: half of them on
-// a straight border, all of them a width away from it. Half and less shows nothing, so that teeth
-// narrower than the fade are cut along a smooth curve (level set of a filtered indicator: Merriman,
-// Bence, Osher 1992, "Diffusion generated motion by mean curvature"). In whole numbers, as
-// graphics hardware counts it, too (fade.frag).
-namespace {
 
 using Sum = std::uint16_t;
 static_assert(SkinFinish::kWidestFade_px * SkinFinish::kWidestFade_px <= 255);  // squared: a Sum
@@ -131,6 +95,34 @@ float share_of(Sum sum, Sum all) {
 }
 
 }  // namespace
+
+// No column of pixels depends on another, so that words of them are filled in parallel; then rows,
+// likewise.
+std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept) {
+  const std::size_t before = kept.size();
+  SlitFilling slits{bits, frame, kept};
+  parallel_for(0, bits.words(), [&](int word) {
+    for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y)
+      bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
+        slits.fill(end, {0, -1});
+      });
+  });
+  constexpr int kGrain = 64;
+  parallel_each(bits.box().y0, bits.box().y1, kGrain, [&](int y) {
+    for (int word = 0; word < bits.words(); ++word)
+      bits.for_each(bits.skin(y)[word] & bits.right_of(bits.open(y), word), word, y,
+                    [&](PixelAt end) {
+                      slits.fill(end, {-1, 0});
+                    });
+  });
+  return kept.size() - before;
+}
+
+// By how much of the pixels round it are covered, under a tent of the fade's width: half of them on
+// a straight border, all of them a width away from it. Half and less shows nothing, so that teeth
+// narrower than the fade are cut along a smooth curve (level set of a filtered indicator: Merriman,
+// Bence, Osher 1992, "Diffusion generated motion by mean curvature"). In whole numbers, as
+// graphics hardware counts it, too (fade.frag).
 
 void fade_borders(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
                   Frame& frame, KeptPixels& kept) {

@@ -108,36 +108,21 @@ void Outline::follow(const Border& border, std::vector<Change>& changes) const {
   }
 }
 
-// The borders that begin in the rows y … last − 1.
-void Outline::follow_rows(int y, int last, std::vector<Change>& changes) const {
+// The borders of some pairs that begin in a row: those that run along it, or down from it.
+void Outline::follow_row(FrontEdges::Along pair, FrontEdges::Front front, int y,
+                         std::vector<Change>& changes) const {
   const CoverMask& bits = edges_->skin();
-  for (; y < std::min(last, bits.box().y1 - 1); ++y) {
-    for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
-      const std::uint64_t* const borders = edges_->of_row(FrontEdges::column, front, y);
-      std::uint64_t before = 0;  // bit of the word before
-      for (int word = 0; word < bits.words(); ++word) {
-        const std::uint64_t border = borders[word];
-        bits.for_each(border & ~(border << 1 | before), word, y, [&](PixelAt first) {
-          follow({first, true, front}, changes);
-        });
-        before = border >> (CoverMask::kWord - 1);
-      }
-    }
-  }
-}
-
-void Outline::follow_columns(FrontEdges::Front front, int y, int last,
-                             std::vector<Change>& changes) const {
-  const CoverMask& bits = edges_->skin();
-  for (; y < std::min(last, bits.box().y1); ++y) {
-    const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
-    const std::uint64_t* const above =
-        y > bits.box().y0 ? edges_->of_row(FrontEdges::row, front, y - 1) : nullptr;
-    for (int word = 0; word < bits.words(); ++word) {
-      bits.for_each(borders[word] & ~(above ? above[word] : 0), word, y, [&](PixelAt first) {
-        follow({first, false, front}, changes);
-      });
-    }
+  const bool to_right = pair == FrontEdges::column;
+  const std::uint64_t* const borders = edges_->of_row(pair, front, y);
+  const std::uint64_t* const above =
+      !to_right && y > bits.box().y0 ? edges_->of_row(pair, front, y - 1) : nullptr;
+  for (int word = 0; word < bits.words(); ++word) {
+    const std::uint64_t before = to_right ? bits.right_of(borders, word)
+                                 : above  ? above[word]
+                                          : std::uint64_t{0};
+    bits.for_each(borders[word] & ~before, word, y, [&](PixelAt first) {
+      follow({first, to_right, front}, changes);
+    });
   }
 }
 
@@ -148,11 +133,18 @@ void Outline::follow_all() {
   const PixelBox& box = edges_->skin().box();
   const int pieces = (box.height() + kRows - 1) / kRows;
   std::vector<std::vector<Change>> changes(std::size_t{3} * pieces);
+  using enum FrontEdges::Along;
+  using enum FrontEdges::Front;
   parallel_for(0, 3 * pieces, [&](int i) {
-    const int y = box.y0 + i % pieces * kRows;
-    if (i < pieces) return follow_rows(y, y + kRows, changes[i]);
-    follow_columns(i < 2 * pieces ? FrontEdges::first : FrontEdges::second, y, y + kRows,
-                   changes[i]);
+    const int begin = box.y0 + i % pieces * kRows, end = std::min(begin + kRows, box.y1);
+    for (int y = begin; y < end; ++y) {
+      if (i >= pieces) {
+        follow_row(row, i < 2 * pieces ? first : second, y, changes[i]);
+      } else if (y + 1 < box.y1) {
+        for (const FrontEdges::Front front : {first, second})
+          follow_row(column, front, y, changes[i]);
+      }
+    }
   });
   for (const std::vector<Change>& of_piece : changes)
     for (const Change& one : of_piece) change(one);
@@ -190,9 +182,8 @@ void Outline::soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept) {
   edges_ = &edges;
   follow_all();
   constexpr std::size_t kGrain = 128;
-  parallel_pieces(std::size_t{0}, softened_.size(), kGrain, [&](std::size_t i, std::size_t last) {
-    for (; i < last; ++i) softened_[i].softened = blended(softened_[i], frame);
-  });
+  parallel_each(std::size_t{0}, softened_.size(), kGrain,
+                [&](std::size_t i) { softened_[i].softened = blended(softened_[i], frame); });
   // Only now: each takes its neighbours' colours as they were.
   for (const Pixel& pixel : softened_) {
     kept.keep(pixel.at, frame);
@@ -247,9 +238,8 @@ void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame
   const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
   for (const SolidBlock& block : blocks) kept_.keep(block.box, frame);
   if (options.relights())
-    shade_skin_by_solids(
-        options.solids, view, at_scope ? std::optional(light_mm_) : std::nullopt,
-        [&](PixelBox box) { kept_.keep(box, frame); }, frame);
+    shade_skin_by_solids(options.solids, view, at_scope ? std::optional(light_mm_) : std::nullopt,
+                         frame, kept_);
   draw_solids(options.solids, blocks, view, at_scope, frame);
 }
 
@@ -261,7 +251,7 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
     kept_.keep(pixel, frame);
     frame.cover[pixel] = Cover::background;
   }
-  skin_.read_with_border(drawn, frame);
+  skin_.read(drawn, frame);
   report.filled_pixels = fill_slits(skin_, frame, kept_);
   const int fade_px = finish_.border_fade_px(view.camera.intrinsics.fx);
   fade_borders(drawn, options.smooth_outline ? fade_px : 0, options.background, frame, kept_);
@@ -269,10 +259,10 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
     clock.lap(report.times.fill, report.critical_path.fill);
     draw_tools(view, options, frame);
     clock.lap(report.times.tools, report.critical_path.tools);
-    skin_.read_with_border(drawn, frame);
+    skin_.read(drawn, frame);
   }
   if (!options.smooth_outline) skin_ = {};
-  edges_.find(skin_, depth, deeper_mm);
+  edges_.find(skin_, &depth, deeper_mm);
   outline_.soften(edges_, frame, kept_);
   clock.lap(report.times.fill, report.critical_path.fill);
 }

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -106,8 +105,8 @@ class Outline {
     std::int8_t steps;
   };
   void follow_all();
-  void follow_rows(int y, int last, std::vector<Change>& changes) const;
-  void follow_columns(FrontEdges::Front front, int y, int last, std::vector<Change>& changes) const;
+  void follow_row(FrontEdges::Along pair, FrontEdges::Front front, int y,
+                  std::vector<Change>& changes) const;
   void follow(const Border& border, std::vector<Change>& changes) const;
   bool is_border(const Border& border, int i) const;
   double rise_of(const Border& border, int length, BorderStep ends) const;
@@ -139,10 +138,10 @@ inline constexpr double kSteepestNormal = 0.1;
 // What solids do to skin in a frame that keeps its depth, before they are drawn: they darken what
 // they nearly touch and the dents that they press, and by the light at the scope they throw shadows
 // and are mirrored in its wet film. light_mm: of that light from the eye, camera axes; nothing by
-// another. Triangles count by their edges. keep: called for each box that may be changed, before.
+// another. Triangles count by their edges.
 void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
-                          const std::optional<Eigen::Vector3d>& light_mm,
-                          const std::function<void(PixelBox)>& keep, Frame& frame);
+                          const std::optional<Eigen::Vector3d>& light_mm, Frame& frame,
+                          KeptPixels& kept);
 
 struct DrawOptions;
 struct DrawReport;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws tools: capsules, spheres and rounded plates, met by rays in closed form, whole vectors of
-// them. Before that the picture is divided into blocks, each with the solids that planes through
-// the eye and its sides cannot rule out, so that a long shaft costs only the blocks beside it.
+// them. Before that the picture is divided into blocks, each with the solids that may lie there, so
+// that a long shaft costs only the blocks beside it.
 #include "organbake/warp/solids.h"
 
 #include <Eigen/Geometry>
@@ -14,6 +14,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "picture/spans.h"
+#include "picture/tiles.h"
 
 namespace organbake {
 namespace {
@@ -231,19 +232,6 @@ ORGANBAKE_MULTIVERSION void shade(bool in_cavity, Rays& __restrict rays) {
   }
 }
 
-// A solid's length is cut into as many pieces as a word has bits: where a long shaft leads across
-// the picture, the boxes of its pieces follow it.
-using Pieces = std::uint32_t;
-constexpr int kPieces = 32;
-
-using PieceEnds = std::array<Vector3d, kPieces + 1>;
-
-PieceEnds piece_ends(const Vector3d& from, const Vector3d& to) {
-  PieceEnds ends;
-  for (int i = 0; i <= kPieces; ++i) ends[i] = from + (double(i) / kPieces) * (to - from);
-  return ends;
-}
-
 // All of a solid lies that near to the segment between its ends.
 double reach_of(const Solid& solid) {
   if (!solid.corner) return solid.radius_mm;
@@ -251,34 +239,22 @@ double reach_of(const Solid& solid) {
          std::min((*solid.corner - solid.from).norm(), (*solid.corner - solid.to).norm());
 }
 
-// The pieces that lie wholly beyond a plane: height_of tells how far a place does.
-template <class HeightOf>
-Pieces pieces_beyond(const PieceEnds& ends, double radius, HeightOf&& height_of) {
-  Pieces pieces = 0;
-  bool last = height_of(ends[0]) > radius;
-  for (int i = 0; i < kPieces; ++i) {
-    const bool next = height_of(ends[i + 1]) > radius;
-    pieces |= Pieces{last && next} << i;
-    last = next;
-  }
-  return pieces;
-}
-
-// For each block along one axis of the picture, the solid's pieces that may be seen there: those
-// not wholly beyond one of the two planes through the eye and the block's sides.
-std::vector<Pieces> pieces_seen(const PieceEnds& ends, double radius, int axis, double focal,
-                                double center, int size) {
-  std::vector<Pieces> seen;
-  for (int first = 0; first < size; first += kBlock) {
-    const auto beyond = [&](double pixel, double sign) {
-      const double slope = (pixel - center) / focal, length = std::hypot(1, slope);
-      return pieces_beyond(ends, radius, [&](const Vector3d& p) {
-        return sign * (p[axis] - slope * p.z()) / length;
-      });
+// The pixels that a ball in the camera's frame may touch, by the box round it.
+PixelBox pixels_of(const Vector3d& middle, double radius, const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const double z0 = std::max(middle.z() - radius, view.near_mm), z1 = middle.z() + radius;
+  if (z1 < view.near_mm) return {};
+  const auto along = [&](int axis, double focal, double center, int size) {
+    const double low = middle[axis] - radius, high = middle[axis] + radius;
+    const auto pixel = [&](double at) {
+      return static_cast<int>(std::clamp(at, 0.0, double(size)));
     };
-    seen.push_back(~(beyond(first, -1) | beyond(first + kBlock, 1)));
-  }
-  return seen;
+    return std::array{pixel(center + focal * low / (low < 0 ? z0 : z1)),
+                      pixel(center + focal * high / (high > 0 ? z0 : z1) + 1)};
+  };
+  const auto [x0, x1] = along(0, k.fx, k.cx, k.width);
+  const auto [y0, y1] = along(1, k.fy, k.cy, k.height);
+  return {x0, y0, x1, y1};
 }
 
 // Eight pixels at most of a row: blends what their rays met before tissue into the picture.
@@ -305,29 +281,32 @@ void draw_pixels(const Rays& rays, int x, int y, int count, Frame& frame) {
 
 }  // namespace
 
+// A solid lies in balls along it, as far apart as they are large: where a long shaft leads across
+// the picture, they follow it.
 std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
+  constexpr double kMostBalls = 1000;
   const Intrinsics& k = view.camera.intrinsics;
-  const RigidTransform& pose = view.camera.camera_from_world;
-  std::vector<std::vector<Pieces>> by_column, by_row;
-  for (const Solid& solid : solids) {
-    const PieceEnds ends = piece_ends(pose * solid.from, pose * solid.to);
-    const double reach = reach_of(solid);
-    const Pieces near =
-        pieces_beyond(ends, reach, [&](const Vector3d& p) { return view.near_mm - p.z(); });
-    by_column.push_back(pieces_seen(ends, reach, 0, k.fx, k.cx, k.width));
-    for (Pieces& pieces : by_column.back()) pieces &= ~near;
-    by_row.push_back(pieces_seen(ends, reach, 1, k.fy, k.cy, k.height));
+  const int columns = (k.width + kBlock - 1) / kBlock, rows = (k.height + kBlock - 1) / kBlock;
+  std::vector<SolidBlock> blocks(std::size_t(columns) * rows);
+  for (std::uint32_t s = 0; s < solids.size(); ++s) {
+    const Vector3d from = view.camera.camera_from_world * solids[s].from;
+    const Vector3d way = view.camera.camera_from_world * solids[s].to - from;
+    const double reach = reach_of(solids[s]);
+    const double pieces = std::clamp(std::ceil(way.norm() / reach), 1.0, kMostBalls);
+    const double radius = std::hypot(reach, 0.5 * way.norm() / pieces);
+    for (int i = 0; i <= int(pieces); ++i)
+      each_block(pixels_of(from + i / pieces * way, radius, view), kBlock, kBlock,
+                 [&](int column, int row) {
+                   auto& in_block = blocks[std::size_t(row) * columns + column].solids;
+                   if (in_block.empty() || in_block.back() != s) in_block.push_back(s);
+                 });
   }
-  std::vector<SolidBlock> blocks;
-  for (int y = 0; y < k.height; y += kBlock) {
-    for (int x = 0; x < k.width; x += kBlock) {
-      SolidBlock block{{x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)}, {}};
-      for (std::uint32_t s = 0; s < solids.size(); ++s) {
-        if (by_column[s][x / kBlock] & by_row[s][y / kBlock]) block.solids.push_back(s);
-      }
-      if (!block.solids.empty()) blocks.push_back(std::move(block));
-    }
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const int x = static_cast<int>(b) % columns * kBlock,
+              y = static_cast<int>(b) / columns * kBlock;
+    blocks[b].box = {x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)};
   }
+  std::erase_if(blocks, [](const SolidBlock& block) { return block.solids.empty(); });
   return blocks;
 }
 

@@ -234,13 +234,12 @@ std::vector<Solid> with_shadows(std::vector<Solid> solids) {
 }
 
 void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
-                          const std::optional<Vector3d>& light_mm,
-                          const std::function<void(PixelBox)>& keep, Frame& frame) {
+                          const std::optional<Vector3d>& light_mm, Frame& frame, KeptPixels& kept) {
   Shading shading(solids, view, light_mm, frame);
   std::vector<SolidBlock> blocks = solid_blocks(with_shadows(solids), view);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.keep_near(blocks[b]); });
   std::erase_if(blocks, [](const SolidBlock& block) { return block.solids.empty(); });
-  for (const SolidBlock& block : blocks) keep(block.box);
+  for (const SolidBlock& block : blocks) kept.keep(block.box, frame);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.shade(blocks[b]); });
 }
 

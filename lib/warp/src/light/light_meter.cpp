@@ -8,61 +8,41 @@
 
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
-#include "organbake/core/parallel.h"
+#include "picture/tiles.h"
 
 namespace organbake {
-LightMeter::LightMeter(const ScopeLight& scope, const View& view)
-    : scope_(scope), camera_from_world_(view.camera.camera_from_world) {
-  const Intrinsics& k = view.camera.intrinsics;
-  slopes_at_border_ = {0.5 * k.width / k.fx, 0.5 * k.height / k.fy};
-  const double tan_half = std::tan(scope.beam_half_angle_rad);
-  inverse_tan2_half_ = 1 / (tan_half * tan_half);
-}
-
-// What a face tells, all at once; and their sum one after the other, the same for any number of
-// threads.
-void LightMeter::add(const TriangleMesh& proxy_at_rest) {
-  if (scope_.reference_mm > 0) return;
-  std::vector<Reading> readings(proxy_at_rest.faces.size());
-  constexpr std::size_t kGrain = 256;
-  parallel_pieces(std::size_t{0}, readings.size(), kGrain, [&](std::size_t f, std::size_t last) {
-    for (; f < last; ++f) readings[f] = read(proxy_at_rest, proxy_at_rest.faces[f]);
-  });
-  for (const Reading& reading : readings) {
-    weight_ += reading.weight;
-    light_ += reading.light;
-  }
-}
-
-LightMeter::Reading LightMeter::read(const TriangleMesh& proxy_at_rest, const Face& face) const {
-  constexpr double kNearest_mm = 1;
-  const auto corner = [&](int c) -> Eigen::Vector3d {
-    return camera_from_world_ * proxy_at_rest.vertices[face[c]];
-  };
-  const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2), middle = (a + b + c) / 3;
-  const Eigen::Vector3d area = (b - a).cross(c - a);  // doubled
-  const double range = std::max(middle.norm(), kNearest_mm);
-  const double seen = -area.dot(middle) / (range * range * range);  // doubled solid angle
-  if (!(seen > 0 && middle.z() > 0)) return {};
-  // 1 amid the picture, a half at its border, little beyond.
-  const Eigen::Vector2d place = (middle.head<2>() / middle.z()).cwiseQuotient(slopes_at_border_);
-  const double weight = seen / (1 + place.squaredNorm() * place.squaredNorm());
-  const Eigen::Vector3d toward = scope_.offset_mm - middle;
-  const double range2 = std::max(toward.squaredNorm(), kNearest_mm * kNearest_mm);
-  const double cosine =
-      std::max(0.0, area.dot(toward)) / std::max(1e-300, area.norm() * std::sqrt(range2));
-  const double ahead2 = toward.z() < 0 ? toward.z() * toward.z() / range2 : 0;
-  const double beam = ahead2 / (ahead2 + (1 - ahead2) * inverse_tan2_half_ + 1e-12);
-  return {weight, weight * cosine * beam / range2};
-}
-
-double LightMeter::reference_mm() const {
-  constexpr double kMeanLight = 0.65, kUnlit_mm = 100;  // of full exposure; where nothing is seen
-  if (scope_.reference_mm > 0) return scope_.reference_mm;
-  return light_ > 0 ? std::sqrt(kMeanLight * weight_ / light_) : kUnlit_mm;
-}
-
 namespace {
+
+// What faces tell: their weights, and weight · light at 1 mm.
+struct Reading {
+  double weight = 0, light = 0;
+};
+
+struct LightMeter {
+  const ScopeLight& scope;
+  Eigen::Vector2d slopes_at_border;  // of the picture's sides
+  double inverse_tan2_half;
+
+  // Of a face, camera axes.
+  Reading read(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) const {
+    constexpr double kNearest_mm = 1;
+    const Eigen::Vector3d middle = (a + b + c) / 3;
+    const Eigen::Vector3d area = (b - a).cross(c - a);  // doubled
+    const double range = std::max(middle.norm(), kNearest_mm);
+    const double seen = -area.dot(middle) / (range * range * range);  // doubled solid angle
+    if (!(seen > 0 && middle.z() > 0)) return {};
+    // 1 amid the picture, a half at its border, little beyond.
+    const Eigen::Vector2d place = (middle.head<2>() / middle.z()).cwiseQuotient(slopes_at_border);
+    const double weight = seen / (1 + place.squaredNorm() * place.squaredNorm());
+    const Eigen::Vector3d toward = scope.offset_mm - middle;
+    const double range2 = std::max(toward.squaredNorm(), kNearest_mm * kNearest_mm);
+    const double cosine =
+        std::max(0.0, area.dot(toward)) / std::max(1e-300, area.norm() * std::sqrt(range2));
+    const double ahead2 = toward.z() < 0 ? toward.z() * toward.z() / range2 : 0;
+    const double beam = ahead2 / (ahead2 + (1 - ahead2) * inverse_tan2_half + 1e-12);
+    return {weight, weight * cosine * beam / range2};
+  }
+};
 
 double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
@@ -96,6 +76,32 @@ double noise_at(const std::array<double, 3>& grains) {
 }
 
 }  // namespace
+
+double metered_mm(const ScopeLight& scope, std::span<const TriangleMesh* const> proxies_at_rest,
+                  const View& view, const DrawOptions& options) {
+  constexpr double kMeanLight = 0.65, kUnlit_mm = 100;  // of full exposure; where nothing is seen
+  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
+    return options.scope_reference_mm;
+  if (scope.reference_mm > 0) return scope.reference_mm;
+  const Intrinsics& lens = view.camera.intrinsics;
+  const double tan_half = std::tan(scope.beam_half_angle_rad);
+  const LightMeter meter{
+      scope, {0.5 * lens.width / lens.fx, 0.5 * lens.height / lens.fy}, 1 / (tan_half * tan_half)};
+  Reading sum;
+  for (const TriangleMesh* const proxy : proxies_at_rest) {
+    // All at once; and their sum one after the other, the same for any number of threads.
+    std::vector<Reading> readings(proxy->faces.size());
+    parallel_each(std::size_t{0}, readings.size(), std::size_t{256}, [&](std::size_t f) {
+      const auto corner = [&](int c) -> Eigen::Vector3d {
+        return view.camera.camera_from_world * proxy->vertices[proxy->faces[f][c]];
+      };
+      readings[f] = meter.read(corner(0), corner(1), corner(2));
+    });
+    for (const Reading& reading : readings)
+      sum.weight += reading.weight, sum.light += reading.light;
+  }
+  return sum.light > 0 ? std::sqrt(kMeanLight * sum.weight / sum.light) : kUnlit_mm;
+}
 
 GrainTable::GrainTable() {
   constexpr double kNoiseDeviation = 0.19;

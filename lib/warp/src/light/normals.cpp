@@ -50,10 +50,6 @@ double altitude(const TriangleMesh& proxy, std::uint32_t face) {
   return longest > 0 ? 2 * face_area(proxy, face) / longest : 0;
 }
 
-double usual_size(const TriangleMesh& proxy) {
-  return std::sqrt(2 * surface_area(proxy) / double(std::max<std::size_t>(1, proxy.faces.size())));
-}
-
 // Spreads the normals on a face's rim over its inner nodes, each of which becomes the mean of its
 // neighbours.
 void spread_rim(std::uint32_t steps, Vector3d* normals) {
@@ -73,6 +69,30 @@ void spread_rim(std::uint32_t steps, Vector3d* normals) {
                      .stableNormalized();
     });
   }
+}
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+
+constexpr int kCorners = 3, kMostPlaces = 6;
+
+// b1, b2 of a face's places.
+Vector2d place_on_face(int place) {
+  static const std::array<Vector2d, kMostPlaces> places = {
+      {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
+  return places[place];
+}
+
+// (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
+Matrix3d tangents(const ShellMatrix& m, int place) {
+  const Vector2d b = place_on_face(place);
+  return shell_jacobian(m, b.x(), b.y(), 0);
+}
+
+Matrix3d cofactor(const Matrix3d& m) {
+  Matrix3d columns;
+  columns << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+  return columns;
 }
 
 }  // namespace
@@ -102,7 +122,9 @@ std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh
       normals.push_back(joined[lattice.node(f, i, j)]);
     });
   }
-  const double narrow_mm = kNarrow * usual_size(whole);
+  const double narrow_mm =
+      kNarrow *
+      std::sqrt(2 * surface_area(whole) / double(std::max<std::size_t>(1, whole.faces.size())));
   for (std::uint32_t f = first_face; f < layer.face_count; ++f)
     if (altitude(whole, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
   return normals;
@@ -131,35 +153,6 @@ void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrga
     }
   }
 }
-
-namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-constexpr int kCorners = 3, kMostPlaces = 6;
-
-// b1, b2 of a face's places.
-Vector2d place_on_face(int place) {
-  static const std::array<Vector2d, kMostPlaces> places = {
-      {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
-  return places[place];
-}
-
-// (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
-Matrix3d tangents(const ShellMatrix& m, int place) {
-  const Vector2d b = place_on_face(place);
-  return shell_jacobian(m, b.x(), b.y(), 0);
-}
-
-Matrix3d cofactor(const Matrix3d& m) {
-  Matrix3d columns;
-  columns << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
-  return columns;
-}
-
-}  // namespace
 
 NormalTransport::NormalTransport(const ShellSurface& shell)
     : places_(shell.skin() ? kCorners : kMostPlaces),
@@ -231,17 +224,14 @@ void NormalTransport::place(const std::vector<ShellMatrix>& deformed,
     knot_turned[k] = turn != knot.turn;
     knot.turn = turn;
   };
-  parallel_pieces(std::size_t{0}, knots_.size(), kKnotGrain, [&](std::size_t k, std::size_t last) {
-    for (; k < last; ++k) turn_knot(k);
-  });
+  parallel_each(std::size_t{0}, knots_.size(), kKnotGrain, turn_knot);
   const auto any_turned = [&](std::size_t f) {
     const auto own = knots_of(f);
     return std::any_of(own.begin(), own.end(),
                        [&](std::uint32_t k) { return knot_turned[k] != 0; });
   };
-  parallel_pieces(std::size_t{0}, turned.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
-    for (; f < last; ++f) turned[f] = any_turned(f);
-  });
+  parallel_each(std::size_t{0}, turned.size(), kFaceGrain,
+                [&](std::size_t f) { turned[f] = any_turned(f); });
 }
 
 NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
@@ -261,21 +251,26 @@ bool NormalTransport::at_rest(std::uint32_t face) const {
                      [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
 
+std::vector<Eigen::Matrix3f> NormalTransport::turns() const {
+  std::vector<Eigen::Matrix3f> all;
+  for (const Knot& knot : knots_) all.push_back(knot.turn.topRows<3>().cast<float>());
+  return all;
+}
+
 NormalTransport::OnFace NormalTransport::on(std::uint32_t face) const {
   OnFace on;
-  on.places_ = places_;
   for (int place = 0; place < places_; ++place)
-    on.turns_[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
+    on[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
   return on;
 }
 
-NormalTransport::FloatTurn NormalTransport::OnFace::at(float b1, float b2) const {
+NormalTransport::FloatTurn NormalTransport::at(const OnFace& on, float b1, float b2) const {
   const std::array<float, kCorners> b = {1 - b1 - b2, b1, b2};
-  if (places_ == kCorners) return b[0] * turns_[0] + b[1] * turns_[1] + b[2] * turns_[2];
+  if (places_ == kCorners) return b[0] * on[0] + b[1] * on[1] + b[2] * on[2];
   FloatTurn sum = FloatTurn::Zero();
   for (int k = 0; k < kCorners; ++k) {
-    sum += b[k] * (2 * b[k] - 1) * turns_[k];
-    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turns_[kCorners + k];
+    sum += b[k] * (2 * b[k] - 1) * on[k];
+    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * on[kCorners + k];
   }
   return sum;
 }

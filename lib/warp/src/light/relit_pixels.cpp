@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // RelitSkin by the pixel: light is found at a span's knots and spread between them, gloss for every
 // pixel. What it does by the node, in Eigen's words, is in relit_skin.cpp.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +13,19 @@
 #include "picture/spans.h"
 
 namespace organbake {
+
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+
+// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
+// the face, as a sample's on its edge may show it. By its nodes, and the weights of the second and
+// the third at the nearest place within, and where the pixel's own lies. Light ends at the edge:
+// normals that went on would lean on beyond it, where the next face's do not. Places at rest go on.
+struct LatticeTriangles {
+  alignas(64) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
+  alignas(64) float along[kSpan], down[kSpan], own_along[kSpan], own_down[kSpan];
+};
+
 namespace {
 
 constexpr int kGroup = SparseShading::kGroup, kMiddle = 4;
@@ -41,6 +53,50 @@ inline bool all_run_on(const std::uint8_t* runs_on) {
   std::uint64_t wanted;
   std::memcpy(&wanted, to_the_next, sizeof wanted);
   return (bytes & wanted) == wanted;
+}
+
+// Less of a lamp of 1 is not seen: half a level where a picture is darkest.
+constexpr double kLeastGloss = 2e-4;
+
+ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLayer& lattice,
+                                           LatticeTriangles& __restrict out) {
+  const auto steps = static_cast<std::int32_t>(lattice.steps);
+  const auto nodes_per_face = static_cast<std::int32_t>(lattice.nodes_per_face());
+  const auto n = static_cast<float>(steps);
+  const auto index = [&](std::int32_t i, std::int32_t j) {
+    return static_cast<std::int32_t>(
+        base_node_index(std::uint32_t(steps), std::uint32_t(i), std::uint32_t(j)));
+  };
+  const auto near = [](float v) { return v > -1 ? (v < 2 ? v : 2) : -1; };
+  const auto within = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
+  const auto cell = [](float at, std::int32_t last) {
+    const auto whole = static_cast<std::int32_t>(at > 0 ? at : 0);
+    return whole < last ? whole : last;
+  };
+  for (unsigned k = 0; k < whole_vectors(skin.count); ++k) {
+    const float u = skin.b1[k] * n, v = skin.b2[k] * n;
+    const std::int32_t i = cell(u, steps - 1), j = cell(v, steps - 1 - i);
+    const float along = near(u - static_cast<float>(i)), down = near(v - static_cast<float>(j));
+    // The quad's other triangle, from its far corner; on the face's long edge there is none.
+    const bool other = (along + down > 1) & (i + j + 2 <= steps);
+    const float a = within(along), d = within(down), beyond = a + d - 1;
+    const float over = (!other & (beyond > 0)) ? 0.5f * beyond : 0;
+    out.along[k] = other ? 1 - d : a - over;
+    out.down[k] = other ? 1 - a : d - over;
+    out.own_along[k] = other ? 1 - down : along;
+    out.own_down[k] = other ? 1 - along : down;
+    const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
+    out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
+    out.below[k] = first + index(i + 1, j);
+    out.beside[k] = first + index(i, j + 1);
+  }
+}
+
+// Rows of some pixels into planes from pixel `first` on.
+void put(const ShadedPosts& rows, unsigned first, int count, SkinDirections& planes) {
+  for (unsigned k = 0; k < whole_vectors(count); ++k) {
+    for (int c = 0; c < 3; ++c) planes.of[c][first + k] = rows.rows[k][c];
+  }
 }
 
 }  // namespace
@@ -89,13 +145,6 @@ void ShadingInterpolation::operator()(const ShadedPosts& table,
     }
   }
 }
-
-namespace {
-
-// Less of a lamp of 1 is not seen: half a level where a picture is darkest.
-constexpr double kLeastGloss = 2e-4;
-
-}  // namespace
 
 Gloss::Gloss(const Lighting& lighting) {
   double least = 1;
@@ -159,62 +208,6 @@ bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& towar
   });
 }
 
-using Eigen::Vector3f;
-using Eigen::Vector4f;
-
-// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
-// the face, as a sample's on its edge may show it. By its nodes, and the weights of the second and
-// the third at the nearest place within, and where the pixel's own lies. Light ends at the edge:
-// normals that went on would lean on beyond it, where the next face's do not. Places at rest go on.
-struct LatticeTriangles {
-  alignas(64) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
-  alignas(64) float along[kSpan], down[kSpan], own_along[kSpan], own_down[kSpan];
-
-  LatticeTriangles(const SkinPixels& skin, const BaseLayer& lattice);
-};
-
-namespace {
-
-ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, std::int32_t steps,
-                                           std::int32_t nodes_per_face,
-                                           LatticeTriangles& __restrict out) {
-  const auto n = static_cast<float>(steps);
-  const auto index = [&](std::int32_t i, std::int32_t j) {
-    return static_cast<std::int32_t>(
-        base_node_index(std::uint32_t(steps), std::uint32_t(i), std::uint32_t(j)));
-  };
-  const auto near = [](float v) { return v > -1 ? (v < 2 ? v : 2) : -1; };
-  const auto within = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
-  const auto cell = [](float at, std::int32_t last) {
-    const auto whole = static_cast<std::int32_t>(at > 0 ? at : 0);
-    return whole < last ? whole : last;
-  };
-  for (unsigned k = 0; k < whole_vectors(skin.count); ++k) {
-    const float u = skin.b1[k] * n, v = skin.b2[k] * n;
-    const std::int32_t i = cell(u, steps - 1), j = cell(v, steps - 1 - i);
-    const float along = near(u - static_cast<float>(i)), down = near(v - static_cast<float>(j));
-    // The quad's other triangle, from its far corner; on the face's long edge there is none.
-    const bool other = (along + down > 1) & (i + j + 2 <= steps);
-    const float a = within(along), d = within(down), beyond = a + d - 1;
-    const float over = (!other & (beyond > 0)) ? 0.5f * beyond : 0;
-    out.along[k] = other ? 1 - d : a - over;
-    out.down[k] = other ? 1 - a : d - over;
-    out.own_along[k] = other ? 1 - down : along;
-    out.own_down[k] = other ? 1 - along : down;
-    const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
-    out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
-    out.below[k] = first + index(i + 1, j);
-    out.beside[k] = first + index(i, j + 1);
-  }
-}
-
-}  // namespace
-
-LatticeTriangles::LatticeTriangles(const SkinPixels& skin, const BaseLayer& lattice) {
-  find_triangles(skin, static_cast<std::int32_t>(lattice.steps),
-                 static_cast<std::int32_t>(lattice.nodes_per_face()), *this);
-}
-
 template <Eigen::Vector4f RelitSkin::Node::*number>
 void RelitSkin::mix(const LatticeTriangles& t, int count, ShadedPosts& mixed) const {
   constexpr bool own = number == &Node::rest_mm;
@@ -234,7 +227,8 @@ void RelitSkin::mix(const LatticeTriangles& t, int count, ShadedPosts& mixed) co
 void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
                       ScopeSpan& from_scope) const {
   if (skin.count == 0) return;
-  const LatticeTriangles triangles(skin, lattice_);
+  LatticeTriangles triangles;
+  find_triangles(skin, lattice_, triangles);
   const ShadingInterpolation spread(span, skin.at, skin.count);
   ShadedPosts mixed;
   mix<&Node::gain>(triangles, skin.count, mixed);
@@ -256,26 +250,6 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const S
   add_gloss(normals, colors);
 }
 
-namespace {
-
-// In as many chains as a vector has lanes: one would wait for each comparison in turn.
-float nearest_of(const float* depth_mm, int count) {
-  std::array<float, kLanes> least;
-  least.fill(std::numeric_limits<float>::infinity());
-  const int lanes = static_cast<int>(kLanes), whole = count / lanes * lanes;
-  for (int first = 0; first < whole; first += lanes) {
-    for (unsigned lane = 0; lane < kLanes; ++lane) {
-      const float depth = depth_mm[static_cast<unsigned>(first) + lane];
-      least[lane] = depth < least[lane] ? depth : least[lane];
-    }
-  }
-  float nearest = *std::min_element(least.begin(), least.end());
-  for (int i = whole; i < count; ++i) nearest = std::min(nearest, depth_mm[i]);
-  return nearest;
-}
-
-}  // namespace
-
 // Where skin lies at rest is asked for only where gloss or grain may show: both are bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
                             const ShadingInterpolation& spread, const SpanColors& colors,
@@ -286,7 +260,7 @@ void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& tria
     const float depth = colors.depth_mm[i];
     depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
   }
-  const float nearest = nearest_of(colors.depth_mm, colors.count);
+  const float nearest = Eigen::Map<const Eigen::ArrayXf>(colors.depth_mm, colors.count).minCoeff();
   if (shine_.grain_shows(nearest)) {
     ShadedPosts mixed;
     mix<&Node::rest_mm>(triangles, skin.count, mixed);
@@ -296,21 +270,11 @@ void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& tria
   from_scope.film_shows = shine_.light(from_scope.skin, colors, from_scope.lit);
 }
 
-namespace {
-
-// Rows of some pixels into planes from pixel `first` on.
-void put(const ShadedPosts& rows, unsigned first, int count, SkinDirections& planes) {
-  for (unsigned k = 0; k < whole_vectors(count); ++k) {
-    for (int c = 0; c < 3; ++c) planes.of[c][first + k] = rows.rows[k][c];
-  }
-}
-
-}  // namespace
-
 // By the pixel: drops are narrower than the distance of knots, and knots move over the skin.
 void RelitSkin::add_film(const SkinPixels& skin, unsigned first, const SpanColors& colors,
                          ScopeSpan& from_scope) const {
-  const LatticeTriangles triangles(skin, lattice_);
+  LatticeTriangles triangles;
+  find_triangles(skin, lattice_, triangles);
   ShadedPosts mixed;
   mix<&Node::normal>(triangles, skin.count, mixed);
   put(mixed, first, skin.count, from_scope.skin.normals);

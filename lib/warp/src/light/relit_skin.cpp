@@ -17,14 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// light(face) for all of them.
-void for_each_face(std::size_t count, const auto& light) {
-  constexpr std::uint32_t kGrain = 32;
-  parallel_pieces(std::uint32_t{0}, static_cast<std::uint32_t>(count), kGrain,
-                  [&](std::uint32_t f, std::uint32_t last) {
-                    for (; f < last; ++f) light(f);
-                  });
-}
+constexpr std::uint32_t kFaceGrain = 32;
 
 // By node, the most that the lattice's normals turn along an edge that meets it there, rad a mm: a
 // crease narrower than the lattice's steps. Faces have one number where they meet, or light would
@@ -34,7 +27,7 @@ std::vector<float> bends_of(const BaseLayer& lattice, const TriangleMesh& surfac
                             const std::vector<Vector3f>& normals) {
   const std::uint32_t n = lattice.steps;
   std::vector<float> bends(normals.size(), 0);
-  for_each_face(lattice.face_count, [&](std::uint32_t f) {
+  parallel_each(0u, lattice.face_count, kFaceGrain, [&](std::uint32_t f) {
     const std::size_t first = std::size_t(f) * lattice.nodes_per_face();
     std::vector<Vector3f> places(lattice.nodes_per_face());
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
@@ -103,14 +96,6 @@ std::vector<std::uint8_t> RelitSkin::turn(const PosedShell& shell) {
   return turned;
 }
 
-// When the light changes, every face has to be lit anew.
-void RelitSkin::light_by(bool scope) {
-  if (scope == from_scope_) return;
-  from_scope_ = scope;
-  std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
-  if (scope) place_rest_nodes();
-}
-
 // What the light at the scope asks for at rest alone: what film and grain are bound to, and the
 // albedo.
 void RelitSkin::place_rest_nodes() {
@@ -128,18 +113,15 @@ void RelitSkin::place_rest_nodes() {
   });
 }
 
-void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
-                                       const std::vector<std::uint8_t>& shown) {
-  light_by(true);
-  shine_.look(view, reference_mm);
-  for_each_face(lattice_.face_count, [&](std::uint32_t f) {
-    if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
-  });
-}
-
-void RelitSkin::light_faces(const View& view, const PosedShell& shell,
-                            const std::vector<std::uint8_t>& shown) {
-  light_by(false);
+void RelitSkin::light_faces(const View& view, DrawnLight light, double reference_mm,
+                            const PosedShell& shell, const std::vector<std::uint8_t>& shown) {
+  const bool scope = light == DrawnLight::scope;
+  if (scope != from_scope_) {  // every face has to be lit anew
+    from_scope_ = scope;
+    std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
+    if (scope) place_rest_nodes();
+  }
+  if (scope) shine_.look(view, reference_mm);
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
   const Intrinsics& k = view.camera.intrinsics;
   ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
@@ -147,21 +129,19 @@ void RelitSkin::light_faces(const View& view, const PosedShell& shell,
   ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
                 static_cast<float>(k.cy) * ray_down_;
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
-  for_each_face(lattice_.face_count, [&](std::uint32_t f) {
+  parallel_each(0u, lattice_.face_count, kFaceGrain, [&](std::uint32_t f) {
     if (!shown[f]) return;
     if (std::exchange(to_light_[f], 0)) light_face(f);
-    if (gloss_.none()) return;
-    if (std::exchange(to_place_[f], 0)) place_face(f, shell.matrices()[f]);
+    if (scope || gloss_.none()) return;
+    const std::uint32_t n = lattice_.steps;
+    if (std::exchange(to_place_[f], 0))
+      each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+        const std::size_t at = first_node(f) + node;
+        places_[at] =
+            shell_point(shell.matrices()[f], double(i) / n, double(j) / n, lattice_.height_mm[at])
+                .cast<float>();
+      });
     shines_[f] = may_shine(f, eye);
-  });
-}
-
-void RelitSkin::place_face(std::uint32_t face, const ShellMatrix& shell) {
-  const std::uint32_t n = lattice_.steps;
-  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-    const std::size_t at = first_node(face) + node;
-    places_[at] =
-        shell_point(shell, double(i) / n, double(j) / n, lattice_.height_mm[at]).cast<float>();
   });
 }
 
@@ -180,7 +160,7 @@ void RelitSkin::light_face(std::uint32_t face) {
     Vector3f normal = rest_normals_[at];
     if (!at_rest) {
       const NormalTransport::FloatTurn turn =
-          turns.at(step * static_cast<float>(i), step * static_cast<float>(j));
+          turns_.at(turns, step * static_cast<float>(i), step * static_cast<float>(j));
       normal = unit_vector((turn * normal).eval().head<3>());
     }
     nodes_[at].normal.head<3>() = normal;

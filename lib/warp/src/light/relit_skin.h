@@ -14,6 +14,7 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/view.h"
 #include "placing/placing.h"
 
@@ -74,23 +75,15 @@ class NormalTransport {
 
   // Whether a face's normals are those at rest, to the bit.
   bool at_rest(std::uint32_t face) const;
-  // A face's knots in use, the knots of all faces, and C at a knot.
+  // A face's knots in use, the knots of all faces, and C at the knots.
   int knots_in_use() const { return places_; }
   const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const { return knots_of_face_; }
-  std::size_t knot_count() const { return knots_.size(); }
-  auto turn_at(std::size_t knot) const { return knots_[knot].turn.topRows<3>(); }
-  // C over a face, gathered once for all of its nodes.
-  class OnFace {
-   public:
-    // Where it has the barycentric coordinates b1, b2.
-    FloatTurn at(float b1, float b2) const;
-
-   private:
-    friend class NormalTransport;
-    int places_ = 0;
-    std::array<FloatTurn, 6> turns_;
-  };
+  std::vector<Eigen::Matrix3f> turns() const;
+  // C at a face's knots, gathered once for all of its nodes, and where it has the barycentric
+  // coordinates b1, b2.
+  using OnFace = std::array<FloatTurn, 6>;
   OnFace on(std::uint32_t face) const;
+  FloatTurn at(const OnFace& on, float b1, float b2) const;
 
  private:
   // A face's view of a knot: 0…2 are its corners, 3…5 the middles of the edges opposite to them.
@@ -134,29 +127,13 @@ std::uint32_t first_wall(std::size_t uncut_faces, const CutOrgan::FaceParts& par
 void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
                         const BaseLayer& layer, std::vector<Eigen::Vector3d>& normals);
 
-// Finds the range of full exposure for a view, as a camera's automatic exposure would: the skin's
-// mean brightness over the picture, its middle counting most, comes to the same each time. By the
-// organs' proxies at rest: a poke changes no exposure, and frames depend on nothing before them.
-class LightMeter {
- public:
-  LightMeter(const ScopeLight& scope, const View& view);
-
-  void add(const TriangleMesh& proxy_at_rest);
-  // ScopeLight::reference_mm where that is not 0.
-  double reference_mm() const;
-
- private:
-  struct Reading {
-    double weight = 0, light = 0;
-  };
-  Reading read(const TriangleMesh& proxy_at_rest, const Face& face) const;
-
-  ScopeLight scope_;
-  RigidTransform camera_from_world_;
-  Eigen::Vector2d slopes_at_border_;  // of the picture's sides
-  double inverse_tan2_half_;
-  double weight_ = 0, light_ = 0;  // sums over faces: of weights, and of weight · light at 1 mm
-};
+// The range of full exposure of the light at the scope, mm: options.scope_reference_mm where that
+// is set or the light is another, ScopeLight::reference_mm where that is. Else as a camera's
+// automatic exposure finds it: the skin's mean brightness over the picture, its middle counting
+// most, comes to the same each time. By the organs' proxies at rest: a poke changes no exposure,
+// and frames depend on nothing before them.
+double metered_mm(const ScopeLight& scope, std::span<const TriangleMesh* const> proxies_at_rest,
+                  const View& view, const DrawOptions& options);
 
 // Skin that no lamp reached tells little of what it would show in full light.
 inline constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
@@ -189,10 +166,8 @@ class RelitSkin {
   std::vector<std::uint8_t> turn(const PosedShell& shell);
   // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the others nothing is
   // asked. By the world's light, or by the one at the scope with its range of full exposure.
-  void light_faces(const View& view, const PosedShell& shell,
+  void light_faces(const View& view, DrawnLight light, double reference_mm, const PosedShell& shell,
                    const std::vector<std::uint8_t>& shown);
-  void light_faces_from_scope(const View& view, double reference_mm,
-                              const std::vector<std::uint8_t>& shown);
   bool from_scope() const { return from_scope_; }
 
   // Sends for what light asks for on a face.
@@ -221,7 +196,6 @@ class RelitSkin {
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
   }
-  void place_face(std::uint32_t face, const ShellMatrix& shell);
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
@@ -231,7 +205,6 @@ class RelitSkin {
   void light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
                    const ShadingInterpolation& spread, const SpanColors& colors,
                    ScopeSpan& from_scope) const;
-  void light_by(bool scope);
   void place_rest_nodes();
 
   BaseLayer lattice_;  // heights alone

@@ -4,12 +4,10 @@
 // picture by squares of pixels; then the nearest surface's views are blended. Out: a frame.
 #include "organbake/warp/paper_warp.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "finishing/post_process.h"
 #include "organbake/core/error.h"
@@ -49,12 +47,6 @@ void each_pixel(const TriangleMesh& mesh, const PosedCamera& camera, Visit&& vis
   }
 }
 
-Eigen::Vector3d on_face(const TriangleMesh& mesh, std::uint32_t face,
-                        const std::array<double, 3>& w) {
-  const auto [a, b, c] = mesh.faces[face];
-  return w[0] * mesh.vertices[a] + w[1] * mesh.vertices[b] + w[2] * mesh.vertices[c];
-}
-
 // Where a map is looked up: four texels and their shares.
 struct Lookup {
   std::array<std::size_t, 4> texel;
@@ -90,17 +82,11 @@ bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eige
 struct PaperWarp::Warped {
   std::vector<float> depth_mm;  // +inf where nothing placed
   std::vector<Eigen::Vector3f> color;
-  std::vector<Eigen::Vector3f> rest_mm;  // the skin that placed, at rest; empty unless asked for
-  std::size_t drawn = 0;                 // texels
+  std::size_t drawn = 0;  // texels
 
-  void clear(std::size_t pixels, bool keep_rest) {
-    depth_mm.assign(pixels, kFarAway);
-    color.resize(pixels);
-    rest_mm.resize(keep_rest ? pixels : 0);
-  }
   // A square of whole pixels round the place, where it is the nearest.
   void splat(const Eigen::Vector2d& place, double texel_px, float depth,
-             const Eigen::Vector3f& light, const Eigen::Vector3f& at_rest, const Intrinsics& k) {
+             const Eigen::Vector3f& light, const Intrinsics& k) {
     const double side =
         std::clamp(std::ceil(texel_px - kSpareSplat_px), 1.0, double(kWidestSplat_px));
     if (!(place.x() > -side && place.y() > -side && place.x() < k.width + side &&
@@ -117,17 +103,16 @@ struct PaperWarp::Warped {
         if (!(depth < depth_mm[to])) continue;
         depth_mm[to] = depth;
         color[to] = light;
-        if (!rest_mm.empty()) rest_mm[to] = at_rest;
       }
     }
   }
 };
 
 // Combines the views of one pixel: those on the nearest surface, by their shares, in linear light.
-// Returns its depth. The skin of the one that counts most goes to `bound`, where that is asked for.
+// Returns its depth.
 float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>& shares,
                        std::size_t pixel, double same_surface, const DrawOptions& options,
-                       const std::optional<ShellBinder>& binder, Frame& frame) {
+                       Frame& frame) {
   float nearest = kFarAway;
   for (const Warped& view : views) nearest = std::min(nearest, view.depth_mm[pixel]);
   std::uint8_t* const rgb = &frame.color.pixels[3 * pixel];
@@ -138,17 +123,10 @@ float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float weight = 0;
   const auto behind = static_cast<float>((1 + same_surface) * nearest);
-  const Warped* heaviest = nullptr;
-  float most = 0;
   for (std::size_t c = 0; c < views.size(); ++c) {
     if (views[c].depth_mm[pixel] > behind) continue;
     sum += shares[c] * views[c].color[pixel];
     weight += shares[c];
-    if (shares[c] > most) most = shares[c], heaviest = &views[c];
-  }
-  if (binder) {
-    const ShellBinding on = binder->bind(heaviest->rest_mm[pixel].cast<double>());
-    frame.bound[pixel] = {on.face, float(on.b1), float(on.b2), float(on.height_mm), nearest, most};
   }
   for (int channel = 0; channel < 3; ++channel)
     rgb[channel] = srgb8_from_linear(sum[channel] / weight);
@@ -158,7 +136,10 @@ float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>
 }
 
 PaperWarp::PaperWarp(const Bundle& bundle)
-    : shell_(bundle.shell()), proxy_depth_(bundle.maps.size()), micro_depth_(bundle.maps.size()) {
+    : bundle_(bundle),
+      shell_(bundle.shell()),
+      proxy_depth_(bundle.maps.size()),
+      micro_depth_(bundle.maps.size()) {
   if (bundle.maps.empty() || bundle.maps.size() != bundle.cameras.cameras.size()) {
     throw UsageError("the paper's warp needs the cameras' maps; load the player with them kept");
   }
@@ -179,10 +160,10 @@ PaperWarp::PaperWarp(const Bundle& bundle)
   });
 }
 
-void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMesh& deformed,
-                     const View& view, Warped& out) const {
-  const PosedCamera& camera = bundle.cameras.cameras[number];
-  const CameraMaps& maps = bundle.maps[number];
+void PaperWarp::warp(std::size_t number, const TriangleMesh& deformed, const View& view,
+                     Warped& out) const {
+  const PosedCamera& camera = bundle_.cameras.cameras[number];
+  const CameraMaps& maps = bundle_.maps[number];
   // The macrostructure: the deformed proxy's depth, and which skin each pixel shows.
   std::vector<float> macro(maps.depth_mm.size(), kFarAway);
   std::vector<Eigen::Vector2d> rest_pixel(macro.size());
@@ -192,8 +173,10 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
                const std::size_t i = std::size_t(y) * maps.width + x;
                if (!(depth < macro[i])) return;
                macro[i] = static_cast<float>(depth);
-               const Eigen::Vector3d rest =
-                   camera.camera_from_world * on_face(shell_.at_rest(), f, w);
+               const auto [a, b, c] = shell_.at_rest().faces[f];
+               const auto& at = shell_.at_rest().vertices;
+               const Eigen::Vector3d on_face = w[0] * at[a] + w[1] * at[b] + w[2] * at[c];
+               const Eigen::Vector3d rest = camera.camera_from_world * on_face;
                rest_pixel[i] = project(camera.intrinsics, rest);
                rest_depth[i] = static_cast<float>(rest.z());
              });
@@ -216,23 +199,18 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
     const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
                                            [&](std::size_t t) { return maps.color[t]; });
     const double texel_px = k.fx / p.z() * z / camera.intrinsics.fx;
-    // The texel is one of the map's own: the surface seen there at rest.
-    Eigen::Vector3f at_rest = Eigen::Vector3f::Zero();
-    if (!out.rest_mm.empty()) {
-      const double depth = at.mixed(0.0f, [&](std::size_t t) { return maps.depth_mm[t]; });
-      const Eigen::Vector3d in_camera = depth * unproject(camera.intrinsics, rest_pixel[i]);
-      at_rest = (camera.camera_from_world.inverse() * in_camera).cast<float>();
-    }
-    out.splat(placed, texel_px, static_cast<float>(p.z()), color, at_rest, k);
+    out.splat(placed, texel_px, static_cast<float>(p.z()), color, k);
   }
 }
 
-DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector3d>& positions,
-                           const View& view, const DrawOptions& options, Frame& frame) const {
+DrawReport PaperWarp::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                           const DrawOptions& options, Frame& frame) const {
   view.check();
   check_positions(positions, shell_.proxy());
+  if (options.keep_bound)
+    throw UsageError("the paper's own warp does not tell what skin each pixel shows");
   DrawReport report;
-  report.weights = drawn_shares(bundle.cameras.manifold, view);
+  report.weights = drawn_shares(bundle_.cameras.manifold, view);
   const TriangleMesh deformed = shell_.posed(positions);
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
@@ -240,8 +218,9 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   std::array<Warped, 3> views;
   std::array<float, 3> shares{};
   parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
-    views[c].clear(pixels, options.keep_bound);
-    warp(bundle, cameras[c], deformed, view, views[c]);
+    views[c].depth_mm.assign(pixels, kFarAway);
+    views[c].color.resize(pixels);
+    warp(cameras[c], deformed, view, views[c]);
   });
   std::size_t used = 0;
   for (const double weight : report.weights.weights) {
@@ -249,20 +228,15 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   }
   for (const Warped& warped : std::span(views).first(used)) report.samples_drawn += warped.drawn;
 
-  frame.serial = 0;
-  frame.color = Rgb8Image(width, height);
-  frame.cover.assign(pixels, Cover::background);
-  frame.bound.assign(options.keep_bound ? pixels : 0, BoundPixel());
-  frame.depth_mm.clear();
-  if (options.needs_depth()) frame.depth_mm.assign(pixels, kFarAway);
-  const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
+  frame.resize(width, height, options.needs_depth(), false);
+  std::fill(frame.cover.begin(), frame.cover.end(), Cover::background);
+  std::fill(frame.depth_mm.begin(), frame.depth_mm.end(), kFarAway);
+  const double same_surface =
+      kSameSurfaceTexels / bundle_.cameras.cameras[cameras[0]].intrinsics.fx;
   std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
   float farthest_mm = 1;
-  std::optional<ShellBinder> binder;
-  if (options.keep_bound) binder.emplace(shell_.at_rest(), shell_.reach_mm());
   for (std::size_t i = 0; i < pixels; ++i) {
-    depth_mm[i] =
-        blend(std::span(views).first(used), shares, i, same_surface, options, binder, frame);
+    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
     if (!(depth_mm[i] < kFarAway)) continue;
     ++report.sample_pixels;
     farthest_mm = std::max(farthest_mm, depth_mm[i]);
@@ -270,8 +244,8 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   SkinDepth depth;
   depth.resize(width, height, farthest_mm);
   for (int y = 0; y < height; ++y) depth.put(0, y, width, depth_mm.data() + std::size_t(y) * width);
-  const double distance_mm = (bundle.cameras.cameras[cameras[0]].center_world_mm() -
-                              bundle.cameras.manifold.center_world_mm)
+  const double distance_mm = (bundle_.cameras.cameras[cameras[0]].center_world_mm() -
+                              bundle_.cameras.manifold.center_world_mm)
                                  .norm();
   const auto deeper_mm =
       static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
@@ -280,18 +254,18 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   return report;
 }
 
-DrawReport PaperDrawing::draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                              const DrawOptions& options, Frame& frame) {
+DrawReport PaperWarp::draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                           const DrawOptions& options, Frame& frame) {
   if (organs.size() > 1) throw UsageError("the paper's own warp draws one organ alone");
   const std::vector<Eigen::Vector3d>& positions = organs.front().positions_mm;
   if (positions.size() != bundle_.proxy.vertices.size())
     throw UsageError("the paper's own warp draws no cuts");
-  return warp_.draw(bundle_, positions, view, options, frame);
+  return draw(positions, view, options, frame);
 }
 
 void smooth_outline(Frame& frame) {
   CoverMask skin;
-  skin.read_with_border({0, 0, frame.color.width, frame.color.height}, frame);
+  skin.read({0, 0, frame.color.width, frame.color.height}, frame);
   FrontEdges edges;
   edges.find(skin);
   KeptPixels kept;

@@ -30,6 +30,18 @@ void pack_rgb(const std::int32_t* pixels, int count, std::uint8_t* rgb) {
   std::memcpy(rgb + 3 * (count - 1), &pixels[count - 1], 3);
 }
 
+ORGANBAKE_MULTIVERSION void to_levels(const float* __restrict depth_mm, int count, float per_mm,
+                                      SkinDepth::Level* __restrict levels) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr float kFarthest = SkinDepth::kFarthest, kNothing = SkinDepth::kNothing;
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+    const float level = depth_mm[i] * per_mm;
+    const float capped = level < kFarthest ? level : kFarthest;
+    levels[i] = static_cast<SkinDepth::Level>(
+        static_cast<std::int32_t>(depth_mm[i] < kInfinity ? capped : kNothing));
+  }
+}
+
 }  // namespace
 
 ORGANBAKE_MULTIVERSION void encode(const SumSpan& sum, int count,
@@ -59,22 +71,6 @@ ORGANBAKE_MULTIVERSION void encode(const SumSpan& sum, int count,
   }
   std::copy_n(covered, count, cover);
 }
-
-namespace {
-
-ORGANBAKE_MULTIVERSION void to_levels(const float* __restrict depth_mm, int count, float per_mm,
-                                      SkinDepth::Level* __restrict levels) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr float kFarthest = SkinDepth::kFarthest, kNothing = SkinDepth::kNothing;
-  for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    const float level = depth_mm[i] * per_mm;
-    const float capped = level < kFarthest ? level : kFarthest;
-    levels[i] = static_cast<SkinDepth::Level>(
-        static_cast<std::int32_t>(depth_mm[i] < kInfinity ? capped : kNothing));
-  }
-}
-
-}  // namespace
 
 void SkinDepth::resize(int width, int height, float reach_mm) {
   level_mm_ = reach_mm / kFarthest;

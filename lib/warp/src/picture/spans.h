@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -61,10 +62,10 @@ static_assert(kSpan % kLanes == 0);
 inline constexpr float kFullScale = 255.0f * 255.0f;  // square-root light squared
 
 // A span of a tile's row while it is summed: colour × weight in 0…255², the weight, and the
-// depth of the nearest skin (mm).
+// depth of the nearest skin (mm), and of that without the base layer, where there is one.
 struct SumSpan {
   alignas(64) float red[kSpan], green[kSpan], blue[kSpan], weight[kSpan];
-  alignas(64) float nearest[kSpan];
+  alignas(64) float nearest[kSpan], nearest_sample[kSpan];
 };
 
 // Sums to sRGB bytes; background where nothing weighs.
@@ -86,7 +87,9 @@ class SkinDepth {
   void resize(int width, int height, float reach_mm);
   int width() const { return width_; }
   int height() const { return height_; }
-  float level_mm() const { return level_mm_; }
+  Level levels(float mm) const {  // that so many come to
+    return static_cast<Level>(std::lround(std::min(mm / level_mm_, float{kFarthest})));
+  }
   const Level* row(int y) const { return levels_.data() + first_of(y); }
   // Depths of pixels from (x, y) on along a row, to be read up to whole vectors; +inf: no skin.
   void put(int x, int y, int count, const float* depth_mm);

@@ -14,6 +14,22 @@
 
 namespace organbake {
 
+// body(i) for each of begin … end − 1, of which pieces of `grain` are worked on at once.
+template <class Index, class Body>
+void parallel_each(Index begin, Index end, Index grain, const Body& body) {
+  parallel_pieces(begin, end, grain, [&](Index i, Index last) {
+    for (; i < last; ++i) body(i);
+  });
+}
+
+// visit(column, row) for the blocks of so many pixels, counted from pixel 0, that a box touches.
+template <class Visit>
+void each_block(const PixelBox& box, int width, int height, const Visit& visit) {
+  if (box.empty()) return;
+  for (int row = box.y0 / height; row <= (box.y1 - 1) / height; ++row)
+    for (int column = box.x0 / width; column <= (box.x1 - 1) / width; ++column) visit(column, row);
+}
+
 // The picture cut into tiles whose keys, and the colours that they name, stay in a core's
 // second-level cache of a megabyte: in tiles of 256 × 128 a frame's colours are fetched anew from a
 // cache that others share, and take half as long again whenever those are busy. A tile, or a part
@@ -54,7 +70,9 @@ class TileLists {
     const std::size_t tiles = grid.count();
     next_.assign(pieces * tiles, 0);
     const auto each_of = [&](std::uint32_t piece, const auto& visit) {
-      each(grid, piece * kPiece, std::min(items, (piece + 1) * kPiece), box_of, visit);
+      for (std::uint32_t i = piece * kPiece; i < std::min(items, (piece + 1) * kPiece); ++i)
+        each_block(box_of(i), TileGrid::kWidth, TileGrid::kHeight,
+                   [&](int x, int y) { visit(i, y * grid.columns() + x); });
     };
     parallel_for(std::uint32_t{0}, pieces, [&](std::uint32_t piece) {
       std::uint32_t* const counts = &next_[piece * tiles];
@@ -79,20 +97,6 @@ class TileLists {
 
  private:
   static constexpr std::uint32_t kPiece = 2048;  // items
-
-  template <class BoxOf, class Visit>
-  static void each(const TileGrid& grid, std::uint32_t first, std::uint32_t last,
-                   const BoxOf& box_of, const Visit& visit) {
-    for (std::uint32_t i = first; i < last; ++i) {
-      const PixelBox box = box_of(i);
-      if (box.empty()) continue;
-      for (int y = box.y0 / TileGrid::kHeight; y <= (box.y1 - 1) / TileGrid::kHeight; ++y) {
-        for (int x = box.x0 / TileGrid::kWidth; x <= (box.x1 - 1) / TileGrid::kWidth; ++x) {
-          visit(i, y * grid.columns() + x);
-        }
-      }
-    }
-  }
 
   std::vector<std::uint32_t> start_, items_;
   std::vector<std::uint32_t> next_;  // by piece and tile: where its next item goes

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shell as it is posed, and the cameras that draw it in a view: their patches placed, culled
 // and counted.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <mutex>
 #include <utility>
@@ -12,17 +11,6 @@
 
 namespace organbake {
 namespace {
-
-// Vertices or faces of a piece.
-constexpr std::uint32_t kPosedGrain = 256;
-
-// body(i) for each of 0 … count − 1, which write to nothing but their own.
-void for_each_posed(std::size_t count, const auto& body) {
-  parallel_pieces(std::uint32_t{0}, static_cast<std::uint32_t>(count), kPosedGrain,
-                  [&](std::uint32_t i, std::uint32_t last) {
-                    for (; i < last; ++i) body(i);
-                  });
-}
 
 // What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
 // normal farther from the mean of its corners' than 6°.
@@ -81,20 +69,23 @@ bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
   std::swap(posed_.vertices, next_vertices_);
   face_changed_.resize(posed_.faces.size());
   vertex_changed_.resize(posed_.vertices.size());
+  const auto faces = static_cast<std::uint32_t>(posed_.faces.size());
+  constexpr std::uint32_t kGrain = 256;  // faces or vertices
   // Moved vertices change their faces, those all their corners' normals, and these their faces.
-  for_each_posed(posed_.faces.size(), [this](std::uint32_t f) {
+  parallel_each(0u, faces, kGrain, [this](std::uint32_t f) {
     const Face& face = posed_.faces[f];
     face_changed_[f] = std::any_of(face.begin(), face.end(), [this](std::uint32_t v) {
       return posed_.vertices[v] != next_vertices_[v];
     });
   });
-  for_each_posed(posed_.vertices.size(), [this](std::uint32_t v) {
-    const auto faces = faces_of_.of(v);
-    vertex_changed_[v] = std::any_of(faces.begin(), faces.end(),
-                                     [this](std::uint32_t f) { return face_changed_[f] != 0; });
-    if (vertex_changed_[v]) set_vertex(v);
-  });
-  for_each_posed(posed_.faces.size(), [this](std::uint32_t f) {
+  parallel_each(
+      0u, static_cast<std::uint32_t>(posed_.vertices.size()), kGrain, [this](std::uint32_t v) {
+        const auto around = faces_of_.of(v);
+        vertex_changed_[v] = std::any_of(around.begin(), around.end(),
+                                         [this](std::uint32_t f) { return face_changed_[f] != 0; });
+        if (vertex_changed_[v]) set_vertex(v);
+      });
+  parallel_each(0u, faces, kGrain, [this](std::uint32_t f) {
     const Face& face = posed_.faces[f];
     if (std::any_of(face.begin(), face.end(),
                     [this](std::uint32_t v) { return vertex_changed_[v] != 0; }))
@@ -104,7 +95,14 @@ bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
 }
 
 void PosedShell::set_vertex(std::uint32_t vertex) {
-  set_normal(vertex);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // as vertex_normals() has it
+  for (const std::uint32_t f : faces_of_.of(vertex)) {
+    const Face& face = posed_.faces[f];
+    const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
+    sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);
+  }
+  const double length = sum.norm();
+  normals_[vertex] = length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();
   if (!gradients_) return;
   gradient_changes_[vertex] = shell_.skin()->is_creased(vertex)
                                   ? unknown_change()
@@ -118,18 +116,6 @@ void PosedShell::set_face(std::uint32_t face) {
   ++revisions_[face];
 }
 
-// As vertex_normals() has it.
-void PosedShell::set_normal(std::uint32_t vertex) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const std::uint32_t f : faces_of_.of(vertex)) {
-    const Face& face = posed_.faces[f];
-    const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
-    sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);
-  }
-  const double length = sum.norm();
-  normals_[vertex] = length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();
-}
-
 bool PosedShell::bent_over(std::uint32_t f) const {
   const Face& face = posed_.faces[f];
   const bool pushed = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
@@ -140,11 +126,11 @@ bool PosedShell::bent_over(std::uint32_t f) const {
   return face_normal(posed_, f).dot(skin) < kBentCosine * skin.norm();
 }
 
-void ActiveCameras::choose(const SampleStore& store, const ViewWeights& weights) {
+void ActiveCameras::choose(SampleStore& store, const ViewWeights& weights) {
   count_ = 0;
   for (int i = 0; i < 3; ++i) {
     if (weights.weights[i] <= 0) continue;
-    cameras_[count_].set = &store[weights.cameras[i]];
+    cameras_[count_].set = &store.made(weights.cameras[i]);
     cameras_[count_++].weight = static_cast<float>(weights.weights[i]);
   }
 }
@@ -158,15 +144,6 @@ float ActiveCameras::texel_mm() const {
   }
   return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
-
-namespace {
-
-// What of a chunk is drawn as samples. From near, or from within the organ, those that face away
-// would hang before what lies behind as loose texels; the base layer draws what of their faces does
-// not.
-PixelBox splatted(const ChunkFrame& chunk) { return chunk.left_to_base ? PixelBox() : chunk.box; }
-
-}  // namespace
 
 void ActiveCameras::place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
                           DirtyCells& cells) {
@@ -192,8 +169,12 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
                       for (; c < last; c += kPatchBatch)
                         place_batch(c, std::min(last, c + kPatchBatch));
                     });
+    // From near, or from within the organ, chunks that face away would hang before what lies behind
+    // as loose texels; the base layer draws what of their faces does not.
     camera.tiles.build(grid, static_cast<std::uint32_t>(camera.chunks.size()),
-                       [&](std::uint32_t c) { return splatted(camera.chunks[c]); });
+                       [&](std::uint32_t c) {
+                         return camera.chunks[c].left_to_base ? PixelBox() : camera.chunks[c].box;
+                       });
   });
 }
 

@@ -26,42 +26,6 @@ float nearest_corner_mm(const ShellColumns& metric) {
   return metric(2, 0) + std::min({0.0f, metric(2, 1), metric(2, 2)});
 }
 
-}  // namespace
-
-void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_mm, bool continued) {
-  const RigidTransform& pose = view.camera.camera_from_world;
-  const Intrinsics& k = view.camera.intrinsics;
-  Eigen::Matrix3d projection;
-  projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
-  frames_.resize(shell.matrices().size());
-  continued_ = continued;
-  const float near_mm = static_cast<float>(k.fx) * texel_mm / kNearTexel_px;
-  moved_.resize(frames_.size());
-  revisions_.resize(frames_.size());
-  const auto place_face = [&](std::size_t f) {
-    moved_[f] = revisions_[f] != shell.revisions()[f];
-    if (!moved(f)) return;
-    revisions_[f] = shell.revisions()[f];
-    frames_[f].two_sided = shell.two_sided(f);
-    ShellMatrix metric = pose.rotation * shell.matrices()[f];
-    metric.col(0) += pose.translation;
-    const ShellMatrix pixel = projection * metric;
-    frames_[f].metric = columns_of(metric);
-    frames_[f].near = nearest_corner_mm(frames_[f].metric) <= near_mm;
-    frames_[f].pixel = columns_of(pixel);
-  };
-  parallel_pieces(std::size_t{0}, frames_.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
-    for (; f < last; ++f) place_face(f);
-  });
-}
-
-void PlacedFaces::add_moved(std::span<const std::uint8_t> changed) {
-  if (!continued_) return;
-  for (std::size_t f = 0; f < moved_.size(); ++f) moved_[f] |= changed[f];
-}
-
-namespace {
-
 inline float larger(float a, float b) { return a > b ? a : b; }
 inline int clamped_int(float value, int low, int high) {
   // Written so that NaN becomes `low`.
@@ -81,26 +45,14 @@ struct Triple {
   Triple absolute() const { return {std::abs(x), std::abs(y), std::abs(z)}; }
 };
 
-// One patch's numbers, its face's, and the view's.
+// One patch's numbers, and the view's.
 struct PatchAt {
   Triple center, extent, along_u, along_v;  // of b1, b2, h
   float sine, cosine;
 };
-struct FaceAt {
-  Triple m[9];  // columns of its shell matrix
-};
 struct Placing {
   float fx, fy, cx, cy, near;
   int width, height;
-
-  explicit Placing(const View& view)
-      : fx(static_cast<float>(view.camera.intrinsics.fx)),
-        fy(static_cast<float>(view.camera.intrinsics.fy)),
-        cx(static_cast<float>(view.camera.intrinsics.cx)),
-        cy(static_cast<float>(view.camera.intrinsics.cy)),
-        near(static_cast<float>(view.near_mm)),
-        width(view.camera.intrinsics.width),
-        height(view.camera.intrinsics.height) {}
 };
 
 inline float length(const Triple& t) { return std::sqrt(t.dot(t)); }
@@ -111,25 +63,26 @@ struct PlacedPatch {
   Triple center, by_b1, by_b2, by_h, half;
   float bend;  // sine of the angle by which normals turn within it, at most
 
-  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const FaceAt& on) {
+  // m: the columns of its face's shell matrix.
+  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const std::array<Triple, 9>& m) {
     const float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
-    by_b1 = on.m[1] + on.m[4] * h;
-    by_b2 = on.m[2] + on.m[5] * h;
-    by_h = on.m[3] + on.m[4] * b1 + on.m[5] * b2;
-    center = on.m[0] + on.m[1] * b1 + on.m[2] * b2 + by_h * h;
+    by_b1 = m[1] + m[4] * h;
+    by_b2 = m[2] + m[5] * h;
+    by_h = m[3] + m[4] * b1 + m[5] * b2;
+    center = m[0] + m[1] * b1 + m[2] * b2 + by_h * h;
     const float e1 = p.extent.x, e2 = p.extent.y, eh = p.extent.z;
     // Exact for a flat face's shell map, which is linear but for the products h·b.
     half = by_b1.absolute() * e1 + by_b2.absolute() * e2 + by_h.absolute() * eh +
-           (on.m[4].absolute() * e1 + on.m[5].absolute() * e2) * eh;
+           (m[4].absolute() * e1 + m[5].absolute() * e2) * eh;
     // On a bent one its squares come on top.
-    const Triple bend1 = on.m[6] * b1 + on.m[7] * b2, bend2 = on.m[8] * b2;
+    const Triple bend1 = m[6] * b1 + m[7] * b2, bend2 = m[8] * b2;
     center = center + bend1 * b1 + bend2 * b2;
-    const Triple more1 = bend1 + on.m[6] * b1, more2 = bend2 * 2 + on.m[7] * b1;
+    const Triple more1 = bend1 + m[6] * b1, more2 = bend2 * 2 + m[7] * b1;
     by_b1 = by_b1 + more1, by_b2 = by_b2 + more2;
-    const Triple turn1 = on.m[6].absolute() * (2 * e1) + on.m[7].absolute() * e2,
-                 turn2 = on.m[7].absolute() * e1 + on.m[8].absolute() * (2 * e2);
-    half = half + more1.absolute() * e1 + more2.absolute() * e2 + on.m[6].absolute() * (e1 * e1) +
-           on.m[7].absolute() * (e1 * e2) + on.m[8].absolute() * (e2 * e2);
+    const Triple turn1 = m[6].absolute() * (2 * e1) + m[7].absolute() * e2,
+                 turn2 = m[7].absolute() * e1 + m[8].absolute() * (2 * e2);
+    half = half + more1.absolute() * e1 + more2.absolute() * e2 + m[6].absolute() * (e1 * e1) +
+           m[7].absolute() * (e1 * e2) + m[8].absolute() * (e2 * e2);
     bend = length(turn1) / larger(length(by_b1), 1e-30f) +
            length(turn2) / larger(length(by_b2), 1e-30f);
   }
@@ -157,34 +110,40 @@ struct PlacedPatch {
 // Texels smaller than this many pixels are all alike; keeps offsets within an int's range.
 constexpr float kSmallestTexel = 0.02f;
 
-// The 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
-struct Footprint {
-  float u_x, u_y, v_x, v_y, z_u, z_v;
-  int columns, rows;
-
-  [[gnu::always_inline]] Footprint(const PlacedPatch& p, const Triple& s_u, const Triple& s_v,
-                                   const Placing& to) {
-    const float inverse_z = 1 / larger(p.center.z, to.near);
-    const float fx = to.fx * inverse_z, fy = to.fy * inverse_z;
-    const float px = p.center.x * inverse_z, py = p.center.y * inverse_z;
-    const float x_u = fx * (s_u.x - px * s_u.z), y_u = fy * (s_u.y - py * s_u.z);
-    const float x_v = fx * (s_v.x - px * s_v.z), y_v = fy * (s_v.y - py * s_v.z);
-    const float size =
-        larger(larger(larger(std::abs(x_u), std::abs(y_u)), larger(std::abs(x_v), std::abs(y_v))),
-               kSmallestTexel);
-    const float exact = x_u * y_v - x_v * y_u;
-    // Seen edge-on the map has no inverse; a thousandth of its size keeps offsets finite.
-    const float least = 1e-3f * size * size;
-    const float determinant = std::abs(exact) < least ? (exact < 0 ? -least : least) : exact;
-    const float inverse = 1 / (determinant * kReach);
-    u_x = y_v * inverse, u_y = -x_v * inverse;
-    v_x = -y_u * inverse, v_y = x_u * inverse;
-    z_u = kReach * s_u.z, z_v = kReach * s_v.z;
-    // The most pixel centres that a texel's own parallelogram can hold along each axis.
-    columns = clamped_int(std::ceil(std::abs(x_u) + std::abs(x_v)), 1, kMostSplat);
-    rows = clamped_int(std::ceil(std::abs(y_u) + std::abs(y_v)), 1, kMostSplat);
-  }
+// A batch's frames, number by number, as a loop over vectors leaves them.
+struct Batch {
+  template <class Number>
+  using Each = std::array<Number, kPatchBatch>;
+  static_assert(kPatchBatch % kLanes == 0);
+  alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v, z0;
+  // away: a flag; turned: whether its middle faces away, even if not all of it does.
+  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned;
 };
+
+// The 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
+[[gnu::always_inline]] inline void put_footprint(const PlacedPatch& p, const Triple& s_u,
+                                                 const Triple& s_v, const Placing& to, unsigned i,
+                                                 Batch& out) {
+  const float inverse_z = 1 / larger(p.center.z, to.near);
+  const float fx = to.fx * inverse_z, fy = to.fy * inverse_z;
+  const float px = p.center.x * inverse_z, py = p.center.y * inverse_z;
+  const float x_u = fx * (s_u.x - px * s_u.z), y_u = fy * (s_u.y - py * s_u.z);
+  const float x_v = fx * (s_v.x - px * s_v.z), y_v = fy * (s_v.y - py * s_v.z);
+  const float size =
+      larger(larger(larger(std::abs(x_u), std::abs(y_u)), larger(std::abs(x_v), std::abs(y_v))),
+             kSmallestTexel);
+  const float exact = x_u * y_v - x_v * y_u;
+  // Seen edge-on the map has no inverse; a thousandth of its size keeps offsets finite.
+  const float least = 1e-3f * size * size;
+  const float determinant = std::abs(exact) < least ? (exact < 0 ? -least : least) : exact;
+  const float inverse = 1 / (determinant * kReach);
+  out.u_x[i] = y_v * inverse, out.u_y[i] = -x_v * inverse;
+  out.v_x[i] = -y_u * inverse, out.v_y[i] = x_u * inverse;
+  out.z_u[i] = kReach * s_u.z, out.z_v[i] = kReach * s_v.z;
+  // The most pixel centres that a texel's own parallelogram can hold along each axis.
+  out.columns[i] = clamped_int(std::ceil(std::abs(x_u) + std::abs(x_v)), 1, kMostSplat);
+  out.rows[i] = clamped_int(std::ceil(std::abs(y_u) + std::abs(y_v)), 1, kMostSplat);
+}
 
 // Pixels along one axis that a box of camera space can reach, by interval arithmetic, grown by half
 // a splat; z0 and z1 are the box's depths, z0 not before the near plane.
@@ -200,39 +159,17 @@ struct Interval {
   }
 };
 
-struct PlacedChunk {
-  Footprint footprint;
-  float z0;
-  int x0, y0, x1, y1;
-  int away;    // a flag
-  int turned;  // whether its middle faces away, even if not all of it does
-
-  [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
-                                     const Triple& s_v, const Placing& to)
-      : footprint(p, s_u, s_v, to) {
-    z0 = larger(p.center.z - p.half.z, to.near);
-    const float z1 = p.center.z + p.half.z;
-    const Interval x(p.center.x, p.half.x, z0, z1, to.fx, to.cx, footprint.columns);
-    const Interval y(p.center.y, p.half.y, z0, z1, to.fy, to.cy, footprint.rows);
-    x0 = clamped_int(x.low, 0, to.width), y0 = clamped_int(y.low, 0, to.height);
-    // Nothing, when all of it lies before the near plane.
-    x1 = clamped_int(z1 < to.near ? 0 : x.high, 0, to.width);
-    y1 = clamped_int(y.high, 0, to.height);
-    // Columns run right, rows down, so v × u points out of the surface.
-    const Triple normal = s_v.cross(s_u);
-    away = faces_away(p, normal, patch.sine, patch.cosine);
-    turned = normal.dot(p.center) > 0;
-  }
-};
-
-// A batch's frames, number by number, as a loop over vectors leaves them.
-struct Batch {
-  template <class Number>
-  using Each = std::array<Number, kPatchBatch>;
-  static_assert(kPatchBatch % kLanes == 0);
-  alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v, z0;
-  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, turned;
-};
+[[gnu::always_inline]] inline void put_bounds(const PlacedPatch& p, const Placing& to, unsigned i,
+                                              Batch& out) {
+  const float z0 = larger(p.center.z - p.half.z, to.near), z1 = p.center.z + p.half.z;
+  const Interval x(p.center.x, p.half.x, z0, z1, to.fx, to.cx, out.columns[i]);
+  const Interval y(p.center.y, p.half.y, z0, z1, to.fy, to.cy, out.rows[i]);
+  out.z0[i] = z0;
+  out.x0[i] = clamped_int(x.low, 0, to.width), out.y0[i] = clamped_int(y.low, 0, to.height);
+  // Nothing, when all of it lies before the near plane.
+  out.x1[i] = clamped_int(z1 < to.near ? 0 : x.high, 0, to.width);
+  out.y1[i] = clamped_int(y.high, 0, to.height);
+}
 
 using Numbers = std::array<const float*, PatchTable::kNumbers>;
 // Of each patch's face, number by number.
@@ -240,37 +177,24 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
 
 // By whole vectors, over the borders of faces, of which most have one or two patches: one by one,
 // choosing and placing what a frame draws takes half as long again.
-[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place(const Numbers& n, const Columns& f, int count,
-                                                   Placing to, Batch& __restrict out) {
-  const float *const b1 = n[0], *const b2 = n[1], *const h = n[2];
-  const float *const e1 = n[3], *const e2 = n[4], *const eh = n[5];
-  const float *const u1 = n[6], *const u2 = n[7], *const uh = n[8];
-  const float *const v1 = n[9], *const v2 = n[10], *const vh = n[11];
-  const float *const sine = n[12], *const cosine = n[13];
+[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place(const Numbers& of_patches, const Columns& f,
+                                                   int count, Placing to, Batch& __restrict out) {
+  const Numbers n = of_patches;
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    const PatchAt patch{{b1[i], b2[i], h[i]},
-                        {e1[i], e2[i], eh[i]},
-                        {u1[i], u2[i], uh[i]},
-                        {v1[i], v2[i], vh[i]},
-                        sine[i],
-                        cosine[i]};
-    const FaceAt face{{{f[0][i], f[1][i], f[2][i]},
-                       {f[3][i], f[4][i], f[5][i]},
-                       {f[6][i], f[7][i], f[8][i]},
-                       {f[9][i], f[10][i], f[11][i]},
-                       {f[12][i], f[13][i], f[14][i]},
-                       {f[15][i], f[16][i], f[17][i]},
-                       {f[18][i], f[19][i], f[20][i]},
-                       {f[21][i], f[22][i], f[23][i]},
-                       {f[24][i], f[25][i], f[26][i]}}};
-    const PlacedPatch p(patch, face);
-    const PlacedChunk c(p, patch, p.along(patch.along_u), p.along(patch.along_v), to);
-    const Footprint& foot = c.footprint;
-    out.u_x[i] = foot.u_x, out.u_y[i] = foot.u_y, out.v_x[i] = foot.v_x, out.v_y[i] = foot.v_y;
-    out.z_u[i] = foot.z_u, out.z_v[i] = foot.z_v, out.z0[i] = c.z0;
-    out.columns[i] = foot.columns, out.rows[i] = foot.rows;
-    out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
-    out.away[i] = c.away, out.turned[i] = c.turned;
+    const auto number = [&](int k) { return Triple{n[k][i], n[k + 1][i], n[k + 2][i]}; };
+    const auto column = [&](int k) {
+      return Triple{f[3 * k][i], f[3 * k + 1][i], f[3 * k + 2][i]};
+    };
+    const PatchAt patch{number(0), number(3), number(6), number(9), n[12][i], n[13][i]};
+    const PlacedPatch p(patch, {column(0), column(1), column(2), column(3), column(4), column(5),
+                                column(6), column(7), column(8)});
+    const Triple s_u = p.along(patch.along_u), s_v = p.along(patch.along_v);
+    put_footprint(p, s_u, s_v, to, i, out);
+    put_bounds(p, to, i, out);
+    // Columns run right, rows down, so v × u points out of the surface.
+    const Triple normal = s_v.cross(s_u);
+    out.away[i] = faces_away(p, normal, patch.sine, patch.cosine);
+    out.turned[i] = normal.dot(p.center) > 0;
   }
 }
 
@@ -291,6 +215,36 @@ ChunkFrame frame_at(const Batch& b, int i, const FaceFrame& face) {
 
 }  // namespace
 
+void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_mm, bool continued) {
+  const RigidTransform& pose = view.camera.camera_from_world;
+  const Intrinsics& k = view.camera.intrinsics;
+  Eigen::Matrix3d projection;
+  projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
+  frames_.resize(shell.matrices().size());
+  continued_ = continued;
+  const float near_mm = static_cast<float>(k.fx) * texel_mm / kNearTexel_px;
+  moved_.resize(frames_.size());
+  revisions_.resize(frames_.size());
+  const auto place_face = [&](std::size_t f) {
+    moved_[f] = revisions_[f] != shell.revisions()[f];
+    if (!moved(f)) return;
+    revisions_[f] = shell.revisions()[f];
+    frames_[f].two_sided = shell.two_sided(f);
+    ShellMatrix metric = pose.rotation * shell.matrices()[f];
+    metric.col(0) += pose.translation;
+    const ShellMatrix pixel = projection * metric;
+    frames_[f].metric = columns_of(metric);
+    frames_[f].near = nearest_corner_mm(frames_[f].metric) <= near_mm;
+    frames_[f].pixel = columns_of(pixel);
+  };
+  parallel_each(std::size_t{0}, frames_.size(), kFaceGrain, place_face);
+}
+
+void PlacedFaces::add_moved(std::span<const std::uint8_t> changed) {
+  if (!continued_) return;
+  for (std::size_t f = 0; f < moved_.size(); ++f) moved_[f] |= changed[f];
+}
+
 void place_patches(const PatchTable& patches, std::size_t first, int count,
                    std::span<const FaceFrame> faces, const View& view, ChunkFrame* frames) {
   Numbers numbers;
@@ -302,7 +256,10 @@ void place_patches(const PatchTable& patches, std::size_t first, int count,
       for (int axis = 0; axis < 3; ++axis) columns[3 * k + axis][i] = metric(axis, k);
   }
   Batch batch;
-  place(numbers, columns, count, Placing(view), batch);
+  const Intrinsics& k = view.camera.intrinsics;
+  const Placing to{float(k.fx),         float(k.fy), float(k.cx), float(k.cy),
+                   float(view.near_mm), k.width,     k.height};
+  place(numbers, columns, count, to, batch);
   for (int i = 0; i < count; ++i) frames[i] = frame_at(batch, i, faces[patches.face(first + i)]);
 }
 

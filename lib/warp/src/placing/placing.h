@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -47,7 +46,6 @@ class PosedShell {
  private:
   bool bent_over(std::uint32_t face) const;
   void set_vertex(std::uint32_t vertex);
-  void set_normal(std::uint32_t vertex);
   void set_face(std::uint32_t face);
 
   ShellSurface shell_;
@@ -162,31 +160,22 @@ class DirtyCells {
   }
   // box: clipped to the picture. From any thread.
   void mark(const PixelBox& box) {
-    each(box, [&](int, int, std::uint8_t& cell) {
+    each_block(box, kCell_px, kCell_px, [&](int x, int y) {
       // As std::atomic_ref, which not every standard library has yet.
-      __atomic_store_n(&cell, std::uint8_t{1}, __ATOMIC_RELAXED);
+      __atomic_store_n(&moved_[std::size_t(y) * columns_ + x], std::uint8_t{1}, __ATOMIC_RELAXED);
     });
   }
   // Round all moved cells within `tile`.
-  PixelBox within(const PixelBox& tile) {
+  PixelBox within(const PixelBox& tile) const {
     PixelBox moved;
-    each(tile, [&](int x, int y, std::uint8_t& cell) {
-      if (cell) moved = united(moved, {x, y, x + kCell_px, y + kCell_px});
+    each_block(tile, kCell_px, kCell_px, [&](int x, int y) {
+      if (moved_[std::size_t(y) * columns_ + x])
+        moved = united(moved, {x * kCell_px, y * kCell_px, (x + 1) * kCell_px, (y + 1) * kCell_px});
     });
     return intersected(moved, tile);
   }
 
  private:
-  template <class Visit>
-  void each(const PixelBox& box, Visit&& visit) {
-    if (box.empty()) return;
-    for (int y = box.y0 / kCell_px; y <= (box.y1 - 1) / kCell_px; ++y) {
-      for (int x = box.x0 / kCell_px; x <= (box.x1 - 1) / kCell_px; ++x) {
-        visit(x * kCell_px, y * kCell_px, moved_[std::size_t(y) * columns_ + x]);
-      }
-    }
-  }
-
   int columns_ = 0;
   std::vector<std::uint8_t> moved_;
 };
@@ -211,8 +200,8 @@ struct VisibilitySummary {
 // and listed by tile. Kept between frames for its memory.
 class ActiveCameras {
  public:
-  // Those of used_cameras(weights), which the store must have.
-  void choose(const SampleStore& store, const ViewWeights& weights);
+  // Those of used_cameras(weights).
+  void choose(SampleStore& store, const ViewWeights& weights);
   // Where faces are continued, the last placing was for the same cameras and view: chunks of those
   // that did not move stay, and what the others leave or enter is marked.
   void place(const PlacedFaces& faces, const View& view, const TileGrid& grid, DirtyCells& cells);

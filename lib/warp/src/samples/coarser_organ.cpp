@@ -10,9 +10,9 @@
 #include <numeric>
 #include <utility>
 
-#include "organbake/core/parallel.h"
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/warper.h"
+#include "picture/tiles.h"
 #include "samples/samples.h"
 
 namespace organbake {
@@ -156,9 +156,8 @@ CameraMaps shrunk(const CameraMaps& maps, const PosedCamera& small, int shrink, 
     out.height_mm[at] = static_cast<float>(bound_near(to[face.face], point, face).height_mm);
     out.confidence[at] = sure / static_cast<float>(count);
   };
-  parallel_pieces(0, out.height, 8, [&](int y, int last) {
-    for (; y < last; ++y)
-      for (int x = 0; x < out.width; ++x) put(x, y);
+  parallel_each(0, out.height, 8, [&](int y) {
+    for (int x = 0; x < out.width; ++x) put(x, y);
   });
   return out;
 }
@@ -257,19 +256,17 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
   }
   rest_ = shell_matrices(bundle_.shell().at_rest());
   bundle_.base = shrunk(whole.base, whole_rest_, steps_, shrink, rest_);
-  if (steps_ > 1) bind_middles(*whole.skin, whole.shell().at_rest().vertices);
-}
-
-void CoarserOrgan::bind_middles(const SmoothSkin& skin, const std::vector<Vector3d>& at_rest) {
+  if (steps_ == 1) return;
+  const TriangleMesh at_rest = whole.shell().at_rest();
   const Lattice lattice(bundle_.proxy, steps_);
   const std::uint32_t third = std::max(1u, steps_ / 3);
   const Vector2d middle = Vector2d::Constant(double(third) / steps_);
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t f = 0; f < bundle_.proxy.faces.size(); ++f) {
     nodes.push_back(lattice.node(f, third, third));
-    bound_middles_.push_back(bound_near(rest_[f], at_rest[nodes.back()], {f, middle}));
+    bound_middles_.push_back(bound_near(rest_[f], at_rest.vertices[nodes.back()], {f, middle}));
   }
-  middles_ = nodes_of(skin, nodes);
+  middles_ = nodes_of(*whole.skin, nodes);
 }
 
 BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into) {

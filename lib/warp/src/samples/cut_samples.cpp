@@ -64,85 +64,61 @@ struct Group {
   std::vector<TexelColors> colors;
 };
 
-class ChunkSplitter {
- public:
-  explicit ChunkSplitter(SampleSet& set) : set_(set) {}
-
-  void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
-    std::vector<Group> groups(parts.size());
-    const Patch patch = set_.chunks[chunk].patch;
-    const Eigen::Vector2d along_u(patch.along_u[0], patch.along_u[1]),
-        along_v(patch.along_v[0], patch.along_v[1]);
-    for (std::uint32_t i = 0; i < set_.chunks[chunk].count; ++i) {
-      const std::uint32_t slot = chunk * kChunk + i;
-      const std::array<float, 3> bound = set_.bound(slot);
-      const Eigen::Vector2d at(bound[0], bound[1]);
-      std::size_t best = 0;
-      double deepest = -std::numeric_limits<double>::infinity();
-      for (std::size_t p = 0; p < parts.size(); ++p) {
-        const double depth = parts[p].depth(at);
-        if (depth > deepest) deepest = depth, best = p;
-      }
-      const Eigen::Vector2d in_part = within_lips(
-          parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
-      groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
-                                      static_cast<float>(in_part.y()), bound[2]);
-      groups[best].colors.push_back(set_.colors[slot]);
-    }
-    bool own = true;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (groups[p].bound.empty()) continue;
-      const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
-      put(at, patch, parts[p], groups[p]);
-    }
-  }
-
- private:
-  std::uint32_t add_chunk() {
-    set_.chunks.emplace_back();
-    const std::size_t slots = set_.chunks.size() * kChunk;
-    set_.b1.resize(slots), set_.b2.resize(slots), set_.h.resize(slots), set_.colors.resize(slots);
-    return static_cast<std::uint32_t>(set_.chunks.size() - 1);
-  }
-
-  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part, const Group& group) {
-    Chunk& made = set_.chunks[chunk];
-    made.count = static_cast<std::uint32_t>(group.bound.size());
-    Patch& patch = made.patch;
-    patch = was;
-    patch.face = part.face;
-    const auto turn = [&](const float(&along)[3], float(&out)[3]) {
-      const Eigen::Vector2d b = part.turn * Eigen::Vector2d(along[0], along[1]);
-      out[0] = static_cast<float>(b.x()), out[1] = static_cast<float>(b.y()), out[2] = along[2];
-    };
-    turn(was.along_u, patch.along_u);
-    turn(was.along_v, patch.along_v);
-    const std::size_t first = std::size_t{chunk} * kChunk;
-    for (std::vector<PatchCoordinate>* places : {&set_.b1, &set_.b2, &set_.h})
-      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
-    set_.put(group.bound, first, patch);
-    std::copy(group.colors.begin(), group.colors.end(),
-              set_.colors.begin() + static_cast<std::ptrdiff_t>(first));
-  }
-
-  SampleSet& set_;
-};
-
-}  // namespace
-
-void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
-  ChunkSplitter splitter(set);
-  const std::size_t uncut = set.chunks.size();
-  for (std::uint32_t c = 0; c < uncut; ++c) {
-    const auto found = parts.find(set.chunks[c].patch.face);
-    if (found == parts.end()) continue;
-    const std::vector<IntoPart> into(found->second.begin(), found->second.end());
-    splitter.split(c, into);
-  }
-  set.copy_patches();
+void put_group(SampleSet& set, std::uint32_t chunk, const Patch& was, const IntoPart& part,
+               const Group& group) {
+  Chunk& made = set.chunks[chunk];
+  made.count = static_cast<std::uint32_t>(group.bound.size());
+  Patch& patch = made.patch;
+  patch = was;
+  patch.face = part.face;
+  const auto turn = [&](const float(&along)[3], float(&out)[3]) {
+    const Eigen::Vector2d b = part.turn * Eigen::Vector2d(along[0], along[1]);
+    out[0] = static_cast<float>(b.x()), out[1] = static_cast<float>(b.y()), out[2] = along[2];
+  };
+  turn(was.along_u, patch.along_u);
+  turn(was.along_v, patch.along_v);
+  const std::size_t first = std::size_t{chunk} * kChunk;
+  for (std::vector<PatchCoordinate>* places : {&set.b1, &set.b2, &set.h})
+    std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
+  set.put(group.bound, first, patch);
+  std::copy(group.colors.begin(), group.colors.end(),
+            set.colors.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
-namespace {
+// The first part that gets samples takes the chunk's own slots, each other one a new chunk.
+void split_chunk(SampleSet& set, std::uint32_t chunk, const std::vector<IntoPart>& parts) {
+  std::vector<Group> groups(parts.size());
+  const Patch patch = set.chunks[chunk].patch;
+  const Eigen::Vector2d along_u(patch.along_u[0], patch.along_u[1]),
+      along_v(patch.along_v[0], patch.along_v[1]);
+  for (std::uint32_t i = 0; i < set.chunks[chunk].count; ++i) {
+    const std::uint32_t slot = chunk * kChunk + i;
+    const std::array<float, 3> bound = set.bound(slot);
+    const Eigen::Vector2d at(bound[0], bound[1]);
+    std::size_t best = 0;
+    double deepest = -std::numeric_limits<double>::infinity();
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const double depth = parts[p].depth(at);
+      if (depth > deepest) deepest = depth, best = p;
+    }
+    const Eigen::Vector2d in_part = within_lips(
+        parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
+    groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
+                                    static_cast<float>(in_part.y()), bound[2]);
+    groups[best].colors.push_back(set.colors[slot]);
+  }
+  bool own = true;
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (groups[p].bound.empty()) continue;
+    if (!std::exchange(own, false)) {
+      set.chunks.emplace_back();
+      const std::size_t slots = set.chunks.size() * kChunk;
+      set.b1.resize(slots), set.b2.resize(slots), set.h.resize(slots), set.colors.resize(slots);
+      chunk = static_cast<std::uint32_t>(set.chunks.size() - 1);
+    }
+    put_group(set, chunk, patch, parts[p], groups[p]);
+  }
+}
 
 std::uint8_t dimmed(std::uint32_t value, double kept) {
   return static_cast<std::uint8_t>(std::lround(kept * value));
@@ -198,6 +174,17 @@ class PatchFilm {
 };
 
 }  // namespace
+
+void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
+  const std::size_t uncut = set.chunks.size();
+  for (std::uint32_t c = 0; c < uncut; ++c) {
+    const auto found = parts.find(set.chunks[c].patch.face);
+    if (found == parts.end()) continue;
+    const std::vector<IntoPart> into(found->second.begin(), found->second.end());
+    split_chunk(set, c, into);
+  }
+  set.copy_patches();
+}
 
 void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples) {
   for (std::uint32_t c = 0; c < samples.chunks.size(); ++c) {

@@ -12,7 +12,7 @@
 #include <span>
 
 #include "organbake/core/error.h"
-#include "organbake/core/parallel.h"
+#include "picture/tiles.h"
 
 namespace organbake {
 namespace {
@@ -179,12 +179,6 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
   return chunk;
 }
 
-double mean_texel_mm(const CameraMaps& maps, const TexelOrder& order, double focal_px) {
-  double sum = 0;
-  for (const std::uint32_t texel : order.texels) sum += maps.depth_mm[texel];
-  return order.texels.empty() ? 0 : sum / (focal_px * static_cast<double>(order.texels.size()));
-}
-
 }  // namespace
 
 void SampleSet::put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch) {
@@ -224,14 +218,13 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
   set.colors.resize(slots);
   set.chunks.resize(order.runs.size());
   set.sample_count = order.texels.size();
-  set.texel_mm = mean_texel_mm(maps, order, focal);
+  for (const std::uint32_t texel : order.texels) set.texel_mm += maps.depth_mm[texel];
+  set.texel_mm /= focal * std::max(1.0, static_cast<double>(set.sample_count));
   const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
   constexpr std::size_t kGrain = 64;  // chunks a task
-  parallel_pieces(std::size_t{0}, order.runs.size(), kGrain,
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t c = first; c < last; ++c)
-                      set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
-                  });
+  parallel_each(std::size_t{0}, order.runs.size(), kGrain, [&](std::size_t c) {
+    set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
+  });
   set.copy_patches();
   return set;
 }

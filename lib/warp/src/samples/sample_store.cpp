@@ -53,37 +53,27 @@ void along_curve(const CameraMaps& maps, Visit&& visit) {
   }
 }
 
-struct MapBox {
-  int min_x = 1 << 30, max_x = -1, min_y = 1 << 30, max_y = -1;
-  void add(int x, int y) {
-    min_x = std::min(min_x, x), max_x = std::max(max_x, x);
-    min_y = std::min(min_y, y), max_y = std::max(max_y, y);
-  }
-  MapBox joined(const MapBox& other) const {
-    return {std::min(min_x, other.min_x), std::max(max_x, other.max_x),
-            std::min(min_y, other.min_y), std::max(max_y, other.max_y)};
-  }
-  bool compact() const { return max_x - min_x < kMostSpan && max_y - min_y < kMostSpan; }
-};
-
 // One face's texels, which come tile after tile, become runs: whole tiles are never torn apart,
 // small pieces of neighbouring tiles share a run.
 void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint32_t begin,
               std::uint32_t end, std::vector<TexelRun>& runs) {
-  const auto tile_of = [&](std::uint32_t i) {
-    const std::uint32_t x = order.texels[i] % width, y = order.texels[i] / width;
-    return std::uint64_t(y / kTile) << 32 | x / kTile;
+  const auto texel_box = [&](std::uint32_t i) {
+    const auto texel = static_cast<int>(order.texels[i]);
+    return PixelBox{texel % width, texel / width, texel % width + 1, texel / width + 1};
   };
   TexelRun run{face, begin, 0};
-  MapBox run_box;
+  PixelBox run_box;
   for (std::uint32_t i = begin; i < end;) {
-    MapBox piece_box;
+    const PixelBox first = texel_box(i);
+    const int x = first.x0 / kTile * kTile, y = first.y0 / kTile * kTile;
+    const PixelBox tile{x, y, x + kTile, y + kTile};
+    PixelBox piece_box;
     std::uint32_t next = i;
-    for (const std::uint64_t tile = tile_of(i); next < end && tile_of(next) == tile; ++next) {
-      piece_box.add(order.texels[next] % width, order.texels[next] / width);
-    }
-    const MapBox together = run_box.joined(piece_box);
-    if (run.count > 0 && (run.count + (next - i) > kChunk || !together.compact())) {
+    for (; next < end && !intersected(texel_box(next), tile).empty(); ++next)
+      piece_box = united(piece_box, texel_box(next));
+    const PixelBox together = united(run_box, piece_box);
+    const bool compact = together.width() <= kMostSpan && together.height() <= kMostSpan;
+    if (run.count > 0 && (run.count + (next - i) > kChunk || !compact)) {
       runs.push_back(run);
       run = {face, i, 0};
       run_box = piece_box;
@@ -99,23 +89,20 @@ void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint3
 }  // namespace
 
 TexelOrder order_texels(const CameraMaps& maps) {
-  std::uint32_t faces = 0;
+  std::vector<std::uint32_t> start = {0};  // by face, where its texels begin
   for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    if (used(maps, i)) faces = std::max(faces, maps.face[i] + 1);
+    if (!used(maps, i)) continue;
+    const std::size_t after = std::size_t{maps.face[i]} + 1;
+    if (after >= start.size()) start.resize(after + 1, 0);
+    ++start[after];
   }
-  std::vector<std::uint32_t> start(faces + 1, 0);
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    if (used(maps, i)) ++start[maps.face[i] + 1];
-  }
-  for (std::uint32_t f = 0; f < faces; ++f) start[f + 1] += start[f];
-
+  std::partial_sum(start.begin(), start.end(), start.begin());
   TexelOrder order;
   order.texels.resize(start.back());
-  std::vector<std::uint32_t> next(start.begin(), start.end() - (faces > 0 ? 1 : 0));
+  std::vector<std::uint32_t> next = start;
   along_curve(maps, [&](std::uint32_t texel) { order.texels[next[maps.face[texel]]++] = texel; });
-  for (std::uint32_t f = 0; f < faces; ++f) {
+  for (std::uint32_t f = 0; f + 1 < start.size(); ++f)
     cut_face(order, maps.width, f, start[f], start[f + 1], order.runs);
-  }
   return order;
 }
 
@@ -159,9 +146,7 @@ void SampleStore::require(std::span<const std::size_t> cameras) {
 }
 
 void SampleStore::require_all() {
-  std::vector<std::size_t> all(count_);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  require(all);
+  parallel_for(std::size_t{0}, count_, [&](std::size_t camera) { require_one(camera); });
 }
 
 void SampleStore::make_ahead() {
@@ -184,8 +169,6 @@ const SampleSet& SampleStore::made(std::size_t camera) {
   require_one(camera);
   return slots_[camera].set;
 }
-
-const SampleSet& SampleStore::operator[](std::size_t camera) const { return slots_[camera].set; }
 
 void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k,
                     std::size_t faces) {

@@ -2,15 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -80,8 +77,6 @@ class SampleStore {
 
   // Of one camera, made when it is not there yet.
   const SampleSet& made(std::size_t camera);
-  // Of a camera that was required.
-  const SampleSet& operator[](std::size_t camera) const;
 
  private:
   struct Slot;
@@ -117,8 +112,6 @@ class CoarserOrgan {
                const PosedCamera& camera) const;
 
  private:
-  void bind_middles(const SmoothSkin& skin, const std::vector<Eigen::Vector3d>& at_rest);
-
   std::uint32_t steps_;  // of the whole skin
   Bundle bundle_;
   std::vector<ShellMatrix> rest_, whole_rest_;  // by face, world

@@ -64,7 +64,7 @@ class Player {
   DrawReport draw(const View& view, DrawOptions options, Frame& frame);
   // From now on draw() leaves to another way of drawing what that can draw; null: nothing. What it
   // refuses, the processor draws; where it fails, it is let go for good. Neither loses anything.
-  // PaperDrawing (paper_warp.h) is such a way: the paper's own chain.
+  // PaperWarp (paper_warp.h) is such a way: the paper's own chain.
   void draw_by(std::shared_ptr<OrganDrawing> drawing);
   // Whether draw() leaves frames empty, since its pictures appear elsewhere (OrganDrawing).
   bool shows_pictures() const;

@@ -60,6 +60,17 @@ struct Frame {
   std::vector<std::uint8_t> organ;  // whose skin is bound; empty: the one and only
   std::uint64_t serial = 0;         // of the drawing it holds; set to 0 to force a redraw
 
+  // Planes of a picture of that size, whatever they hold then, to be drawn anew.
+  void resize(int width, int height, bool with_depth, bool with_bound) {
+    const std::size_t pixels = std::size_t(width) * height;
+    serial = 0;
+    color.width = width, color.height = height;
+    color.pixels.resize(3 * pixels);
+    cover.resize(pixels);
+    depth_mm.resize(with_depth ? pixels : 0);
+    bound.resize(with_bound ? pixels : 0);
+    organ.clear();
+  }
   bool covered(int x, int y) const {
     return cover[std::size_t(y) * color.width + x] != Cover::background;
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,46 +19,36 @@ namespace organbake {
 // result 3D-warped pixel by pixel, and the views combined over the viewing projection manifold.
 // What lies beyond the proxy's outline has no macrostructure, and is lost. The same bytes for any
 // number of threads.
-class PaperWarp {
+class PaperWarp : public OrganDrawing {
  public:
-  // Every map of the bundle must have been read. Throws UsageError without maps.
+  // Every map of the bundle must have been read, and be kept with it while this lives. Throws
+  // UsageError without maps.
   explicit PaperWarp(const Bundle& bundle);
 
-  // As Warper::draw(), of the bundle that this was made from. The base layer is no part of the
-  // paper's chain and is not drawn.
-  DrawReport draw(const Bundle& bundle, const std::vector<Eigen::Vector3d>& positions,
-                  const View& view, const DrawOptions& options, Frame& frame) const;
-
- private:
-  struct Warped;
-  void warp(const Bundle& bundle, std::size_t camera, const TriangleMesh& deformed,
-            const View& view, Warped& out) const;
-  static float blend(std::span<const Warped> views, const std::array<float, 3>& shares,
-                     std::size_t pixel, double same_surface, const DrawOptions& options,
-                     const std::optional<ShellBinder>& binder, Frame& frame);
-
-  ShellSurface shell_;
-  // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
-  // where either is missing.
-  std::vector<std::vector<float>> proxy_depth_, micro_depth_;
-};
-
-// That chain as Player::draw_by() takes it: of one organ that no blade has cut, else draw() throws
-// UsageError. The bundle outlives it and keeps its maps.
-class PaperDrawing : public OrganDrawing {
- public:
-  explicit PaperDrawing(const Bundle& bundle) : bundle_(bundle), warp_(bundle) {}
-
+  // As Warper::draw(), of that bundle. The base layer is no part of the paper's chain and is not
+  // drawn, and what skin each pixel shows is not told: to ask for it is a UsageError.
+  DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                  const DrawOptions& options, Frame& frame) const;
+  // As Player::draw_by() takes it: of one organ that no blade has cut, else throws UsageError.
+  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                  const DrawOptions& options, Frame& frame) override;
   std::string refusal(const std::vector<JointDrawing::Organ>&, const View&,
                       const DrawOptions&) const override {
     return {};
   }
-  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                  const DrawOptions& options, Frame& frame) override;
 
  private:
+  struct Warped;
+  void warp(std::size_t camera, const TriangleMesh& deformed, const View& view, Warped& out) const;
+  static float blend(std::span<const Warped> views, const std::array<float, 3>& shares,
+                     std::size_t pixel, double same_surface, const DrawOptions& options,
+                     Frame& frame);
+
   const Bundle& bundle_;
-  PaperWarp warp_;
+  ShellSurface shell_;
+  // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
+  // where either is missing.
+  std::vector<std::vector<float>> proxy_depth_, micro_depth_;
 };
 
 // Blends covered pixels with the background as Warper's frames have it
