@@ -14,17 +14,6 @@
 #include "organbake/warp/organ_source.h"
 
 namespace organbake {
-void generate_texture(unsigned* name) { glGenTextures(1, name); }
-void delete_texture(unsigned name) { glDeleteTextures(1, &name); }
-void generate_framebuffer(unsigned* name) { glGenFramebuffers(1, name); }
-void delete_framebuffer(unsigned name) { glDeleteFramebuffers(1, &name); }
-void generate_buffer(unsigned* name) { glGenBuffers(1, name); }
-void delete_buffer(unsigned name) { glDeleteBuffers(1, &name); }
-void generate_vertex_array(unsigned* name) { glGenVertexArrays(1, name); }
-void delete_vertex_array(unsigned name) { glDeleteVertexArrays(1, &name); }
-void generate_program(unsigned* name) { *name = glCreateProgram(); }
-void delete_program(unsigned name) { glDeleteProgram(name); }
-
 void set_nearest(unsigned target) {
   for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
     glTexParameteri(target, filter, GL_NEAREST);
@@ -88,47 +77,6 @@ void bind_targets(const FramebufferName& framebuffer, const Target& color, const
     throw GraphicsError("the graphics driver refuses a picture of this size and kind");
 }
 
-}  // namespace
-
-unsigned Target::target() const { return layers_ > 0 ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D; }
-
-void Target::resize(int width, int height) {
-  const auto [internal, format, type] = kFormats[static_cast<std::size_t>(kind_)];
-  glBindTexture(target(), texture_.name());
-  if (layers_ > 0) {
-    glTexImage3D(target(), 0, internal, width, height, layers_, 0, format, type, nullptr);
-  } else {
-    glTexImage2D(target(), 0, internal, width, height, 0, format, type, nullptr);
-  }
-  set_nearest(target());
-}
-
-void Target::attach(int layer) const {
-  const GLenum as = kind_ == Kind::depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
-  if (layers_ > 0) {
-    glFramebufferTextureLayer(GL_FRAMEBUFFER, as, texture_.name(), 0, layer);
-  } else {
-    glFramebufferTexture2D(GL_FRAMEBUFFER, as, GL_TEXTURE_2D, texture_.name(), 0);
-  }
-}
-
-void Targets::resize(int new_width, int new_height) {
-  if (new_width == width && new_height == height) return;
-  width = new_width, height = new_height;
-  for (Target* target : {&keys, &depths, &base_bound, &base_depth, &edges})
-    target->resize(width, height);
-  for (Picture* picture : {&resolved, &finished[0], &finished[1]}) {
-    picture->color.resize(width, height);
-    picture->depth.resize(width, height);
-    bind_targets(picture->framebuffer, picture->color, &picture->depth);
-  }
-  for (int l = 0; l < kLayers; ++l) bind_targets(layers[l], keys, &depths, l);
-  bind_targets(base, base_bound, &base_depth);
-  bind_targets(edge_picture, edges, nullptr);
-}
-
-namespace {
-
 constexpr const char* kDesktop = "#version 330 core\n";
 constexpr const char* kEmbedded =
     "#version 300 es\n"
@@ -175,7 +123,62 @@ std::string text_of(const std::string& name) {
 }
 #endif
 
+using Log = std::array<char, 4096>;  // what a driver says, as far as anybody reads
+
+// A compiled shader, which the program keeps alone once it is linked.
+unsigned compile(GLenum kind, const std::string& text, const std::string& name) {
+  const unsigned shader = glCreateShader(kind);
+  const char* const words = text.c_str();
+  glShaderSource(shader, 1, &words, nullptr);
+  glCompileShader(shader);
+  GLint compiled = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+  if (compiled == GL_TRUE) return shader;
+  Log log{};
+  glGetShaderInfoLog(shader, log.size(), nullptr, log.data());
+  glDeleteShader(shader);
+  throw GraphicsError("the graphics driver does not compile the shader '" + name +
+                      "': " + log.data());
+}
+
 }  // namespace
+
+unsigned Target::target() const { return layers_ > 0 ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D; }
+
+void Target::resize(int width, int height) {
+  const auto [internal, format, type] = kFormats[static_cast<std::size_t>(kind_)];
+  glBindTexture(target(), texture_.name());
+  if (layers_ > 0) {
+    glTexImage3D(target(), 0, internal, width, height, layers_, 0, format, type, nullptr);
+  } else {
+    glTexImage2D(target(), 0, internal, width, height, 0, format, type, nullptr);
+  }
+  set_nearest(target());
+}
+
+void Target::attach(int layer) const {
+  const GLenum as = kind_ == Kind::depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
+  if (layers_ > 0) {
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, as, texture_.name(), 0, layer);
+  } else {
+    glFramebufferTexture2D(GL_FRAMEBUFFER, as, GL_TEXTURE_2D, texture_.name(), 0);
+  }
+}
+
+void Targets::resize(int new_width, int new_height) {
+  if (new_width == width && new_height == height) return;
+  width = new_width, height = new_height;
+  for (Target* target : {&keys, &depths, &base_bound, &base_depth, &edges})
+    target->resize(width, height);
+  for (Picture* picture : {&resolved, &finished[0], &finished[1]}) {
+    picture->color.resize(width, height);
+    picture->depth.resize(width, height);
+    bind_targets(picture->framebuffer, picture->color, &picture->depth);
+  }
+  for (int l = 0; l < kLayers; ++l) bind_targets(layers[l], keys, &depths, l);
+  bind_targets(base, base_bound, &base_depth);
+  bind_targets(edge_picture, edges, nullptr);
+}
 
 std::vector<std::string> words_in(std::string_view text) {
   std::vector<std::string> words;
@@ -217,28 +220,6 @@ const ProgramFiles& files_of(std::string_view program) {
   return *std::find_if(all.begin(), all.end(),
                        [&](const auto& one) { return one.name == program; });
 }
-
-namespace {
-
-using Log = std::array<char, 4096>;  // what a driver says, as far as anybody reads
-
-// A compiled shader, which the program keeps alone once it is linked.
-unsigned compile(GLenum kind, const std::string& text, const std::string& name) {
-  const unsigned shader = glCreateShader(kind);
-  const char* const words = text.c_str();
-  glShaderSource(shader, 1, &words, nullptr);
-  glCompileShader(shader);
-  GLint compiled = GL_FALSE;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-  if (compiled == GL_TRUE) return shader;
-  Log log{};
-  glGetShaderInfoLog(shader, log.size(), nullptr, log.data());
-  glDeleteShader(shader);
-  throw GraphicsError("the graphics driver does not compile the shader '" + name +
-                      "': " + log.data());
-}
-
-}  // namespace
 
 Program::Program(ShaderDialect dialect, const ProgramFiles& files) {
   const unsigned program = program_.name();
@@ -299,9 +280,6 @@ void Program::upload(std::string_view name, const float* numbers, int size, int 
 void Program::upload(std::string_view name, const int* numbers, int size, int count) const {
   if (size == 2) glUniform2iv(at(name), count, numbers);
   if (size == 3) glUniform3iv(at(name), count, numbers);
-}
-void Program::upload(std::string_view name, const unsigned* numbers, int, int count) const {
-  glUniform3uiv(at(name), count, numbers);
 }
 
 }  // namespace organbake

@@ -42,30 +42,24 @@ template <void (*generate)(unsigned*), void (*remove)(unsigned)>
 class GlName {
  public:
   GlName() { generate(&name_); }
-  ~GlName() {
-    if (name_ != 0) remove(name_);
-  }
-  GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
-  GlName& operator=(GlName&& other) noexcept {
-    std::swap(name_, other.name_);
-    return *this;
-  }
+  ~GlName() { remove(name_); }
+  GlName(const GlName&) = delete;
   unsigned name() const { return name_; }
 
  private:
   unsigned name_ = 0;
 };
 
-void generate_texture(unsigned* name);
-void delete_texture(unsigned name);
-void generate_framebuffer(unsigned* name);
-void delete_framebuffer(unsigned name);
-void generate_buffer(unsigned* name);
-void delete_buffer(unsigned name);
-void generate_vertex_array(unsigned* name);
-void delete_vertex_array(unsigned name);
-void generate_program(unsigned* name);
-void delete_program(unsigned name);
+inline void generate_texture(unsigned* name) { glGenTextures(1, name); }
+inline void delete_texture(unsigned name) { glDeleteTextures(1, &name); }
+inline void generate_framebuffer(unsigned* name) { glGenFramebuffers(1, name); }
+inline void delete_framebuffer(unsigned name) { glDeleteFramebuffers(1, &name); }
+inline void generate_buffer(unsigned* name) { glGenBuffers(1, name); }
+inline void delete_buffer(unsigned name) { glDeleteBuffers(1, &name); }
+inline void generate_vertex_array(unsigned* name) { glGenVertexArrays(1, name); }
+inline void delete_vertex_array(unsigned name) { glDeleteVertexArrays(1, &name); }
+inline void generate_program(unsigned* name) { *name = glCreateProgram(); }
+inline void delete_program(unsigned name) { glDeleteProgram(name); }
 
 using TextureName = GlName<generate_texture, delete_texture>;
 using FramebufferName = GlName<generate_framebuffer, delete_framebuffer>;
@@ -208,7 +202,6 @@ class Program {
   int at(std::string_view name) const;
   void upload(std::string_view name, const float* numbers, int size, int count) const;
   void upload(std::string_view name, const int* numbers, int size, int count) const;
-  void upload(std::string_view name, const unsigned* numbers, int size, int count) const;
 
   ProgramName program_;
   // Those that were asked for.

@@ -78,22 +78,6 @@ void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& ba
   pass(fade_, targets);
 }
 
-void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
-  solid_numbers_.clear();
-  for (const Solid& solid : solids) {
-    const RigidTransform& pose = view.camera.camera_from_world;
-    const auto add = [this](const Eigen::Vector3d& place, float more) {
-      const Eigen::Vector3f at = place.cast<float>();
-      solid_numbers_.insert(solid_numbers_.end(), {at.x(), at.y(), at.z(), more});
-    };
-    add(pose * solid.from, static_cast<float>(solid.radius_mm));
-    add(pose * solid.to, solid.corner ? 1.0f : 0.0f);
-    add(solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
-    add(solid.color.cast<double>(), 0);
-  }
-  solid_table_.fill(solid_numbers_);
-}
-
 void Finishing::pass_solids(const Program& program, const View& view,
                             const std::vector<Solid>& wide, PictureScale scale, Targets& targets) {
   const std::vector<SolidBlock> blocks = solid_blocks(wide, view);
@@ -111,7 +95,19 @@ void Finishing::pass_solids(const Program& program, const View& view,
 
 void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                             Targets& targets) {
-  set_solids(view, solids);
+  const RigidTransform& pose = view.camera.camera_from_world;
+  std::vector<float> numbers;
+  const auto add = [&](const Eigen::Vector3d& place, float more) {
+    const Eigen::Vector3f at = place.cast<float>();
+    numbers.insert(numbers.end(), {at.x(), at.y(), at.z(), more});
+  };
+  for (const Solid& solid : solids) {
+    add(pose * solid.from, static_cast<float>(solid.radius_mm));
+    add(pose * solid.to, solid.corner ? 1.0f : 0.0f);
+    add(solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
+    add(solid.color.cast<double>(), 0);
+  }
+  solid_table_.fill(numbers);
   if (scale.relit) {
     shadows_.use();
     shadows_.set("at_scope", scale.scope_light_mm ? 1 : 0);
@@ -227,12 +223,7 @@ void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const DrawOpti
                                  Frame& frame, DrawReport& report) {
   const int width = passes.targets().width, height = passes.targets().height;
   const std::size_t count = std::size_t(width) * height;
-  frame.serial = 0;
-  frame.color.width = width, frame.color.height = height;
-  frame.color.pixels.resize(3 * count);
-  frame.cover.resize(count);
-  frame.depth_mm.resize(options.keep_depth ? count : 0);
-  frame.bound.clear(), frame.organ.clear();
+  frame.resize(width, height, options.keep_depth, false);
   pixels.resize(4 * count);
   glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.name());
   glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());

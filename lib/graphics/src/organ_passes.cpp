@@ -12,14 +12,33 @@
 namespace organbake {
 namespace {
 
-Eigen::Vector3f vector_of(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+constexpr int kPlacedNumbers = 36;  // that place.vert captures of a patch
+constexpr int kGuard_px = 64;       // kMostSplat: round the picture, so that no splat is lost there
+
+// From now on into these targets, in which nothing is nearer than the farthest.
+void begin_depths(const FramebufferName& framebuffer) {
+  constexpr float kFarthest = 1;
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
+}
+
+void set_active(const Program& program, const PlacedOrgan& organ) {
+  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
+  Eigen::Vector3i cameras;
+  Eigen::Vector3f shares;
+  for (int i = 0; i < 3; ++i) {
+    cameras[i] = static_cast<int>(std::min(organ.weights.cameras[i], kUnseen));
+    shares[i] = static_cast<float>(organ.weights.weights[i]);
+  }
+  program.set("active_cameras", cameras);
+  program.set("active_shares", shares);
+}
 
 }  // namespace
 
 void SkinLightUniforms::set(const Program& program, const Warper& warper, const Lighting* lighting,
                             const View& view, DrawnLight light, double reference_mm) {
   program.set("light", lighting ? static_cast<int>(light) : 0);
-  if (!has_noise_) fill_noise();
   program.set_texture("noise", GL_TEXTURE_3D, noise_.name());
   if (!lighting || light == DrawnLight::baked) return;
   program.set("view_lens", lens_of(view.camera.intrinsics));
@@ -54,7 +73,7 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   Eigen::Vector4f variance;
   for (int i = 0; i < 4; ++i) {
     const ScopeShading::Wave& hill = s.hills[i];
-    phase[i] = {hill.phase[0], hill.phase[1], hill.phase[2], hill.phase[3]};
+    phase[i] = Eigen::Vector4f(hill.phase.data());
     slope[i] = {hill.slope[0], hill.slope[1], hill.slope[2], hill.length_mm};
     variance[i] = hill.variance;
   }
@@ -66,8 +85,8 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   program.set("drops", Eigen::Vector4f(s.drops.data()));
   program.set("film", Eigen::Vector2f(s.film.strength, s.film.alpha2));
   program.set("sheen", std::span<const Eigen::Vector2f>(sheen));
-  program.set("scope_light", vector_of(s.light));
-  program.set("scope_forward", vector_of(s.forward));
+  program.set("scope_light", Eigen::Vector3f(s.light.data()));
+  program.set("scope_forward", Eigen::Vector3f(s.forward.data()));
   program.set("scope",
               Eigen::Vector4f(s.full, s.inverse_tan2_half, s.inverse_pixel, s.least_cosine));
   program.set("softness", Eigen::Vector3f(finish.softness.cast<float>()));
@@ -76,38 +95,13 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   program.set("grain_mm", static_cast<float>(finish.grain_mm));
 }
 
-void SkinLightUniforms::fill_noise() {
+SkinLightUniforms::SkinLightUniforms() {
   glBindTexture(GL_TEXTURE_3D, noise_.name());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R8I, kGrainSide, kGrainSide, kGrainSide, 0, GL_RED_INTEGER,
                GL_BYTE, grain_noise().data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   set_nearest(GL_TEXTURE_3D);
-  has_noise_ = true;
-}
-
-namespace {
-
-constexpr int kPlacedNumbers = 36;  // that place.vert captures of a patch
-constexpr int kGuard_px = 64;       // kMostSplat: round the picture, so that no splat is lost there
-
-// From now on into these targets, in which nothing is nearer than the farthest.
-void begin_depths(const FramebufferName& framebuffer) {
-  constexpr float kFarthest = 1;
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
-  glClearBufferfv(GL_DEPTH, 0, &kFarthest);
-}
-
-}  // namespace
-
-void PlacedOrgan::measure_texels() {
-  double sum = 0, shares = 0;
-  for (int l = 0; l < layer_count; ++l) {
-    if (layers[l].samples->patches == 0) continue;
-    sum += double(layers[l].share) * layers[l].samples->texel_mm;
-    shares += layers[l].share;
-  }
-  texel_mm = shares > 0 ? sum / shares : 1;
 }
 
 void OrganPasses::PlacedPatches::reserve(int patches) {
@@ -140,12 +134,6 @@ OrganPasses::OrganPasses(ShaderDialect dialect)
                         std::to_string(kGuard_px) + " pixels");
 }
 
-OrganTables& OrganPasses::tables_of(const OrganSource& source) {
-  for (OrganTables& one : tables_)
-    if (one.whole_id() == source.whole_id) return one;
-  return tables_.emplace_back(source);
-}
-
 PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view,
                               const DrawOptions& options) {
   const DrawnLight light =
@@ -157,15 +145,19 @@ PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view
                      .weights = {},
                      .layers = {},
                      .light = light};
-  OrganTables& own = tables_of(placed.source);
+  OrganTables& own = tables_.try_emplace(placed.source.whole_id, placed.source).first->second;
+  placed.tables = &own;
   placed.weights = drawn_shares(placed.source.manifold, view);
   own.pose(placed.source, organ.positions_mm, lit);
+  double sum = 0, shares = 0;  // of texels' sizes: ActiveCameras::texel_mm()
   for (int i = 0; i < Targets::kLayers; ++i) {
-    if (placed.weights.weights[i] <= 0) continue;
-    placed.layers[placed.layer_count++] = {&own.samples(organ.warper, placed.weights.cameras[i]),
-                                           static_cast<float>(placed.weights.weights[i])};
+    const auto share = static_cast<float>(placed.weights.weights[i]);
+    if (!(share > 0)) continue;
+    const SampleTable& samples = own.samples(organ.warper, placed.weights.cameras[i]);
+    placed.layers[placed.layer_count++] = {&samples, share};
+    if (samples.patches > 0) sum += double(share) * samples.texel_mm, shares += share;
   }
-  placed.measure_texels();
+  placed.texel_mm = shares > 0 ? sum / shares : 1;
   return placed;
 }
 
@@ -175,16 +167,20 @@ const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>
   targets_.resize(view.camera.intrinsics.width, view.camera.intrinsics.height);
   organs_.clear();
   for (const JointDrawing::Organ& organ : all) organs_.push_back(take(organ, view, options));
-  std::erase_if(tables_, [&](const OrganTables& one) {
-    return std::none_of(organs_.begin(), organs_.end(), [&](const PlacedOrgan& organ) {
-      return organ.source.whole_id == one.whole_id();
-    });
+  std::erase_if(tables_, [&](const auto& one) {
+    return std::none_of(organs_.begin(), organs_.end(),
+                        [&](const PlacedOrgan& organ) { return organ.tables == &one.second; });
   });
-  for (PlacedOrgan& organ : organs_) organ.tables = &tables_of(organ.source);
   set_scale(view);
   begin(options);
   const double reference_mm = metered_mm(all, view, options);
-  for (const PlacedOrgan& organ : organs_) draw_organ(organ, view, reference_mm);
+  for (const PlacedOrgan& organ : organs_) {
+    const bool has_base = organ.tables->steps() > 0;
+    place_patches(organ, view);
+    splat_layers(organ, view, has_base);
+    if (has_base) draw_base(organ, view);
+    resolve_layers(organ, view, reference_mm);
+  }
   return finishing_.apply(view, options, scale_, targets_);
 }
 
@@ -215,14 +211,6 @@ void OrganPasses::begin(const DrawOptions& options) {
   const auto& [red, green, blue] = options.background;
   const std::array<float, 4> background = {red / 255.0f, green / 255.0f, blue / 255.0f, 0};
   glClearBufferfv(GL_COLOR, 0, background.data());
-}
-
-void OrganPasses::draw_organ(const PlacedOrgan& organ, const View& view, double reference_mm) {
-  const bool has_base = organ.tables->steps() > 0;
-  place_patches(organ, view);
-  splat_layers(organ, view, has_base);
-  if (has_base) draw_base(organ, view);
-  resolve_layers(organ, view, reference_mm);
 }
 
 void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
@@ -281,22 +269,6 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
   glViewport(0, 0, targets_.width, targets_.height);
 }
 
-namespace {
-
-void set_active(const Program& program, const PlacedOrgan& organ) {
-  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
-  Eigen::Matrix<std::uint32_t, 3, 1> cameras;
-  Eigen::Vector3f shares;
-  for (int i = 0; i < 3; ++i) {
-    cameras[i] = std::min(organ.weights.cameras[i], kUnseen);
-    shares[i] = static_cast<float>(organ.weights.weights[i]);
-  }
-  program.set("active_cameras", cameras);
-  program.set("active_shares", shares);
-}
-
-}  // namespace
-
 void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   begin_depths(targets_.base);
   base_.use();
@@ -348,19 +320,16 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
 
 bool OrganPasses::shows(const std::vector<JointDrawing::Organ>& all) const {
   if (all.size() != organs_.size()) return false;
-  for (std::size_t o = 0; o < all.size(); ++o) {
-    const auto same = [&](const OrganTables& one) { return one.id() == all[o].warper.id(); };
-    const auto found = std::find_if(tables_.begin(), tables_.end(), same);
-    if (organs_[o].source.id != all[o].warper.id() || found == tables_.end() ||
-        !found->is_posed(all[o].positions_mm))
+  for (std::size_t o = 0; o < all.size(); ++o)
+    if (organs_[o].source.id != all[o].warper.id() ||
+        !organs_[o].tables->shows(all[o].warper.id(), all[o].positions_mm))
       return false;
-  }
   return true;
 }
 
 std::size_t OrganPasses::table_bytes() const {
   std::size_t sum = 0;
-  for (const OrganTables& one : tables_) sum += one.bytes();
+  for (const auto& [id, one] : tables_) sum += one.bytes();
   return sum;
 }
 

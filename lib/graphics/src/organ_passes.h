@@ -21,16 +21,15 @@ namespace organbake {
 // The light that an organ is drawn in, for the shaders (light.glsl).
 class SkinLightUniforms {
  public:
+  SkinLightUniforms();
   // options.light, or as baked where the organ knows no other; reference_mm: of full exposure.
   void set(const Program& program, const Warper& warper, const Lighting* lighting, const View& view,
            DrawnLight light, double reference_mm);
 
  private:
   void set_scope(const Program& program, const ScopeShading& shading, const SkinFinish& finish);
-  void fill_noise();
 
   TextureName noise_;
-  bool has_noise_ = false;
 };
 
 // One camera's samples in one table, texel by texel: the slots' places, two a texel, their colours,
@@ -57,12 +56,13 @@ class OrganTables {
   static constexpr std::size_t kKept_bytes = 48'000'000;
   explicit OrganTables(const OrganSource& source, std::size_t kept_bytes = kKept_bytes);
 
-  std::uint64_t id() const { return id_; }
-  std::uint64_t whole_id() const { return whole_id_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   int faces() const { return faces_; }
   int steps() const { return steps_; }
-  bool is_posed(const std::vector<Eigen::Vector3d>& positions) const { return posed_ == positions; }
+  // Whether it is this organ that it holds, as it lies.
+  bool shows(std::uint64_t id, const std::vector<Eigen::Vector3d>& positions) const {
+    return id_ == id && posed_ == positions;
+  }
   // Begins a picture, whose samples() are asked for next. Uploads what is cut since the last one,
   // and the pose unless it is the last one; how normals turn only where they are lit.
   void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
@@ -79,7 +79,7 @@ class OrganTables {
   void put_nodes(const OrganSource& source, std::size_t first, std::size_t last);
   void fill_shells(const OrganSource& source);
 
-  std::uint64_t id_ = 0, whole_id_;
+  std::uint64_t id_ = 0;
   Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
   int faces_ = 0, steps_, knots_ = 3, first_knot_ = 0;
   std::size_t node_room_ = 0;              // faces
@@ -124,7 +124,6 @@ class Finishing {
   void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
   void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                    Targets& targets);
-  void set_solids(const View& view, const std::vector<Solid>& solids);
   // With a program of tools; `wide`: the solids that tell what box of the picture it may touch.
   void pass_solids(const Program& program, const View& view, const std::vector<Solid>& wide,
                    PictureScale scale, Targets& targets);
@@ -133,7 +132,6 @@ class Finishing {
 
   Program open_, slits_, across_, fade_, shadows_, solids_, edges_, outline_;
   Table solid_table_{Table::Texel::floats};
-  std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;
   int next_ = 0;  // of targets.finished
 };
@@ -154,8 +152,6 @@ struct PlacedOrgan {
   int layer_count = 0;
   DrawnLight light = DrawnLight::baked;
   double texel_mm = 1;
-
-  void measure_texels();  // as ActiveCameras::texel_mm()
 };
 
 // The passes that graphics_drawing.h names, over all organs of a picture.
@@ -175,11 +171,9 @@ class OrganPasses {
 
  private:
   PlacedOrgan take(const JointDrawing::Organ& organ, const View& view, const DrawOptions& options);
-  OrganTables& tables_of(const OrganSource& source);
   void set_scale(const View& view);
   void begin(const DrawOptions& options);
   void set_view(const Program& program, const PlacedOrgan& organ, const View& view) const;
-  void draw_organ(const PlacedOrgan& organ, const View& view, double reference_mm);
   void place_patches(const PlacedOrgan& organ, const View& view);
   void splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest);
   void draw_base(const PlacedOrgan& organ, const View& view);
@@ -201,7 +195,7 @@ class OrganPasses {
   std::array<PlacedPatches, Targets::kLayers> placed_;
   Targets targets_;
   SkinLightUniforms skin_light_;
-  std::vector<OrganTables> tables_;
+  std::map<std::uint64_t, OrganTables> tables_;  // by OrganSource::whole_id
   std::vector<PlacedOrgan> organs_;
   PictureScale scale_;
 };

@@ -100,8 +100,7 @@ void SampleTable::put(const SampleSet& source, std::size_t first, std::size_t la
 }
 
 OrganTables::OrganTables(const OrganSource& source, std::size_t kept_bytes)
-    : whole_id_(source.whole_id),
-      origin_(source.at_rest.center()),
+    : origin_(source.at_rest.center()),
       steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0),
       kept_bytes_(kept_bytes) {}
 

@@ -40,16 +40,10 @@ EGLContext context_on(EGLDisplay display, bool embedded) {
   if (!eglChooseConfig(display, wanted.data(), &config, 1, &configs) || configs == 0)
     return EGL_NO_CONTEXT;
   eglBindAPI(embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
-  const std::array<EGLint, 7> desktop = {EGL_CONTEXT_MAJOR_VERSION,
-                                         3,
-                                         EGL_CONTEXT_MINOR_VERSION,
-                                         3,
-                                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                         EGL_NONE};
-  const std::array<EGLint, 5> es = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 0,
-                                    EGL_NONE};
-  return eglCreateContext(display, config, EGL_NO_CONTEXT, embedded ? es.data() : desktop.data());
+  // Of OpenGL the core profile, by default.
+  const std::array<EGLint, 5> version = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION,
+                                         embedded ? 0 : 3, EGL_NONE};
+  return eglCreateContext(display, config, EGL_NO_CONTEXT, version.data());
 }
 
 }  // namespace

@@ -47,8 +47,7 @@ class GraphicsDrawing : public OrganDrawing {
                            Pictures pictures = Pictures::read);
   ~GraphicsDrawing() override;
 
-  // Frames that keep what is bound, the paper's own warp, and tools by the light at the
-  // scope, whose shadows no pass here draws yet, are the processor's.
+  // Frames that keep what is bound are the processor's, and by OpenGL ES those that keep depth.
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override;
   // Throws what JointDrawing does, and GraphicsError when the driver refuses: of a lost context,
