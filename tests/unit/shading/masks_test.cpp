@@ -181,6 +181,16 @@ TEST(Instruments, TissueIsLeftAloneHoweverPale) {
   }
 }
 
+TEST(Instruments, APaleStraightGallbladderIsNone) {
+  const MovingClip phantom(
+      {.view = {.width = 640, .height = 360, .frames = 24, .instrument = false},
+       .path = ScopePath::slide});
+  for (const int index : {8, 12, 22}) {
+    const Rgb8Image frame = phantom.frame(index).image;
+    EXPECT_EQ(count(find_instruments(frame, field_of_view(frame, 3)).value()), 0u) << index;
+  }
+}
+
 Rgb8Image noisy(Rgb8Image image) {
   RandomStream random(5);
   for (std::uint8_t& value : image.pixels)

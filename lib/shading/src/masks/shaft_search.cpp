@@ -19,13 +19,15 @@ namespace {
 
 // Of hue, against the picture's usual tissue.
 constexpr double kLessHue = 0.2, kGreyHue = 0.6;
-constexpr double kClearlyLess = 0.3, kClearlyGrey = 0.5;
-constexpr double kStreaks = 3, kStreaksOfGrey = 1.5;  // energy across to that along
-constexpr double kShortestSegment = 0.03;             // of the picture's longest side
-constexpr double kNarrowest = 4.0;                    // px of the reduced picture
-constexpr double kWidest = 0.3;                       // of its longest side
-constexpr double kLeastLength = 0.06;                 // the same
-constexpr double kMostOpening = 0.14;                 // rad between the borders
+// Steel is as grey as the lamp, or mirrors the tissue about it. The energy across to that along: in
+// what is grey, of all changes; in what is not, of lines alone, of which mirrors in a real clip
+// have 2.6 and more, gallbladders, which are pale and straight, too, 1.5 at most.
+constexpr double kSteel = 0.25, kStreaks = 1.5, kLines = 2;
+constexpr double kShortestSegment = 0.03;  // of the picture's longest side
+constexpr double kNarrowest = 4.0;         // px of the reduced picture
+constexpr double kWidest = 0.3;            // of its longest side
+constexpr double kLeastLength = 0.06;      // the same
+constexpr double kMostOpening = 0.14;      // rad between the borders
 
 struct Segment {
   cv::Point2d a, b;
@@ -134,22 +136,6 @@ bool follow(const ShaftView& view, Shaft& shaft) {
   return true;
 }
 
-// How far the inside is from the hue of the sides, and its own.
-struct HueVote {
-  double less = 0, hue = 0;
-};
-HueVote hue_vote(const ShaftView& view, const Shaft& shaft) {
-  std::vector<float> less, hue;
-  for (double t = shaft.from; t <= shaft.to; ++t) {
-    const StripStep step = step_at(view, shaft, t);
-    if (!step.inside.tells() || !step.beside[0].tells() || !step.beside[1].tells()) continue;
-    hue.push_back(step.inside.mean());
-    less.push_back(std::min(step.beside[0].mean(), step.beside[1].mean()) - step.inside.mean());
-  }
-  if (hue.empty()) return {};
-  return {median(std::move(less)), median(std::move(hue))};
-}
-
 // Goes on where one side alone tells the strip: the other is as grey itself, or in the dark.
 void extend(const ShaftView& view, Shaft& shaft) {
   shaft.from = followed(view, shaft, shaft.from, -1, 1);
@@ -230,41 +216,55 @@ void fit_borders(const ShaftView& view, Shaft& shaft) {
   }
 }
 
-// How much more the brightness changes across the strip than along it, as shares of energy: a shaft
-// is a cylinder, whose light and reflections run along it; tissue is as uneven either way.
-double streaks(const ShaftView& view, const Shaft& shaft) {
+// How much more the brightness changes across the strip than along it, as shares of energy: light
+// and reflections run along a shaft; tissue is as uneven either way. Or how much more it bends: a
+// round organ's shading is smooth but at its borders, what steel mirrors lies in lines.
+double streaks(const ShaftView& view, const Shaft& shaft, bool bends) {
   constexpr double kEven = 0.01;  // change of the logarithm over 3 px that no tissue stays below
+  constexpr double kReach = 1.5, kBorder = 0.15;  // px; of the width
   const auto level = [&](double t, double o) {
     const cv::Point2d p = shaft.at(t, o);
     const int x = std::clamp(static_cast<int>(p.x), 0, view.level.cols - 1);
     const int y = std::clamp(static_cast<int>(p.y), 0, view.level.rows - 1);
     return double(view.level.at<float>(y, x));
   };
+  const auto change = [&](double before, double here, double behind) {
+    return bends ? before - 2 * here + behind : behind - before;
+  };
   double across = 0, along = 0, count = 0;
-  for (double t = shaft.from + 1; t <= shaft.to - 1; ++t)
-    for (double o = shaft.edge(0, t) + 1.5; o <= shaft.edge(1, t) - 1.5; ++o) {
+  for (double t = shaft.from + 1; t <= shaft.to - 1; ++t) {
+    const double border = kReach + (bends ? kBorder * shaft.width(t) : 0);
+    for (double o = shaft.edge(0, t) + border; o <= shaft.edge(1, t) - border; ++o) {
       const cv::Point2d p = shaft.at(t, o);
       if (!view.holds(p.x, p.y)) continue;
-      across += std::pow(level(t, o + 1.5) - level(t, o - 1.5), 2);
-      along += std::pow(level(t + 1.5, o) - level(t - 1.5, o), 2);
+      const double here = level(t, o);
+      across += std::pow(change(level(t, o - kReach), here, level(t, o + kReach)), 2);
+      along += std::pow(change(level(t - kReach, o), here, level(t + kReach, o)), 2);
       ++count;
     }
+  }
   const bool even = along < kEven * kEven * count;
   return even ? std::numeric_limits<double>::infinity() : across / std::max(1e-9, along);
 }
 
-// What a strip must be to be an instrument: longer than wide, told by both sides over most of its
-// length, and streaked along. Where it is less clearly grey (steel mirrors the tissue),
-// more of the rest.
+double hue_inside(const ShaftView& view, const Shaft& shaft) {
+  std::vector<float> hues;
+  for (double t = shaft.from; t <= shaft.to; ++t) {
+    const StripStep step = step_at(view, shaft, t);
+    if (step.inside.tells()) hues.push_back(step.inside.mean());
+  }
+  return hues.empty() ? 1 : median(std::move(hues));
+}
+
+// What a strip must be to be an instrument: twice as long as wide, told by both sides over most of
+// its length, and streaked along.
 bool is_instrument(const ShaftView& view, const Shaft& shaft, double told) {
   const double longest = std::max(view.inside.cols, view.inside.rows);
   const double length = shaft.to - shaft.from;
   const double width = shaft.width(0.5 * (shaft.from + shaft.to));
-  if (told < 0.5 * length || length < kLeastLength * longest) return false;
-  const HueVote vote = hue_vote(view, shaft);
-  const bool grey = vote.less > kClearlyLess && vote.hue < kClearlyGrey;
-  if (length < (grey ? 1.5 : 2.5) * width) return false;
-  return streaks(view, shaft) >= (grey ? kStreaksOfGrey : kStreaks);
+  if (told < 0.5 * length || length < std::max(kLeastLength * longest, 2 * width)) return false;
+  if (hue_inside(view, shaft) < kSteel) return streaks(view, shaft, false) >= kStreaks;
+  return streaks(view, shaft, true) >= kLines;
 }
 
 // Whether two segments are known as the borders of a shaft already.
