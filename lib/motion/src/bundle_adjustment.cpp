@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "organbake/motion/scene.h"
 #include "two_views.h"
@@ -85,13 +86,15 @@ bool is_before(const RigidTransform& camera_from_world, const Eigen::Vector3d& p
 // take ten times as long.
 class SightingCost : public ceres::SizedCostFunction<2, 6, 3, 2> {
  public:
-  SightingCost(const Eigen::Vector2d& pixel, const Intrinsics& lens) : pixel_(pixel), lens_(lens) {}
+  SightingCost(const Eigen::Vector2d& pixel, const Intrinsics& lens,
+               const Eigen::Vector3d& pushed = Eigen::Vector3d::Zero())
+      : pixel_(pixel), lens_(lens), pushed_(pushed) {}
 
   bool Evaluate(const double* const* blocks, double* error, double** slopes) const override {
     const Eigen::Map<const Eigen::Vector3d> w(blocks[0]), translation(blocks[0] + 3),
         place(blocks[1]);
     const Turned turned(w);
-    const Eigen::Vector3d arm = turned.rotation * place, point = arm + translation;
+    const Eigen::Vector3d arm = turned.rotation * (place + pushed_), point = arm + translation;
     if (!(point.z() > kNearest)) return false;
     const Intrinsics lens = with_free(lens_, blocks[2]);
     const Eigen::Vector2d seen = project(lens, point);
@@ -119,6 +122,77 @@ class SightingCost : public ceres::SizedCostFunction<2, 6, 3, 2> {
  private:
   Eigen::Vector2d pixel_;
   const Intrinsics& lens_;  // its focal length and k1 aside
+  Eigen::Vector3d pushed_;  // what is added to the place
+};
+
+// Waves of a breath, then its radians per frame.
+constexpr int kOfCourse = Breath::kWaves + 1, kOfField = 3 * Breath::kTerms;
+using CourseBlock = std::array<double, kOfCourse>;
+
+// The same where tissue breathes: place + course(time) · field(place). The field's terms are taken
+// where the place was.
+class BreathingCost : public ceres::SizedCostFunction<2, 6, 3, 2, kOfCourse, kOfField> {
+ public:
+  BreathingCost(const Eigen::Vector2d& pixel, const Intrinsics& lens, double time,
+                const Breath::Terms& terms)
+      : rigid_(pixel, lens), time_(time), terms_(terms) {}
+
+  bool Evaluate(const double* const* blocks, double* error, double** slopes) const override {
+    const Eigen::Map<const Breath::Waves> heights(blocks[3]);
+    const Breath::Waves waves = Breath::waves_at(blocks[3][Breath::kWaves] * time_);
+    const Eigen::Vector3d push = Eigen::Map<const Breath::Field>(blocks[4]) * terms_;
+    const double course = waves.dot(heights);
+    const Eigen::Vector3d there = Eigen::Map<const Eigen::Vector3d>(blocks[1]) + course * push;
+    const double* rigid[] = {blocks[0], there.data(), blocks[2]};
+    if (!slopes) return rigid_.Evaluate(rigid, error, nullptr);
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_place;
+    double* of_rigid[] = {slopes[0], by_place.data(), slopes[2]};
+    if (!rigid_.Evaluate(rigid, error, of_rigid)) return false;
+    if (slopes[1]) std::copy_n(by_place.data(), by_place.size(), slopes[1]);
+    if (slopes[3]) {
+      Eigen::Matrix<double, 1, kOfCourse> by_course;
+      by_course << waves.transpose(), time_ * (heights[1] * waves[0] - heights[0] * waves[1] +
+                                               2 * (heights[3] * waves[2] - heights[2] * waves[3]));
+      Eigen::Map<Eigen::Matrix<double, 2, kOfCourse, Eigen::RowMajor>>{slopes[3]} =
+          by_place * push * by_course;
+    }
+    if (slopes[4]) {
+      Eigen::Map<Eigen::Matrix<double, 2, kOfField, Eigen::RowMajor>> by_field(slopes[4]);
+      for (int k = 0; k < Breath::kTerms; ++k)
+        by_field.middleCols<3>(3 * k) = course * terms_[k] * by_place;
+    }
+    return true;
+  }
+
+ private:
+  SightingCost rigid_;
+  double time_;  // frames
+  Breath::Terms terms_;
+};
+
+// What all tissue does alike the scope may do as well, and sightings do not tell which. A hand does
+// not breathe: of all these ways the scope goes the one that bends the least between what is a
+// third of a breath before and after. Pixels, of the scope and of what lies ahead and beside it.
+struct EvenWay {
+  double time, depth, weight_px;  // time: of the view, 0 before, 1 after
+
+  template <typename T>
+  bool operator()(const T* before, const T* now, const T* after, T* bend) const {
+    for (int point = 0; point < 3; ++point) {
+      const double ahead[3] = {point == 1 ? depth : 0, 0, point == 2 ? depth : 0};
+      T* out = bend + 3 * point;
+      std::fill_n(out, 3, T(0));
+      const std::pair<const T*, double> parts[] = {{before, time - 1}, {now, 1}, {after, -time}};
+      for (const auto& [pose, share] : parts) {
+        const T back[3] = {-pose[0], -pose[1], -pose[2]};
+        const T from_camera[3] = {ahead[0] - pose[3], ahead[1] - pose[4], ahead[2] - pose[5]};
+        T there[3];
+        ceres::AngleAxisRotatePoint(back, from_camera, there);
+        for (int axis = 0; axis < 3; ++axis) out[axis] += weight_px / depth * share * there[axis];
+      }
+    }
+    return true;
+  }
 };
 
 constexpr double kRobust_px = 1;  // beyond which an error counts less (Cauchy)
@@ -147,12 +221,16 @@ class Adjustment {
   Adjustment(const AdjustmentOptions& options, Scene& scene)
       : options_(options),
         scene_(scene),
+        robust_(options.robust_px),
         problem_(caller_owns_loss()),
         lens_{scene.lens.fx, scene.lens.k1},
         poses_(scene.camera_from_world.size()),
         taken_(poses_.size(), 0) {
     for (std::size_t view = 0; view < poses_.size(); ++view)
       if (scene.is_posed(view)) poses_[view] = block_of(*scene.camera_from_world[view]);
+    if (!options.breath) return;
+    std::copy_n(options.breath->waves.data(), Breath::kWaves, course_.data());
+    course_.back() = 2 * std::numbers::pi / options.breath->period_frames;
   }
 
   void run() {
@@ -160,6 +238,8 @@ class Adjustment {
     if (problem_.NumResidualBlocks() == 0) return;
     hold_lens();
     hold_poses();
+    if (options_.breath) add_breath();
+    if (!scene_.breath.empty()) hold_size();
     solve(ceres::SPARSE_SCHUR, options_.iterations, options_.tolerance, problem_);
     keep_result();
   }
@@ -193,11 +273,69 @@ class Adjustment {
   void add(Landmark& landmark) {
     for (const Sighting& sighting : landmark.seen) {
       if (!sighting.agrees || !scene_.is_posed(sighting.view)) continue;
-      if (!is_before(*scene_.camera_from_world[sighting.view], *landmark.place)) continue;
+      const Eigen::Vector3d place = scene_.place_in(sighting.view, landmark);
+      if (!is_before(*scene_.camera_from_world[sighting.view], place)) continue;
       ++taken_[sighting.view];
-      problem_.AddResidualBlock(new SightingCost(sighting.pixel, scene_.lens), &robust_,
-                                poses_[sighting.view].data(), landmark.place->data(), lens_.data());
+      double *pose = poses_[sighting.view].data(), *at_rest = landmark.place->data();
+      if (Breath* breath = options_.breath)
+        problem_.AddResidualBlock(
+            new BreathingCost(sighting.pixel, scene_.lens, breath->time_of(sighting.view),
+                              breath->terms_at(*landmark.place)),
+            &robust_, pose, at_rest, lens_.data(), course_.data(), breath->field.data());
+      else
+        problem_.AddResidualBlock(
+            new SightingCost(sighting.pixel, scene_.lens, place - *landmark.place), &robust_, pose,
+            at_rest, lens_.data());
     }
+  }
+
+  // The course keeps its size, which the field could take over.
+  void add_breath() {
+    constexpr double kWeight_px = 0.1;  // of the focal length
+    const Breath& breath = *options_.breath;
+    Eigen::Index largest = 0;
+    breath.waves.cwiseAbs().maxCoeff(&largest);
+    problem_.SetManifold(course_.data(),
+                         new ceres::SubsetManifold(kOfCourse, {static_cast<int>(largest)}));
+    const std::vector<std::size_t> views = moved_views();
+    const double third = breath.period_frames / 3;
+    for (const std::size_t view : views) {
+      const double now = breath.time_of(view);
+      const auto after = std::ranges::find_if(
+          views, [&](std::size_t other) { return breath.time_of(other) >= now + third; });
+      const auto before = std::find_if(views.rbegin(), views.rend(), [&](std::size_t other) {
+        return breath.time_of(other) <= now - third;
+      });
+      if (after == views.end() || before == views.rend()) continue;
+      const double start = breath.time_of(*before);
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<EvenWay, 9, 6, 6, 6>(
+                                    new EvenWay{(now - start) / (breath.time_of(*after) - start),
+                                                breath.depth, kWeight_px * scene_.lens.fx}),
+                                nullptr, poses_[*before].data(), poses_[view].data(),
+                                poses_[*after].data());
+    }
+  }
+
+  std::vector<std::size_t> moved_views() const {
+    std::vector<std::size_t> views;
+    for (std::size_t view = 0; view < poses_.size(); ++view)
+      if (problem_.HasParameterBlock(poses_[view].data())) views.push_back(view);
+    return views;
+  }
+
+  // A scene that shrinks and its breath does not: the scope would breathe in its place.
+  void hold_size() {
+    const std::vector<std::size_t> views = moved_views();
+    const auto from_first = [&](std::size_t view) -> Eigen::Vector3d {
+      return *scene_.camera_from_world[view] *
+             scene_.camera_from_world[views.front()]->inverse().translation;
+    };
+    const std::size_t farthest = *std::ranges::max_element(
+        views, {}, [&](std::size_t view) { return from_first(view).norm(); });
+    Eigen::Index axis = 0;
+    from_first(farthest).cwiseAbs().maxCoeff(&axis);
+    problem_.SetManifold(poses_[farthest].data(),
+                         new ceres::SubsetManifold(kOfPose, {3 + static_cast<int>(axis)}));
   }
 
   void hold_lens() {
@@ -222,13 +360,17 @@ class Adjustment {
       if (problem_.HasParameterBlock(poses_[view].data()))
         scene_.camera_from_world[view] = pose_of(poses_[view]);
     scene_.lens = with_free(scene_.lens, lens_.data());
+    if (!options_.breath) return;
+    std::copy_n(course_.data(), Breath::kWaves, options_.breath->waves.data());
+    options_.breath->period_frames = 2 * std::numbers::pi / course_.back();
   }
 
   const AdjustmentOptions& options_;
   Scene& scene_;
-  ceres::CauchyLoss robust_{kRobust_px};
+  ceres::CauchyLoss robust_;
   ceres::Problem problem_;
   LensBlock lens_;
+  CourseBlock course_ = {};
   std::vector<PoseBlock> poses_;
   std::vector<std::size_t> taken_;  // sightings of each view
 };
@@ -270,7 +412,9 @@ bool WeighedSighting::weigh(const Sighting& seen, const Landmark& landmark, cons
   const LensBlock lens{scene.lens.fx, scene.lens.k1};
   const double* blocks[] = {pose.data(), landmark.place->data(), lens.data()};
   double* slopes[] = {by_pose.data(), by_place.data(), by_lens.data()};
-  if (!SightingCost(seen.pixel, scene.lens).Evaluate(blocks, error.data(), slopes)) return false;
+  const Eigen::Vector3d pushed = scene.place_in(seen.view, landmark) - *landmark.place;
+  if (!SightingCost(seen.pixel, scene.lens, pushed).Evaluate(blocks, error.data(), slopes))
+    return false;
   if (!free.focal) by_lens.col(0).setZero();
   if (!free.distortion) by_lens.col(1).setZero();
   // An outlier's curvature along its error would be negative: it is taken for nearly none.

@@ -63,7 +63,9 @@ namespace {
 constexpr std::size_t kEnoughFeatures = 300;  // features hold a pose as well as thousands
 constexpr std::size_t kFewestFeatures = 15;
 
-SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame) {
+SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, const Breath* breath,
+                   std::size_t frame) {
+  const double course = breath ? breath->course(breath->time_of_frame(frame)) : 0;
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
     if (scene.landmarks[i].place && clip.tracks[scene.landmarks[i].track].is_in(frame))
@@ -72,7 +74,7 @@ SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame
   SeenPlaces seen;
   for (std::size_t i = 0; i < all.size(); i += step) {
     const Landmark& landmark = scene.landmarks[all[i]];
-    seen.places.push_back(*landmark.place);
+    seen.places.push_back(*landmark.place + course * landmark.push);
     seen.pixels.push_back(clip.tracks[landmark.track].at(frame).cast<double>());
   }
   return seen;
@@ -82,7 +84,7 @@ SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t frame
 // features have, started from the nearest view. Nothing where too few of them agree.
 std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
                                                        const std::vector<std::size_t>& view_frames,
-                                                       const Scene& scene) {
+                                                       const Scene& scene, const Breath* breath) {
   std::vector<std::optional<RigidTransform>> poses(clip.frames);
   std::vector<std::size_t> posed;
   for (std::size_t view = 0; view < view_frames.size(); ++view)
@@ -105,7 +107,7 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
                           [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
     RigidTransform pose = *scene.camera_from_world[nearest];
     if (view_frames[nearest] != frame) {
-      const SeenPlaces seen = seen_in(clip, scene, frame);
+      const SeenPlaces seen = seen_in(clip, scene, breath, frame);
       const std::size_t agreeing = adjust_pose(scene.lens, seen, pose);
       if (agreeing < kFewestFeatures || 2 * agreeing < seen.places.size()) return;
     }
@@ -280,6 +282,10 @@ class MotionSearch {
     drop_outliers(motion.scene);
     // A breath may part the clip: of one part alone it is not told.
     motion.breath_period_frames = breath_period_frames(motion.view_frames, motion.scene);
+    std::optional<Breath> breath;
+    if (motion.breath_period_frames > 0)
+      breath = solve_breath(free, motion.breath_period_frames, motion.view_frames, motion.scene);
+    if (breath) motion.breath_period_frames = breath->period_frames;
     keep_rigid_span(free, motion.scene);
     if (free.focal) {
       // What agrees was told anew, and a lens goes a long way for little.
@@ -295,7 +301,8 @@ class MotionSearch {
                        to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
     if (!motion.failure.empty()) return;
     motion.lens_spread = lens_spread(free, motion.scene, basin.focal_variance_px2);
-    motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
+    motion.camera_from_world =
+        pose_frames(clip_, motion.view_frames, motion.scene, breath ? &*breath : nullptr);
     judge(basin.runner_up, free.focal, motion);
   }
 

@@ -172,10 +172,13 @@ class KeyDepths {
     return *motion_.scene.camera_from_world[view];
   }
 
-  // Of each part of the way the view that sees most places.
+  // Of each part of the way the view that sees most places; where tissue breathes, of its rest.
   void choose_keys() {
+    constexpr double kAtRest = 0.1;  // of a breath
+    const std::vector<double>& breath = motion_.scene.breath;
     for (std::size_t view = 0; view < motion_.view_frames.size(); ++view)
-      if (motion_.scene.is_posed(view)) posed_.push_back(view);
+      if (motion_.scene.is_posed(view) && (breath.empty() || std::abs(breath[view]) <= kAtRest))
+        posed_.push_back(view);
     const std::size_t count =
         std::min(posed_.size(), static_cast<std::size_t>(options_.key_frames));
     for (std::size_t part = 0; part < count; ++part) {

@@ -84,7 +84,8 @@ std::vector<Lit> lit_sightings(const Scene& scene) {
     if (!landmark.place) continue;
     for (const Sighting& seen : landmark.seen) {
       if (!seen.agrees || !scene.is_posed(seen.view) || seen.light.minCoeff() <= 0) continue;
-      const double range = (*scene.camera_from_world[seen.view] * *landmark.place).norm();
+      const double range =
+          (*scene.camera_from_world[seen.view] * scene.place_in(seen.view, landmark)).norm();
       all.push_back({i, seen.view, std::log(seen.light.y()),
                      std::log(seen.light.y() / seen.light.x()), std::log(range)});
     }
@@ -200,7 +201,7 @@ MotionQuality judge_motion(const ClipMotion& motion, const LampAgreement& lamp, 
       {focal_sd > kLensUnsure,
        "the focal length is known to " + percent(focal_sd) + " only, and depth is as uncertain"},
       {too_flat, "the scene is far flatter than its brightness says"},
-      {motion.breath_period_frames > 0,
+      {motion.breath_period_frames > 0 && motion.scene.breath.empty(),
        "tissue moves and comes back every " + to_text(motion.breath_period_frames, 0) +
            " frames, as by breathing, and its motion cannot be told from the scope's: the path may "
            "be several per cent wrong"},

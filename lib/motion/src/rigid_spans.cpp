@@ -38,7 +38,7 @@ Scene placed_by(const Views& own, const Views& others, const Scene& scene) {
   constexpr std::size_t kMost = 400;  // features tell a share as well as thousands
   constexpr std::ptrdiff_t kFewestSightings = 3;
   constexpr double kSureAngle_rad = 0.035;
-  Scene part{scene.lens, {}, {}};
+  Scene part{scene.lens, {}, {}, scene.breath};
   part.camera_from_world.resize(scene.camera_from_world.size());
   for (const std::size_t view : own) part.camera_from_world[view] = scene.camera_from_world[view];
   const auto is_own = [&](const Sighting& seen) { return part.is_posed(seen.view); };
@@ -48,7 +48,7 @@ Scene placed_by(const Views& own, const Views& others, const Scene& scene) {
         std::ranges::count_if(landmark.seen, is_own) >= kFewestSightings)
       crossing.push_back(&landmark);
   for (std::size_t i = 0; i < crossing.size(); i += crossing.size() / kMost + 1) {
-    part.landmarks.push_back({crossing[i]->track, crossing[i]->seen, {}});
+    part.landmarks.push_back({crossing[i]->track, crossing[i]->seen, {}, crossing[i]->push});
     for (Sighting& seen : part.landmarks.back().seen) seen.agrees = true;
   }
   triangulate(part);

@@ -21,8 +21,14 @@ std::size_t Scene::posed_views() const {
                                                 [](const auto& pose) { return pose.has_value(); }));
 }
 
+Eigen::Vector3d Scene::place_in(std::size_t view, const Landmark& landmark) const {
+  if (breath.empty()) return *landmark.place;
+  return *landmark.place + breath[view] * landmark.push;
+}
+
 double Scene::error_px(const Landmark& landmark, const Sighting& sighting) const {
-  const Eigen::Vector3d point = *camera_from_world[sighting.view] * *landmark.place;
+  const Eigen::Vector3d point =
+      *camera_from_world[sighting.view] * place_in(sighting.view, landmark);
   if (!(point.z() > 0)) return std::numeric_limits<double>::infinity();
   return (project(lens, point) - sighting.pixel).norm();
 }
@@ -32,7 +38,8 @@ double Scene::angle_rad(const Landmark& landmark) const {
   for (const Sighting& sighting : landmark.seen)
     if (sighting.agrees && is_posed(sighting.view)) {
       const RigidTransform& pose = *camera_from_world[sighting.view];
-      rays.push_back((pose.rotation.transpose() * (pose * *landmark.place)).normalized());
+      const Eigen::Vector3d point = pose * place_in(sighting.view, landmark);
+      rays.push_back((pose.rotation.transpose() * point).normalized());
     }
   double smallest = 1;
   for (std::size_t i = 0; i < rays.size(); ++i)
@@ -77,9 +84,12 @@ struct Ray {
   Eigen::Vector3d origin, direction;
 };
 
-Ray ray_of(const Scene& scene, const Sighting& sighting) {
+// To the landmark's place at rest.
+Ray ray_of(const Scene& scene, const Landmark& landmark, const Sighting& sighting) {
   const RigidTransform world_from_camera = scene.camera_from_world[sighting.view]->inverse();
-  return {world_from_camera.translation,
+  Eigen::Vector3d origin = world_from_camera.translation;
+  if (!scene.breath.empty()) origin -= scene.breath[sighting.view] * landmark.push;
+  return {origin,
           (world_from_camera.rotation * unproject(scene.lens, sighting.pixel)).normalized()};
 }
 
@@ -103,7 +113,7 @@ void refine_place(const Scene& scene, Landmark& landmark) {
     for (const Sighting& sighting : landmark.seen) {
       if (!sighting.agrees || !scene.is_posed(sighting.view)) continue;
       const RigidTransform& pose = *scene.camera_from_world[sighting.view];
-      const Eigen::Vector3d point = pose * *landmark.place;
+      const Eigen::Vector3d point = pose * scene.place_in(sighting.view, landmark);
       if (!(point.z() > 0)) return;
       const Eigen::Matrix<double, 2, 3> slopes = pixel_slopes(scene.lens, point) * pose.rotation;
       normal += slopes.transpose() * slopes;
@@ -133,7 +143,7 @@ bool is_sound(const Scene& scene, Landmark& landmark) {
 void place_landmark(const Scene& scene, Landmark& landmark) {
   std::vector<Ray> rays;
   for (const Sighting& sighting : landmark.seen)
-    if (scene.is_posed(sighting.view)) rays.push_back(ray_of(scene, sighting));
+    if (scene.is_posed(sighting.view)) rays.push_back(ray_of(scene, landmark, sighting));
   // The two that stand widest apart tell the depth best, and err the most where one strays.
   double widest = std::cos(kLeastAngle_rad);
   const Ray *a = nullptr, *b = nullptr;

@@ -92,7 +92,10 @@ void scale_and_place(double factor, const RigidTransform& camera_from_world, Cli
     for (auto& pose : *poses)
       if (pose) pose = moved(*pose);
   for (Landmark& landmark : motion.scene.landmarks)
-    if (landmark.place) landmark.place = factor * (camera_from_world * *landmark.place);
+    if (landmark.place) {
+      landmark.place = factor * (camera_from_world * *landmark.place);
+      landmark.push = factor * (camera_from_world.rotation * landmark.push);
+    }
   for (KeyDepth& key : keys) {
     key.camera_from_world = moved(key.camera_from_world);
     for (float& z : key.depth.depth.values) z *= static_cast<float>(factor);
@@ -262,6 +265,9 @@ void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunCo
                  StageReport& report) {
   if (clip.insets.size() > 0) context.warn(told_of_insets(share_of(clip.insets)));
   tell_left_out(motion, context, report);
+  if (!motion.scene.breath.empty())
+    context.info("the tissue breathes, once in " + to_text(motion.breath_period_frames, 1) +
+                 " frames: surface and points are of its rest");
   const MotionQuality& quality = motion.quality;
   if (!motion.failure.empty() || quality.verdict == DepthVerdict::ok) return;
   const std::string told =

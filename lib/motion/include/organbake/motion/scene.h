@@ -25,16 +25,22 @@ struct Landmark {
   std::size_t track = 0;       // of the clip
   std::vector<Sighting> seen;  // in the order of the views
   std::optional<Eigen::Vector3d> place;
+  Eigen::Vector3d push = Eigen::Vector3d::Zero();  // what the most of a breath adds to it
 };
 
-// A rigid scene seen by one moving lens. The unit of length is the scene's own.
+// A scene seen by one moving lens, rigid but for what a breath moves. The unit of length is the
+// scene's own.
 struct Scene {
   Intrinsics lens;
   std::vector<std::optional<RigidTransform>> camera_from_world;  // of each view, once it is posed
   std::vector<Landmark> landmarks;
+  // How far a breath has come in each view: 0 at rest, 1 at its most; empty = nothing breathes.
+  std::vector<double> breath = {};
 
   bool is_posed(std::size_t view) const { return camera_from_world[view].has_value(); }
   std::size_t posed_views() const;
+  // Where a landmark that has a place is while a view sees it.
+  Eigen::Vector3d place_in(std::size_t view, const Landmark& landmark) const;
   // Pixels between where a sighting is and where its landmark's place is projected to; infinite
   // behind the camera. Both must be known.
   double error_px(const Landmark& landmark, const Sighting& sighting) const;
@@ -68,6 +74,8 @@ struct FreeLens {
   bool distortion = false;  // k1 alone
 };
 
+struct Breath;
+
 struct AdjustmentOptions {
   FreeLens lens = {};
   int iterations = 20;      // at most
@@ -77,6 +85,8 @@ struct AdjustmentOptions {
   std::size_t sightings_per_view = 0;
   // Views that are moved; empty = all. Points that they see are moved with them.
   std::vector<bool> moving = {};
+  double robust_px = 1;      // an error beyond counts less (Cauchy)
+  Breath* breath = nullptr;  // moved, too
 };
 
 // Moves poses, places and lens together until the sightings that agree lie where the places are
