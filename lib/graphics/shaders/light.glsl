@@ -87,7 +87,7 @@ float light_of_film(float share, float lost, float lacks2) {
 
 float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
-  float soft = max(kSoftEnds * pixel, kEdge), sum = 0.0;
+  float soft = max(kSoftEnds * pixel, kEdge), reach = 1.0 - 0.5 * kJitter, sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
   uvec3 cube = uvec3(ivec3(low)) * kAxes;
   for (int k = 0; k < 8; ++k) {
@@ -97,29 +97,29 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
     h ^= h >> 13;
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
-    float own = at_most_1(positive(wet + chance(h, 3))), own2 = own * own;
+    float own = at_most_1(positive(wet + chance(h, 3)));
     vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
     float on_m = dot(leaning, m);
-    float lacking2 = (kSteep + (1.0 - kSteep) * own2) * (dot(e, e) - on_m * on_m);
-    float lit = positive(1.0 - drops.z * lacking2);
+    float lit = positive(1.0 - drops.z * (dot(e, e) - on_m * on_m));
     float outward = dot(d, m), out2 = outward * outward;
-    float size2 = positive(kDrop * own2 * at_most_1(kGrows * lit * lit) - out2);
-    float drawn2 = max(size2, 0.25 * soft * soft);
+    float size2 = kDrop * own * at_most_1(kGrows * lit) * positive(1.0 - out2 / (reach * reach));
+    float drawn2 = max(size2, 0.25 * soft * soft), drawn = sqrt(drawn2);
     float along = dot(d, leaning) - on_m * outward, lean2 = dot(leaning, leaning) - on_m * on_m;
-    float farthest = kRun / drops.y * own, at = clamp(along / (lean2 + 1e-9), -farthest, farthest);
+    float farthest = kRun / drops.y * drawn;
+    float at = clamp(along / (lean2 + 1e-9), -farthest, farthest);
     float away2 = dot(d, d) - out2 + at * (at * lean2 - 2.0 * along);
-    float drawn = sqrt(drawn2), size = sqrt(size2), long_side = kRun * own;
     float inside = at_most_1(positive(0.5 + (drawn2 - away2) / (2.0 * drawn * soft)));
-    float kept = size * (size + long_side) / (drawn * (drawn + long_side));
+    float kept = size2 / drawn2;
     sum += (1.0 - sum) * kept * inside * inside * (3.0 - 2.0 * inside);
   }
   return sum;
 }
 
 float mean_of_drops(float lacks2, float wet) {
-  float t = at_most_1(positive((wet + 0.7) / 2.7));
-  float near = positive(1.0 - lacks2 * drops.z / (1.33 + 0.95 * drops.w));
-  return t * t * (3.0 - 2.0 * t) * near * near / (0.8 + 1.07 * drops.w);
+  float t = at_most_1(0.5 * positive(wet + 1.0)), beyond = positive(t - 0.5);
+  float own = t * t - beyond * beyond;
+  float lit = positive(1.0 - lacks2 * drops.z / (1.0 + 2.0 * drops.w));
+  return own * (0.64 - 0.14 * own) * at_most_1(kGrows * lit) / (1.0 + 1.2 * drops.w);
 }
 
 float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {

@@ -58,10 +58,10 @@ class SkinGrain {
 // follows the hills: plane waves of some bumps' length. On rougher skin it breaks into drops round
 // strewn points (StrewnCell), each leaning a little. A low dome shows the lamp as a disc, the
 // larger the less its middle lacks of the mirror direction: drops of all sizes, longer than wide,
-// that melt where the skin faces the lamp. Small drops are steeper, and show it farther from there:
-// few satellites. The disc stays in the drop's middle, where a true one would slide by less than
-// its width. Hills tell where drops lie. All of it is bound to the skin at rest and turned with it
-// by the least rotation that takes its normal there; so a poke carries it, and it does not crawl.
+// that melt in patches, with few satellites. The disc stays in the drop's middle, where a true one
+// would slide by less than its width. Hills tell where drops lie. All of it is bound to the skin
+// at rest and turned with it by the least rotation that takes its normal there; so a poke carries
+// it, and it does not crawl.
 //
 // Which drops there are, where and how large, the skin alone tells, never the pixel: what would be
 // there at one size of pixels and not at another would flicker while the scope comes near. A pixel
@@ -91,24 +91,24 @@ class WetFilm {
   // Blinn exponent says: the ring of fibres has an end, and so have its pictures.
   static constexpr float kFilmWidth = 3;
   // Drops in a bump's length, and how much each leans, of the bumps' slope.
-  static constexpr double kBumps = 2.2, kLean = 0.96;
+  static constexpr double kBumps = 1.5, kLean = 0.96;
   // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
   // next to no drop is wet, in their middle all are.
-  static constexpr float kUpperHills = 0.3f, kPatches = 0.4f, kDriest = -0.6f, kWetBumps = 2.6f;
+  static constexpr float kUpperHills = 1.6f, kPatches = 0.9f, kDriest = -1, kWetBumps = 1.8f;
   // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
   // rows.
   static constexpr float kAskew = 0.3f;
   static constexpr float kCrease = 4;          // by how much a bend of 1 rad a mm dries drops
   static constexpr float kBridges_mm = 0.45f;  // over this, a whole film lies flat on a crease
   // The largest drop's squared radius, in squares of a drop's room, and how far it runs out to both
-  // sides. Where the lobe has fallen to kEnd no drop is lit; toward the mirror direction it grows
-  // to its own size, kGrows before that is reached. The least drops are lit as far as the lobe
-  // reaches for kSteep of what lacks there.
-  static constexpr float kDrop = 0.36f, kRun = 0.25f, kEnd = 0.0177f, kGrows = 1.3f, kSteep = 0.3f;
-  static constexpr float kEdge = 0.06f;     // within this it ends,
-  static constexpr float kSoftEnds = 1.6f;  // and within so many pixels at least
-  static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter
-  static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
+  // sides, of its radius, both within what is asked of points. Where the lobe has fallen to kEnd no
+  // drop is lit; toward the mirror direction it grows to its own size, kGrows before that is
+  // reached.
+  static constexpr float kDrop = 0.16f, kRun = 0.4f, kEnd = 0.00003f, kGrows = 1.5f;
+  static constexpr float kEdge = 0.06f;      // within this it ends,
+  static constexpr float kSoftEnds = 1.35f;  // and within so many pixels at least
+  static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
+  static constexpr double kBreaks = 0.06;    // slope of the relief from which on the film is drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {

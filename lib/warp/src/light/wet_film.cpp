@@ -95,14 +95,14 @@ Wave make_wave(int number, double length_mm, double slope) {
 }  // namespace
 
 WetFilm::WetFilm(const Lighting& lighting) {
-  // Bumps of about one size, on hills of a few to twenty times that.
-  constexpr double kSmallestHill = 6.5, kLargestHill = 20;
+  // Bumps of about one size, on hills of a few times that, longer where no drops lie on them.
   constexpr double kHillShare = 0.6;  // of the slopes' variance
   const SkinFinish& finish = lighting.finish;
+  const bool breaks = finish.relief_slope > kBreaks;
+  const double smallest = breaks ? 4 : 6.5, largest = breaks ? 12 : 20;
   const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
   for (int k = 0; k < int(kHills); ++k) {
-    const double size =
-        kSmallestHill * std::pow(kLargestHill / kSmallestHill, double(k) / (kHills - 1));
+    const double size = smallest * std::pow(largest / smallest, double(k) / (kHills - 1));
     hills_[k] = make_wave(k, finish.relief_mm * size, hill);
   }
   drops_.per_mm = static_cast<float>(kBumps / finish.relief_mm);
@@ -128,7 +128,7 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
   const double whole = 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2);
   const double lit2 = (std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1) * alpha2;
-  const double broken = 1.5 * relief_slope + std::sqrt(lit2);
+  const double broken = 3 * relief_slope + std::sqrt(lit2);
   if (relief_slope > kBreaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
   const double reach = std::min(1.4, drops_.inverse_lit2 > 0 ? broken : whole);
@@ -209,12 +209,14 @@ inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe,
 }
 
 // Of the drops about a place: what they mirror, each by the share of the pixel that it covers. One
-// that is smaller than a pixel is drawn as large as that, and fainter. Each runs out to both sides
-// along its lean, so that many melt into one.
+// that is smaller than a pixel is drawn as large as that, and fainter by as much. Each runs out to
+// both sides along its lean, so that many melt into one. It shrinks slowly with its point's height:
+// cut out of a ball, it would be there or not by a hundredth of a millimetre.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
                                                            const Lacking& lacks, float wet,
                                                            float pixel) {
+  constexpr float kInverseReach2 = 1 / (kStrewnReach * kStrewnReach);
   const float by_pixel = WetFilm::kSoftEnds * pixel;
   const float soft = by_pixel > WetFilm::kEdge ? by_pixel : WetFilm::kEdge;
   const float run = WetFilm::kRun / drops.lean;
@@ -222,28 +224,26 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
   visit_cells(
       drops.per_mm * p[0], drops.per_mm * p[1],
       drops.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
-        const float own = at_most_1(positive(wet + cell.chance(3))), own2 = own * own;
+        const float own = at_most_1(positive(wet + cell.chance(3)));
         const float cx = drops.lean * cell.chance(0), cy = drops.lean * cell.chance(1),
                     cz = drops.lean * cell.chance(2);
         const float on_m = cx * m[0] + cy * m[1] + cz * m[2];
         const float ex = lacks.x + cx, ey = lacks.y + cy, ez = lacks.z + cz;
-        const float lacking2 = (WetFilm::kSteep + (1 - WetFilm::kSteep) * own2) *
-                               (ex * ex + ey * ey + ez * ez - on_m * on_m);
-        const float lit = positive(1 - drops.inverse_lit2 * lacking2);
+        const float lit =
+            positive(1 - drops.inverse_lit2 * (ex * ex + ey * ey + ez * ez - on_m * on_m));
         const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
-        const float size2 =
-            positive(WetFilm::kDrop * own2 * at_most_1(WetFilm::kGrows * lit * lit) - out2);
+        const float size2 = WetFilm::kDrop * own * at_most_1(WetFilm::kGrows * lit) *
+                            positive(1 - kInverseReach2 * out2);
         const float size = std::sqrt(size2), least = 0.5f * soft;
         const float drawn = size > least ? size : least, inverse = 1 / (2 * drawn * soft);
         // Of the piece that it runs out along, as far from its middle in units of the lean.
         const float along = cell.x * cx + cell.y * cy + cell.z * cz - on_m * out;
         const float lean2 = cx * cx + cy * cy + cz * cz - on_m * on_m;
-        const float farthest = run * own, there = along / (lean2 + 1e-9f);
+        const float farthest = run * drawn, there = along / (lean2 + 1e-9f);
         const float at = there > farthest ? farthest : there < -farthest ? -farthest : there;
         const float away2 = cell.distance2() - out2 + at * (at * lean2 - 2 * along);
         const float in = at_most_1(positive(0.5f + (drawn * drawn - away2) * inverse));
-        const float long_side = WetFilm::kRun * own;
-        const float kept = size * (size + long_side) / (drawn * (drawn + long_side));
+        const float kept = size2 / (drawn * drawn);
         // Where soft ends of two meet, one covers of the other what chance would have it.
         light += (1 - light) * kept * in * in * (3 - 2 * in);
       });
@@ -252,9 +252,10 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
 
 // The mean of that over all drops that may lie there, within a tenth.
 inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet) {
-  const float t = at_most_1(positive((wet + 0.7f) * (1 / 2.7f)));
-  const float near = positive(1 - lacks2 * drops.inverse_lit2 / (1.33f + 0.95f * drops.lean2));
-  return t * t * (3 - 2 * t) * near * near / (0.8f + 1.07f * drops.lean2);
+  const float t = at_most_1(0.5f * positive(wet + 1)), beyond = positive(t - 0.5f);
+  const float own = t * t - beyond * beyond;
+  const float lit = positive(1 - lacks2 * drops.inverse_lit2 / (1 + 2 * drops.lean2));
+  return own * (0.64f - 0.14f * own) * at_most_1(WetFilm::kGrows * lit) / (1 + 1.2f * drops.lean2);
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
@@ -306,19 +307,36 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
   const WetFilm::Drops drops = of_drops;
   const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
+    // What drops are asked for by, so that vectors of pixels between patches ask for none.
+    enum { kRest, kPlace = 3, kLacks = 6, kWet = 9, kPixel, kMean, kNumbers };
+    alignas(64) float of[kNumbers][kSpan];
     ORGANBAKE_INDEPENDENT
     for (unsigned j = 0; j < whole_vectors(count); ++j) {
-      const std::size_t i = first + j;
-      const FilmPoint at = film_point(in, hills, inverse_pixel, i);
-      const float pixel = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
-      const float wet = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[i];
+      const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);
+      for (int c = 0; c < 3; ++c) of[kRest + c][j] = at.rest[c], of[kPlace + c][j] = at.place[c];
+      of[kLacks][j] = at.lacks.x, of[kLacks + 1][j] = at.lacks.y, of[kLacks + 2][j] = at.lacks.z;
+      of[kPixel][j] = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
+      const float wet = of[kWet][j] = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[first + j];
       // Hills too fine for the pixel lean its drops in both directions.
-      const float mean = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
-      // A drop as soft as larger pixels would reach beyond the cubes that are asked.
-      const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
-      const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, pixel);
-      mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
-                    (mean + seen * (each - mean));
+      of[kMean][j] = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
+    }
+    for (unsigned v = 0; v < whole_vectors(count); v += kLanes) {
+      std::fill_n(mirrored + v, kLanes, 0.f);
+      const float* const wet = of[kWet] + v;
+      if (*std::max_element(wet, wet + kLanes) <= -1) continue;  // no chance is higher than 1
+      ORGANBAKE_INDEPENDENT
+      for (unsigned j = v; j < v + kLanes; ++j) {
+        const std::size_t i = first + j;
+        const float rest[3] = {of[kRest][j], of[kRest + 1][j], of[kRest + 2][j]};
+        const float place[3] = {of[kPlace][j], of[kPlace + 1][j], of[kPlace + 2][j]};
+        const Lacking lacks = {of[kLacks][j], of[kLacks + 1][j], of[kLacks + 2][j], 0};
+        const float pixel = of[kPixel][j], mean = of[kMean][j];
+        // A drop as soft as larger pixels would reach beyond the cubes that are asked.
+        const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
+        const float each = light_of_drops(drops, rest, place, lacks, of[kWet][j], pixel);
+        mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
+                      (mean + seen * (each - mean));
+      }
     }
     return;
   }
@@ -375,8 +393,8 @@ std::vector<ShaderConstant> WetFilm::constants() {
   return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
           {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
           {"kCrease", kCrease},         {"kDrop", kDrop},       {"kRun", kRun},
-          {"kSteep", kSteep},           {"kGrows", kGrows},     {"kEdge", kEdge},
-          {"kSoftEnds", kSoftEnds},     {"kBlown", kBlown},     {"kJitter", kJitter}};
+          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
+          {"kBlown", kBlown},           {"kJitter", kJitter}};
 }
 
 }  // namespace organbake
