@@ -214,11 +214,16 @@ class MotionSearch {
     if (!frames.empty()) left_out_.push_back({frames.front(), frames.back(), std::move(reason)});
   }
 
-  // Runs of views that the scene does not explain.
+  // Runs of views that the scene does not explain. Those beside one that it does explain are left
+  // out: they may be as moved as it is, and would pass for the begin of another scene.
   static std::vector<Frames> unposed_runs(const ClipMotion& motion) {
     std::vector<Frames> runs(1);
-    for (std::size_t view = 0; view < motion.view_frames.size(); ++view) {
-      if (!motion.scene.is_posed(view))
+    const std::size_t count = motion.view_frames.size();
+    const auto is_posed = [&](std::size_t view) {
+      return view < count && motion.scene.is_posed(view);
+    };
+    for (std::size_t view = 0; view < count; ++view) {
+      if (!is_posed(view) && !is_posed(view - 1) && !is_posed(view + 1))
         runs.back().push_back(motion.view_frames[view]);
       else if (!runs.back().empty())
         runs.emplace_back();

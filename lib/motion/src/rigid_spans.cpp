@@ -118,23 +118,41 @@ Views longest_unbroken(const Views& posed, const Scene& scene) {
   return part.size() > longest.size() ? part : longest;
 }
 
+Views posed_views_of(const Scene& scene) {
+  Views posed;
+  for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view)
+    if (scene.is_posed(view)) posed.push_back(view);
+  return posed;
+}
+
+// Fits the scene anew to these of its views alone.
+void keep_only(const Views& kept, const FreeLens& lens, Scene& scene) {
+  for (const std::size_t view : posed_views_of(scene))
+    if (!std::ranges::binary_search(kept, view)) scene.camera_from_world[view].reset();
+  drop_outliers(scene);
+  triangulate(scene);
+  settle({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
+  adjust({.lens = lens, .iterations = 20}, scene);
+  drop_outliers(scene);
+}
+
 }  // namespace
 
 void keep_rigid_span(const FreeLens& lens, Scene& scene) {
-  while (scene.posed_views() > 1) {
-    Views posed;
-    for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view)
-      if (scene.is_posed(view)) posed.push_back(view);
-    const Views kept = longest_unbroken(posed, scene);
-    if (kept.size() == posed.size()) return;
-    for (const std::size_t view : posed)
-      if (!std::ranges::binary_search(kept, view)) scene.camera_from_world[view].reset();
-    drop_outliers(scene);
-    triangulate(scene);
-    settle({.lens = lens, .iterations = 20, .tolerance = 1e-3, .sightings_per_view = 250}, scene);
-    adjust({.lens = lens, .iterations = 20}, scene);
-    drop_outliers(scene);
+  const Views all = posed_views_of(scene);
+  Views kept = all;
+  while (kept.size() > 1) {
+    Views unbroken = longest_unbroken(kept, scene);
+    if (unbroken.size() == kept.size()) break;
+    keep_only(unbroken, lens, scene);
+    kept = posed_views_of(scene);
   }
+  // Of a lobe that has just begun to move not enough is told yet: it takes the view beside a break
+  // along.
+  const std::size_t before = kept.size();
+  if (before > 2 && kept.back() != all.back()) kept.pop_back();
+  if (before > 2 && kept.front() != all.front()) kept.erase(kept.begin());
+  if (kept.size() < before) keep_only(kept, lens, scene);
 }
 
 }  // namespace organbake
