@@ -216,7 +216,7 @@ const Bundle& wet_organ() {
 // Light is worked out at some pixels of eight and mixed between them, but not the film's, which is
 // finer: where those pixels lie must not tell.
 TEST(WetFilm, StaysWhereItIsWhenThePictureIsShifted) {
-  constexpr int kShift_px = 4, kWidth_px = 240, kHeight_px = 192;
+  constexpr int kShift_px = 4, kWidth_px = 480, kHeight_px = 384;
   const Bundle& bundle = wet_organ();
   const SyntheticOrgan organ;
   Warper warper(bundle);
@@ -225,7 +225,7 @@ TEST(WetFilm, StaysWhereItIsWhenThePictureIsShifted) {
   const auto drawn = [&](int shift_px) {
     View view{bundle.cameras.cameras[0], 1};
     view.camera.intrinsics.width = kWidth_px, view.camera.intrinsics.height = kHeight_px;
-    view.camera.intrinsics.fx = view.camera.intrinsics.fy = 300;
+    view.camera.intrinsics.fx = view.camera.intrinsics.fy = 600;
     view.camera.intrinsics.cx = 0.5 * kWidth_px + shift_px;
     view.camera.intrinsics.cy = 0.5 * kHeight_px;
     RigidTransform& pose = view.camera.camera_from_world;
