@@ -135,6 +135,7 @@ std::optional<BladePath::Carried> BladePath::carried(const CuttingEdge& blade,
     carried.by[k] = posed.cut().held_corner(nearest->second);
   }
   carried.line = carried_by(carried.by, blade, posed, inside, reach_mm);
+  carried.line.skin_mm = blade.tip_mm + in.back().first * (blade.top_mm - blade.tip_mm);
   return carried;
 }
 

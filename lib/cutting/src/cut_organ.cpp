@@ -158,6 +158,8 @@ void CutOrgan::remake(const CutSheet& sheet) {
   remake_give(skin, down);
   remake_base(skin, walls);
   gape_ = LipGape(skin, down, now_.mechanics.cut_gape_mm);
+  bleeding_ = Bleeding(skin, sheet, gape_.borders(), down,
+                       alive() ? std::optional<Eigen::Vector3d>(-lighting_->up) : std::nullopt);
 }
 
 // A face that was neither halved nor cut is itself, and is not told.
@@ -252,8 +254,7 @@ Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t fac
     at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
     share += weights[k] * corner.light;
   }
-  const bool alive = lighting_ && !lighting_->finish.grain.isZero(0);  // tissue, not a cast
-  return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_, alive);
+  return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_, alive());
 }
 
 // The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
@@ -271,29 +272,6 @@ void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t f
     if (corners == 3 || !on_border) return;
     now_.base.height_mm[first + node] = 0;
   });
-}
-
-void CutOrgan::wet_lips() {
-  const WetRim rim(skin_, face_parts_);
-  const std::uint32_t n = base_.steps;
-  for (std::uint32_t face = 0; face < skin_.faces.size(); ++face) {
-    const std::vector<WetRim::Lip>& lips = rim.lips()[face];
-    if (lips.empty()) continue;
-    const auto wet = [&](const FacePart& part) {
-      each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-        const Eigen::Vector2d at = within(part.at, {double(i) / n, double(j) / n});
-        const Eigen::Vector3d place_mm = WetRim::place_mm(skin_, face, at);
-        Eigen::Vector3f& color =
-            now_.base.color[std::size_t(part.face) * base_.nodes_per_face() + node];
-        color.array() *= WetRim::kept(WetRim::share(lips, place_mm, 0)).cast<float>();
-      });
-    };
-    const auto parts = face_parts_.find(face);
-    if (parts == face_parts_.end())
-      wet({face, kCornersInFace});
-    else
-      std::for_each(parts->second.begin(), parts->second.end(), wet);
-  }
 }
 
 void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
@@ -321,7 +299,6 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
       flatten_lips(skin, now_.proxy.faces[part.face], std::size_t(part.face) * nodes);
     }
   }
-  wet_lips();
   const std::size_t first_wall = skin.parts().size();
   parallel_for(std::size_t{0}, walls.faces.size(), [&](std::size_t w) {
     Eigen::Vector3f light = Eigen::Vector3f::Ones();

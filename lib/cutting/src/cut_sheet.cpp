@@ -145,6 +145,7 @@ void CutSheet::add(const BladeLine& line) {
     points[k] = grid_.snapped(line.points_mm[k], next_rank_++);
   std::vector<BladeLine>& stroke = strokes_.back();
   stroke.push_back(line);
+  stroke.back().step = step_;
   const std::array<GridPoint, BladeLine::kRows> before = std::exchange(last_, points);
   if (stroke.size() < 2) return;
   const BladeLine& other = stroke[stroke.size() - 2];
@@ -176,6 +177,23 @@ std::size_t CutSheet::bytes() const {
   std::size_t lines = 0;
   for (const std::vector<BladeLine>& stroke : strokes_) lines += stroke.size();
   return sizeof *this + lines * sizeof(BladeLine) + triangles_.size() * sizeof(Triangle);
+}
+
+bool CutSheet::is_hole(std::uint32_t stroke) const {
+  constexpr std::size_t kMostLines = 3;
+  constexpr int kMiddle = BladeLine::kRows / 2;
+  const std::vector<BladeLine>& lines = strokes_[stroke];
+  const Eigen::Vector3d way = lines.back().points_mm[kMiddle] - lines.front().points_mm[kMiddle];
+  return lines.size() <= kMostLines && way.norm() <= 2 * widths_mm_[stroke];
+}
+
+double CutSheet::step(const SheetPlace& place) const {
+  const std::vector<BladeLine>& stroke = strokes_[place.stroke];
+  const double last = static_cast<double>(stroke.size() - 1);
+  const double line = std::clamp(place.line, 0.0, last);
+  const auto i = static_cast<std::size_t>(line);
+  const double from = stroke[i].step, to = stroke[std::min(i + 1, stroke.size() - 1)].step;
+  return from + (line - std::floor(line)) * (to - from);
 }
 
 Eigen::Vector3d CutSheet::at(const SheetPlace& place) const {

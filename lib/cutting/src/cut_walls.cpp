@@ -23,8 +23,9 @@ double cell_value(std::int64_t x, std::int64_t y, std::int64_t z) {
   return static_cast<double>(h >> 11) * 0x1p-52 - 1;
 }
 
-// Smooth between cells (value noise).
-double noise(const Eigen::Vector3d& at) {
+}  // namespace
+
+double tissue_noise(const Eigen::Vector3d& at) {
   std::int64_t cell[3];
   double t[3];
   for (int c = 0; c < 3; ++c) {
@@ -46,14 +47,16 @@ double noise(const Eigen::Vector3d& at) {
   return sum;
 }
 
+namespace {
+
 constexpr double kCapsule_mm = 0.35;
 // Below the lips a fresh cut is wet with blood, and little light comes down between them.
 constexpr double kWet_mm = 2.2;
 constexpr float kWetDarkness = 0.72f;
 const Eigen::Vector3f kCapsule(0.60f, 0.40f, 0.32f);  // connective tissue with little blood
 
-// How far a place lies from the wall of a vessel, mm, below 0 within: most cubes of some
-// millimetres have one, along an axis of its own.
+}  // namespace
+
 double from_vessel_mm(const Eigen::Vector3d& at_mm) {
   constexpr double kCube_mm = 7, kNone = -0.2, kMean_mm = 0.85, kSpread_mm = 0.45;
   const Eigen::Vector3d cube = (at_mm / kCube_mm).array().floor();
@@ -68,9 +71,11 @@ double from_vessel_mm(const Eigen::Vector3d& at_mm) {
   return away.norm() - (kMean_mm + kSpread_mm * chance(6));
 }
 
+namespace {
+
 // 1 on the seams between lobules of about that size, 0 within: where a noise passes through 0.
 float seam_at(const Eigen::Vector3d& at_mm, double size_mm) {
-  return static_cast<float>(std::exp(-20 * std::pow(noise(at_mm / size_mm), 2)));
+  return static_cast<float>(std::exp(-20 * std::pow(tissue_noise(at_mm / size_mm), 2)));
 }
 
 // Of fat, which is yellow: lobules between seams. Of parenchyma: fine pale seams, and vessels, dark
@@ -89,16 +94,16 @@ Eigen::Vector3f structured(const Eigen::Vector3f& inner, const Eigen::Vector3d& 
 
 Eigen::Vector3f inner_albedo(const Eigen::Vector3d& at_mm, double depth_mm,
                              const Eigen::Vector3f& skin_albedo, bool alive) {
-  const double mottled =
-      0.5 * noise(at_mm / 6.0) + 0.3 * noise(at_mm / 2.3) + 0.2 * noise(at_mm / 1.1);
-  const double fibres = noise({at_mm.x() / 1.4, at_mm.y() / 7.0, at_mm.z() / 1.4});
+  const double mottled = 0.5 * tissue_noise(at_mm / 6.0) + 0.3 * tissue_noise(at_mm / 2.3) +
+                         0.2 * tissue_noise(at_mm / 1.1);
+  const double fibres = tissue_noise({at_mm.x() / 1.4, at_mm.y() / 7.0, at_mm.z() / 1.4});
   const auto light = static_cast<float>(0.66 * (1 + 0.45 * mottled + 0.25 * fibres));
   const auto wet = static_cast<float>(std::exp(-std::pow(depth_mm / kWet_mm, 2)));
   Eigen::Vector3f inner = light * skin_albedo.cwiseProduct(Eigen::Vector3f(1.0f, 0.62f, 0.62f));
   if (alive) inner = structured(inner, at_mm);
   inner *= 1 - kWetDarkness * wet;
   // Right below the skin lies its pale capsule, here thinner, there thicker.
-  const double capsule_mm = kCapsule_mm * (1 + 0.5 * noise(at_mm / 2.5));
+  const double capsule_mm = kCapsule_mm * (1 + 0.5 * tissue_noise(at_mm / 2.5));
   const auto pale = static_cast<float>(std::exp(-std::pow(depth_mm / capsule_mm, 2)));
   return (1 - 0.4f * pale) * inner + 0.2f * pale * (skin_albedo + kCapsule);
 }
@@ -114,9 +119,8 @@ constexpr double kFarthestEnd_mm = 12;  // of a cut's end from where its lips co
 constexpr double kBelowSkin_mm = 1.5;
 constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's edge and the skin
 constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
-constexpr std::size_t kMostLinesOfHole = 3;
-constexpr double kDimHole = 0.5;  // of a hole's rim
-constexpr double kFlat = 2;       // times as much a blade moved into the skin as it stood in it
+constexpr double kDimHole = 0.5;       // of a hole's rim
+constexpr double kFlat = 2;  // times as much a blade moved into the skin as it stood in it
 
 // How walls run down a stroke: along the blade's edge to its tip; or, of a blade that came down
 // flat on the skin, on from line to line as it went deeper. `height` falls on the way down.
@@ -203,12 +207,8 @@ class WallMaker {
 
   // Little light falls into a hole as long as it is wide, which nothing pulls open as a cut.
   float light_in_hole(std::uint32_t stroke, double depth_mm) const {
-    const double width_mm = sheet_.width_mm(stroke);
-    const std::vector<BladeLine>& lines = sheet_.strokes()[stroke];
-    constexpr int kMiddle = BladeLine::kRows / 2;
-    const Vector3d way = lines.back().points_mm[kMiddle] - lines.front().points_mm[kMiddle];
-    if (lines.size() > kMostLinesOfHole || way.norm() > 2 * width_mm) return 1;
-    const double deep = depth_mm / width_mm;
+    if (!sheet_.is_hole(stroke)) return 1;
+    const double deep = depth_mm / sheet_.width_mm(stroke);
     return static_cast<float>(kDimHole / (1 + deep * deep));
   }
 

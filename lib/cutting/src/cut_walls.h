@@ -29,6 +29,12 @@ struct CutWalls {
 
 CutWalls cut_walls(const CutSkin& skin, const CutSheet& sheet);
 
+// How far a place at rest lies from the wall of a vessel, mm, below 0 within: most cubes of some
+// millimetres have one, along an axis of its own.
+double from_vessel_mm(const Eigen::Vector3d& at_mm);
+// −1…1, smooth between the cells of a grid of side 1 (value noise).
+double tissue_noise(const Eigen::Vector3d& at);
+
 // The albedo (linear RGB) of tissue on the inside, at a place at rest, so far below the skin: a
 // thin capsule, a rim wet with blood, then that of the skin, darker and redder, mottled and with
 // fibres, and of what is alive with its lobules or vessels: the same wherever a cut comes by.

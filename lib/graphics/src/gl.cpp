@@ -197,7 +197,7 @@ std::string shader_text(ShaderDialect dialect, std::string_view files) {
 }
 
 std::span<const ProgramFiles> program_files() {
-  static constexpr std::array<ProgramFiles, 12> kFiles = {{
+  static constexpr std::array<ProgramFiles, 13> kFiles = {{
       {"place", "tables.glsl shell.glsl place.vert", "place.frag",
        "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
       {"splat", "tables.glsl splat.vert", "splat.frag"},
@@ -208,6 +208,7 @@ std::span<const ProgramFiles> program_files() {
       {"across", "screen.vert", "finish.glsl across.frag"},
       {"fade", "screen.vert", "finish.glsl pass.glsl fade.frag"},
       {"shadows", "screen.vert", "tables.glsl finish.glsl pass.glsl shadows.frag"},
+      {"wounds", "screen.vert", "tables.glsl finish.glsl pass.glsl wounds.frag"},
       {"solids", "screen.vert", "tables.glsl finish.glsl pass.glsl solids.frag"},
       {"edges", "screen.vert", "finish.glsl edges.frag"},
       {"outline", "screen.vert", "finish.glsl pass.glsl outline.frag"},

@@ -22,6 +22,7 @@ Finishing::Finishing(ShaderDialect dialect)
       fade_(dialect, files_of("fade")),
       shadows_(dialect, files_of("shadows")),
       solids_(dialect, files_of("solids")),
+      wounds_(dialect, files_of("wounds")),
       edges_(dialect, files_of("edges")),
       outline_(dialect, files_of("outline")) {}
 
@@ -32,7 +33,9 @@ const Targets::Picture& Finishing::apply(const View& view, const DrawOptions& op
   fill_slits(scale, targets);
   if (options.smooth_outline && scale.fade_px > 1)
     fade_borders(scale.fade_px, options.background, targets);
+  draw_blood(view, options.blood, scale, targets);
   if (!options.solids.empty()) draw_solids(view, options.solids, scale, targets);
+  draw_smoke(view, options.smoke, scale, targets);
   if (options.smooth_outline) smooth_outlines(scale, targets);
   return *last_;
 }
@@ -78,14 +81,29 @@ void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& ba
   pass(fade_, targets);
 }
 
-void Finishing::pass_solids(const Program& program, const View& view,
-                            const std::vector<Solid>& wide, PictureScale scale, Targets& targets) {
-  const std::vector<SolidBlock> blocks = solid_blocks(wide, view);
-  if (blocks.empty()) return;
-  PixelBox box;
-  for (const SolidBlock& block : blocks) box = united(box, block.box);
+void Finishing::add_to_table(const Eigen::Vector3d& place, double more) {
+  const Eigen::Vector3f at = place.cast<float>();
+  solid_numbers_.insert(solid_numbers_.end(), {at.x(), at.y(), at.z(), static_cast<float>(more)});
+}
+
+void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
+  solid_numbers_.clear();
+  for (const Solid& solid : solids) {
+    const RigidTransform& pose = view.camera.camera_from_world;
+    add_to_table(pose * solid.from, solid.radius_mm);
+    add_to_table(pose * solid.to, solid.corner ? 1 : 0);
+    add_to_table(
+        solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
+    add_to_table(solid.color.cast<double>(), 0);
+  }
+  solid_table_.fill(solid_numbers_);
+}
+
+void Finishing::pass_table(const Program& program, const View& view, std::size_t count,
+                           const PixelBox& box, PictureScale scale, Targets& targets) {
+  if (box.empty()) return;
   program.set_texture("solids", GL_TEXTURE_2D, solid_table_.texture());
-  program.set("solid_count", static_cast<int>(wide.size()));
+  program.set("solid_count", static_cast<int>(count));
   program.set("solid_box",
               Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
   program.set("view_lens", lens_of(view.camera.intrinsics));
@@ -93,31 +111,69 @@ void Finishing::pass_solids(const Program& program, const View& view,
   pass(program, targets);
 }
 
+namespace {
+
+PixelBox box_round(const std::vector<Solid>& solids, const View& view) {
+  PixelBox box;
+  for (const SolidBlock& block : solid_blocks(solids, view)) box = united(box, block.box);
+  return box;
+}
+
+}  // namespace
+
 void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                             Targets& targets) {
-  const RigidTransform& pose = view.camera.camera_from_world;
-  std::vector<float> numbers;
-  const auto add = [&](const Eigen::Vector3d& place, float more) {
-    const Eigen::Vector3f at = place.cast<float>();
-    numbers.insert(numbers.end(), {at.x(), at.y(), at.z(), more});
-  };
-  for (const Solid& solid : solids) {
-    add(pose * solid.from, static_cast<float>(solid.radius_mm));
-    add(pose * solid.to, solid.corner ? 1.0f : 0.0f);
-    add(solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
-    add(solid.color.cast<double>(), 0);
-  }
-  solid_table_.fill(numbers);
+  set_solids(view, solids);
   if (scale.relit) {
     shadows_.use();
     shadows_.set("at_scope", scale.scope_light_mm ? 1 : 0);
     shadows_.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
-    pass_solids(shadows_, view, with_shadows(solids), scale, targets);
+    pass_table(shadows_, view, solids.size(), box_round(with_shadows(solids), view), scale,
+               targets);
   }
   solids_.use();
   solids_.set("in_cavity", scale.scope_light_mm ? 1 : 0);
   solids_.set("near_mm", static_cast<float>(view.near_mm));
-  pass_solids(solids_, view, solids, scale, targets);
+  pass_table(solids_, view, solids.size(), box_round(solids, view), scale, targets);
+}
+
+void Finishing::draw_blood(const View& view, const std::vector<BloodLine>& blood,
+                           PictureScale scale, Targets& targets) {
+  PixelBox box;
+  solid_numbers_.clear();
+  for (const BloodLine& line : blood) {
+    const RigidTransform& pose = view.camera.camera_from_world;
+    add_to_table(pose * line.from_mm, line.from_radius_mm);
+    add_to_table(pose * line.to_mm, line.to_radius_mm);
+    add_to_table(pose.rotation * line.outward, 0);
+    add_to_table(pose.rotation * line.down_wall, 0);
+    box = united(box, organbake::box_round(line, view));
+  }
+  if (blood.empty()) return;
+  solid_table_.fill(solid_numbers_);
+  wounds_.use();
+  wounds_.set("smoke", 0);
+  wounds_.set("at_scope", scale.scope_light_mm ? 1 : 0);
+  wounds_.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
+  pass_table(wounds_, view, blood.size(), box, scale, targets);
+}
+
+void Finishing::draw_smoke(const View& view, const std::vector<SmokePuff>& smoke,
+                           PictureScale scale, Targets& targets) {
+  PixelBox box;
+  solid_numbers_.clear();
+  for (const SmokePuff& puff : smoke) {
+    add_to_table(view.camera.camera_from_world * puff.middle_mm, puff.radius_mm);
+    add_to_table(Eigen::Vector3d::Zero(), puff.share);
+    add_to_table(Eigen::Vector3d::Zero(), 0);
+    add_to_table(Eigen::Vector3d::Zero(), 0);
+    box = united(box, organbake::box_round(puff, view));
+  }
+  if (smoke.empty()) return;
+  solid_table_.fill(solid_numbers_);
+  wounds_.use();
+  wounds_.set("smoke", 1);
+  pass_table(wounds_, view, smoke.size(), box, scale, targets);
 }
 
 void Finishing::smooth_outlines(PictureScale scale, Targets& targets) {

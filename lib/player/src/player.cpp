@@ -237,6 +237,15 @@ void Player::complete(DrawOptions& options) const {
   std::set<std::uint32_t> told;
   for (Solid& solid : options.solids)
     if (told.insert(solid.instrument).second) solid.pressed_mm = pressed_by(solid);
+  options.blood.clear(), options.smoke.clear();
+  const double step_s = options_.time_step_s, shown = double(steps_) - kCutDelaySteps;
+  for (const Organ& organ : organs_) {
+    if (organ.sweeps && organ.cutting->alive())
+      add_smoke(organ.sweeps->sheet(), organ.bundle.lighting->up, double(steps_), step_s,
+                options.smoke);
+    if (organ.cut_warper)
+      organ.cutting->bleeding().add_blood(organ.drawn_positions(), shown, step_s, options.blood);
+  }
   options.folds.clear();
   for (const Grip& grip : deformer_.grips()) {
     const auto jaw = std::find_if(

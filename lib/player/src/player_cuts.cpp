@@ -163,6 +163,7 @@ void Player::begin_cutting(Organ& organ) {
   } else if (organ.sweeps.use_count() > 1) {
     organ.sweeps = std::make_shared<BladeSweeps>(*organ.sweeps);
   }
+  organ.sweeps->set_step(steps_);
 }
 
 // When blades have swept more than was taken.

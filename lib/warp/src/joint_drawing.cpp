@@ -34,6 +34,7 @@ bool LastDrawing::continues(const View& view, const DrawOptions& options,
   if (!last.is_in(frame) || !(view == last.view)) return false;
   DrawOptions same_tools = options;
   same_tools.solids = last.options.solids;
+  same_tools.blood = last.options.blood, same_tools.smoke = last.options.smoke;
   return same_tools == last.options && frame.depth_mm.empty() == !options.needs_depth() &&
          frame.bound.empty() == !options.keep_bound;
 }

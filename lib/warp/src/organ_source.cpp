@@ -45,7 +45,21 @@ std::vector<ShaderConstant> shader_constants() {
                                      {"kSteelLit", kSteelLit},
                                      {"kTissueRed", kTissueMirrored[0]},
                                      {"kTissueGreen", kTissueMirrored[1]},
-                                     {"kTissueBlue", kTissueMirrored[2]}};
+                                     {"kTissueBlue", kTissueMirrored[2]},
+                                     {"kBloodBelow", kBloodBelow},
+                                     {"kBloodAbove", kBloodAbove},
+                                     {"kBloodPool_mm", kBloodPool_mm},
+                                     {"kBloodBulge", kBloodBulge},
+                                     {"kBloodClear_mm", kBloodClear_mm},
+                                     {"kBloodRed", kBlood[0]},
+                                     {"kBloodGreen", kBlood[1]},
+                                     {"kBloodBlue", kBlood[2]},
+                                     {"kBloodDull", kBloodDull},
+                                     {"kBloodShiny", kBloodShiny},
+                                     {"kBloodShine", kBloodShine},
+                                     {"kSmokeRed", kSmokeLight[0]},
+                                     {"kSmokeGreen", kSmokeLight[1]},
+                                     {"kSmokeBlue", kSmokeLight[2]}};
   const std::vector<ShaderConstant> shine = ScopeShine::constants();
   all.insert(all.end(), shine.begin(), shine.end());
   return all;

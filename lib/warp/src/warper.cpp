@@ -233,18 +233,13 @@ Warper::Warper(Warper&&) noexcept = default;
 Warper& Warper::operator=(Warper&&) noexcept = default;
 
 Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
-  const TriangleMesh& skin = impl_->shell.at_rest();
-  const auto rim = std::make_shared<const WetRim>(skin, parts);
-  const auto split = [uncut = impl_->store, skin, rim, parts](std::size_t camera) {
+  const auto split = [uncut = impl_->store, parts](std::size_t camera) {
     SampleSet samples = uncut->made(camera);
-    wet_samples(skin, *rim, samples);
     split_samples(parts, samples);
     return samples;
   };
   auto store = std::make_shared<SampleStore>(now.cameras.cameras.size(), split);
-  auto impl = std::make_unique<Impl>(now, std::move(store), impl_.get(), parts);
-  for (std::size_t f = 0; f < skin.faces.size(); ++f) impl->parted[f] |= !rim->lips()[f].empty();
-  return Warper(std::move(impl));
+  return Warper(std::make_unique<Impl>(now, std::move(store), impl_.get(), parts));
 }
 
 Warper Warper::beside(const Bundle& bundle) const {

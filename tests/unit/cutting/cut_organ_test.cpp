@@ -17,19 +17,25 @@ constexpr double kBoxVolume_mm3 = 60 * 40 * 40;
 constexpr double kWallGaps = 0.01;
 
 // A box with tetrahedra of 10 mm, its skin the proxy itself; or a smaller one.
-Bundle box_organ(double scale = 1) {
+Bundle box_organ(double scale = 1, bool alive = false) {
   Bundle bundle;
   bundle.manifest.name = "box";
   bundle.proxy = grid_box(scale * Vector3d(60, 40, 40), 8);
   bundle.mechanics.body = test::tissue_under(bundle.proxy, 10 * scale);
   bundle.mechanics.young_modulus_kpa = 10;
   bundle.mechanics.density_kg_per_m3 = 1000;
+  if (alive) {
+    bundle.lighting.emplace();
+    bundle.lighting->up = Vector3d::UnitX();
+    bundle.lighting->finish.grain.setConstant(0.03);
+  }
   return bundle;
 }
 
 class CutOrganTest : public testing::Test {
  protected:
-  explicit CutOrganTest(double scale = 1) : organ_(box_organ(scale)), sweeps_(organ_) {}
+  explicit CutOrganTest(double scale = 1, bool alive = false)
+      : organ_(box_organ(scale, alive)), sweeps_(organ_) {}
 
   // One step of a blade in the organ at rest; whether it hangs together otherwise then.
   bool advance(const CuttingStep& now) {
@@ -206,6 +212,80 @@ TEST_F(CutOrganTest, ACutThatEndsWithinLeavesOneBody) {
   EXPECT_GT(draw_blade({3.3, -25, 0}, {3.3, 5, 0}, 30), 0u);
   EXPECT_EQ(organ_.body().cut().fragment_count(), 1u);
   EXPECT_GT(organ_.now().proxy.faces.size(), box_organ().proxy.faces.size());
+}
+
+class LivingOrgan : public CutOrganTest {
+ protected:
+  LivingOrgan() : CutOrganTest(1, true) {}
+
+  std::vector<BloodLine> blood_at(double step) const {
+    std::vector<BloodLine> blood;
+    organ_.bleeding().add_blood(organ_.now().proxy.vertices, step, kStep_s, blood);
+    return blood;
+  }
+  static constexpr double kStep_s = 1.0 / 60;
+};
+
+double amount_of(const std::vector<BloodLine>& blood) {
+  double sum = 0;
+  for (const BloodLine& line : blood)
+    sum += (line.to_mm - line.from_mm).norm() * (line.from_radius_mm + line.to_radius_mm);
+  return sum;
+}
+
+// None as a blade passes; more and more for two seconds, and then as much; and of each cut since
+// its own time. It runs down from the lower lip alone.
+TEST_F(LivingOrgan, BleedsForTwoSecondsWhereABladePassed) {
+  draw_blade({3.3, -25, 0}, {3.3, 5, 0}, 30);
+  EXPECT_TRUE(blood_at(0).empty());
+  double last = 0;
+  for (const int step : {15, 30, 60, 90, 120}) {
+    const double now = amount_of(blood_at(step));
+    EXPECT_GT(now, 1.05 * last) << step;
+    last = now;
+  }
+  EXPECT_EQ(blood_at(500), blood_at(120));
+  double lowest = 3.3, highest = 3.3;
+  for (const BloodLine& line : blood_at(120)) {
+    lowest = std::min(lowest, line.to_mm.x()), highest = std::max(highest, line.to_mm.x());
+    EXPECT_NEAR(line.outward.norm(), 1, 1e-9);
+  }
+  EXPECT_LT(lowest, 1.5);  // down is −x
+  EXPECT_LT(highest, 3.5);
+  sweeps_.set_step(120);
+  draw_blade({-14.2, -25, 0}, {-14.2, 5, 0}, 30);
+  EXPECT_NEAR(amount_of(blood_at(120)), last, 0.02 * last);
+  EXPECT_GT(amount_of(blood_at(240)), 1.5 * last);
+}
+
+// Its lips are wet from the first, and no more.
+TEST_F(CutOrganTest, ACastDoesNotBleed) {
+  draw_blade({3.3, -25, 0}, {3.3, 5, 0}, 30);
+  std::vector<BloodLine> at_once, later;
+  organ_.bleeding().add_blood(organ_.now().proxy.vertices, 0, 1.0 / 60, at_once);
+  organ_.bleeding().add_blood(organ_.now().proxy.vertices, 500, 1.0 / 60, later);
+  EXPECT_FALSE(at_once.empty());
+  EXPECT_EQ(at_once, later);
+  for (const BloodLine& line : later) EXPECT_NEAR(line.to_mm.x(), 3.3, 0.1);
+}
+
+// From a hook on its way and for a second and a half more, at its edge above the skin; of a scalpel
+// none.
+TEST_F(LivingOrgan, AHookSmokes) {
+  for (const double width_mm : {0.0, 1.5}) {
+    for (std::size_t step = 0; step <= 30; ++step) {
+      const Vector3d tip(3.3 - 8 * width_mm, -15 + double(step), 0);
+      sweeps_.set_step(step);
+      advance({0, {tip, tip + Vector3d(0, 0, 30)}, width_mm});
+    }
+    sweeps_.advance({}, organ_, {});
+    std::vector<SmokePuff> smoke, later;
+    add_smoke(sweeps_.sheet(), Vector3d::UnitX(), 30, kStep_s, smoke);
+    add_smoke(sweeps_.sheet(), Vector3d::UnitX(), 30 + 90, kStep_s, later);
+    EXPECT_EQ(smoke.empty(), width_mm == 0);
+    EXPECT_TRUE(later.empty());
+    for (const SmokePuff& puff : smoke) EXPECT_GT(puff.middle_mm.z(), 17) << puff.middle_mm;
+  }
 }
 
 class SmallCutOrgan : public CutOrganTest {

@@ -71,7 +71,11 @@ TEST(PlayerDrawing, GraphicsHardwareDrawsCutsAsTheProcessor) {
   } catch (const UsageError& error) {
     GTEST_SKIP() << "no cut was drawn with graphics hardware: " << error.what();
   }
-  Player player(organ_to_cut(), with_fem());
+  Bundle alive = organ_to_cut();  // it bleeds
+  alive.lighting.emplace();
+  alive.lighting->ambient_above.setConstant(0.6), alive.lighting->ambient_below.setConstant(0.6);
+  alive.lighting->finish.grain.setConstant(0.03);
+  Player player(alive, with_fem());
   const View view = front_of_cut(player);
   for (const double until : {0.0, 0.5, 1.0}) {
     for (int i = 0; i <= 30; ++i) player.step({blade_at(std::max(0.0, until - 0.5 + i / 60.0))});

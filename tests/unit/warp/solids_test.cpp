@@ -185,6 +185,42 @@ TEST(ToolShadows, LieWhereTheWayToTheLightIsBarred) {
   EXPECT_NEAR(green_at(mirrored, -kShadow_mm), green_at(frame, kShadow_mm), 4);
 }
 
+// Colours alone: blood of skin beside a lip and of the wall below it, more red than that was; smoke
+// of what lies behind its middle, and of nothing before it.
+TEST(Wounds, ChangeColoursAlone) {
+  const Frame dry = wall_of_skin();
+  const View view = straight();
+  const auto keep = [](PixelBox) {};
+  const std::vector<BloodLine> blood = {{{-4, 0, kSkin_mm},
+                                         {4, 0, kSkin_mm},
+                                         -Eigen::Vector3d::UnitZ(),
+                                         Eigen::Vector3d::UnitY(),
+                                         2,
+                                         2}};
+  Frame frame = dry;
+  draw_blood(blood, view, std::nullopt, keep, frame);
+  EXPECT_EQ(frame.depth_mm, dry.depth_mm);
+  EXPECT_EQ(frame.cover, dry.cover);
+  EXPECT_LT(red_at(frame, 0), red_at(dry, 0));
+  EXPECT_LT(3 * green_at(frame, 0), red_at(frame, 0));
+  EXPECT_EQ(green_at(frame, 7), green_at(dry, 7));
+  const auto darker_below = [&](double y_mm) {
+    const int y = static_cast<int>(kShadowedSide_px / 2 + 250 * y_mm / kSkin_mm);
+    return frame.color.at(kShadowedSide_px / 2, y)[1] < dry.color.at(kShadowedSide_px / 2, y)[1];
+  };
+  EXPECT_TRUE(darker_below(20));
+  EXPECT_FALSE(darker_below(-8));
+  frame = dry;
+  draw_smoke({{{0, 0, kSkin_mm - 8}, 4, 0.5}}, view, keep, frame);
+  EXPECT_EQ(frame.depth_mm, dry.depth_mm);
+  EXPECT_EQ(frame.cover, dry.cover);
+  EXPECT_NE(green_at(frame, 0), green_at(dry, 0));
+  EXPECT_EQ(green_at(frame, 7), green_at(dry, 7));
+  frame = dry;
+  draw_smoke({{{0, 0, kSkin_mm + 8}, 4, 0.5}}, view, keep, frame);
+  EXPECT_EQ(frame.color.pixels, dry.color.pixels);
+}
+
 TEST(ToolShadows, FadeAsTheToolLeavesTheSkin) {
   int last = 0;
   for (const double gap_mm : {0.2, 1.5, 4.0, 7.0}) {

@@ -235,12 +235,14 @@ void KeptPixels::restore(Frame& frame) const {
 
 void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame& frame) {
   const bool at_scope = options.light == DrawnLight::scope;
+  const auto light_mm = at_scope ? std::optional(light_mm_) : std::nullopt;
+  const auto keep = [&](PixelBox box) { kept_.keep(box, frame); };
+  draw_blood(options.blood, view, light_mm, keep, frame);
   const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
-  for (const SolidBlock& block : blocks) kept_.keep(block.box, frame);
-  if (options.relights())
-    shade_skin_by_solids(options.solids, view, at_scope ? std::optional(light_mm_) : std::nullopt,
-                         frame, kept_);
+  for (const SolidBlock& block : blocks) keep(block.box);
+  if (options.relights()) shade_skin_by_solids(options.solids, view, light_mm, frame, kept_);
   draw_solids(options.solids, blocks, view, at_scope, frame);
+  draw_smoke(options.smoke, view, keep, frame);
 }
 
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
@@ -255,7 +257,7 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   report.filled_pixels = fill_slits(skin_, frame, kept_);
   const int fade_px = finish_.border_fade_px(view.camera.intrinsics.fx);
   fade_borders(drawn, options.smooth_outline ? fade_px : 0, options.background, frame, kept_);
-  if (!options.solids.empty()) {
+  if (!options.solids.empty() || !options.blood.empty() || !options.smoke.empty()) {
     clock.lap(report.times.fill, report.critical_path.fill);
     draw_tools(view, options, frame);
     clock.lap(report.times.tools, report.critical_path.tools);

@@ -10,6 +10,7 @@
 
 #include "finishing/edges.h"
 #include "organbake/bundle/lighting.h"
+#include "organbake/cutting/bleeding.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
@@ -142,6 +143,24 @@ inline constexpr double kSteepestNormal = 0.1;
 void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
                           const std::optional<Eigen::Vector3d>& light_mm, Frame& frame,
                           KeptPixels& kept);
+
+// A bead of blood reaches so much farther down a wall, and up, as its radius is divided by these,
+// and its middle bulges by a slope; so thick it hides all but 1/e of what lies below, and sends
+// back a share of that's red. The lamp does not show in it deeper on a wall.
+inline constexpr double kBloodBelow = 0.06, kBloodAbove = 0.3, kBloodPool_mm = 0.8;
+inline constexpr double kBloodBulge = 0.5, kBloodClear_mm = 0.07;
+inline constexpr std::array<float, 3> kBlood = {0.42f, 0.018f, 0.014f};
+// The lamp in it: cosines from its mirror direction, and its light.
+inline constexpr double kBloodDull = 0.984, kBloodShiny = 0.996, kBloodShine = 0.8;
+inline constexpr std::array<float, 3> kSmokeLight = {0.42f, 0.43f, 0.45f};
+
+// Colours the skin that blood lies on; light_mm and keep as above. Before tools are drawn.
+void draw_blood(const std::vector<BloodLine>& blood, const View& view,
+                const std::optional<Eigen::Vector3d>& light_mm,
+                const std::function<void(PixelBox)>& keep, Frame& frame);
+// Over all that is drawn behind it.
+void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
+                const std::function<void(PixelBox)>& keep, Frame& frame);
 
 struct DrawOptions;
 struct DrawReport;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples after blades have cut: each goes with the part of its face that holds it, and those
-// beside a lip are wet.
+// Samples after blades have cut: each goes with the part of its face that holds it.
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -120,59 +118,6 @@ void split_chunk(SampleSet& set, std::uint32_t chunk, const std::vector<IntoPart
   }
 }
 
-std::uint8_t dimmed(std::uint32_t value, double kept) {
-  return static_cast<std::uint8_t>(std::lround(kept * value));
-}
-
-// The film on the texels of one patch.
-class PatchFilm {
- public:
-  PatchFilm(const TriangleMesh& skin, const Patch& patch, double texel_mm,
-            const std::vector<WetRim::Lip>& lips)
-      : texel_mm_(texel_mm) {
-    const Face& corners = skin.faces[patch.face];
-    origin_mm_ = skin.vertices[corners[0]];
-    for (int k = 0; k < 2; ++k) sides_mm_.col(k) = skin.vertices[corners[k + 1]] - origin_mm_;
-    along_u_mm_ = sides_mm_ * Eigen::Vector2d(patch.along_u[0], patch.along_u[1]);
-    along_v_mm_ = sides_mm_ * Eigen::Vector2d(patch.along_v[0], patch.along_v[1]);
-    const double radius_mm = sides_mm_.col(0).norm() * patch.extent[0] +
-                             sides_mm_.col(1).norm() * patch.extent[1] + along_u_mm_.norm() +
-                             along_v_mm_.norm();
-    lips_ = WetRim::near(lips, place_mm({patch.center[0], patch.center[1]}),
-                         radius_mm + WetRim::reach_mm(texel_mm));
-  }
-  bool none() const { return lips_.empty(); }
-
-  // Each texel is dimmed by what lies on its middle and its corners: texels that are dark as a
-  // whole would show as steps. at: b1, b2.
-  void cover(const Eigen::Vector2d& at, TexelColors& texel) const {
-    const Eigen::Vector3d middle_mm = place_mm(at);
-    const Eigen::Array3d in_middle = kept_at(middle_mm, 0, 0);
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Array3d at_corner = kept_at(middle_mm, k % 2 - 0.5, k / 2 - 0.5);
-      std::uint32_t middle = own_byte(texel, k), corner = 0;
-      if (k < 3) middle = dimmed(middle, in_middle[k]);
-      for (int c = 0; c < 3; ++c)
-        corner |= std::uint32_t{dimmed(texel[k] >> (8 * c) & 255u, at_corner[c])} << (8 * c);
-      texel[k] = corner | middle << 24;
-    }
-  }
-
- private:
-  Eigen::Vector3d place_mm(const Eigen::Vector2d& at) const { return origin_mm_ + sides_mm_ * at; }
-  // Of square-root light.
-  Eigen::Array3d kept_at(const Eigen::Vector3d& middle_mm, double texels_u, double texels_v) const {
-    const Eigen::Vector3d there_mm = middle_mm + texels_u * along_u_mm_ + texels_v * along_v_mm_;
-    return WetRim::kept(WetRim::share(lips_, there_mm, texel_mm_)).sqrt();
-  }
-
-  double texel_mm_;
-  std::vector<WetRim::Lip> lips_;
-  Eigen::Vector3d origin_mm_;
-  Eigen::Matrix<double, 3, 2> sides_mm_;
-  Eigen::Vector3d along_u_mm_, along_v_mm_;  // of a texel
-};
-
 }  // namespace
 
 void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
@@ -184,21 +129,6 @@ void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
     split_chunk(set, c, into);
   }
   set.copy_patches();
-}
-
-void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples) {
-  for (std::uint32_t c = 0; c < samples.chunks.size(); ++c) {
-    const Chunk& chunk = samples.chunks[c];
-    const std::vector<WetRim::Lip>& lips = rim.lips()[chunk.patch.face];
-    if (lips.empty()) continue;
-    const PatchFilm film(skin, chunk.patch, samples.texel_mm, lips);
-    if (film.none()) continue;
-    for (std::size_t slot = std::size_t{c} * kChunk, i = 0; i < chunk.count; ++i, ++slot) {
-      const std::array<float, 3> bound = samples.bound(slot);
-      const Eigen::Vector2d at(bound[0], bound[1]);
-      film.cover(at, samples.colors[slot]);
-    }
-  }
 }
 
 std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,

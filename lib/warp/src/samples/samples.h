@@ -160,8 +160,4 @@ std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
 // lies in. Chunks of whole faces keep their slots.
 void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set);
 
-// Dims those of the uncut organ's samples that lie under the film of blood along the lips of cuts.
-// skin: the uncut organ's, at rest.
-void wet_samples(const TriangleMesh& skin, const WetRim& rim, SampleSet& samples);
-
 }  // namespace organbake

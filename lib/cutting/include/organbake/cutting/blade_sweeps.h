@@ -114,6 +114,7 @@ class BladeSweeps {
   void pierce(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& up_needle, double radius_mm,
               const CutOrgan& organ, const std::vector<Eigen::Vector3d>& nodes_mm);
 
+  void set_step(std::size_t step) { sheet_.set_step(step); }  // CutSheet::set_step()
   const CutSheet& sheet() const { return sheet_; }
   // Whether no edge is down: a step without edges then changes nothing.
   bool lifted() const {

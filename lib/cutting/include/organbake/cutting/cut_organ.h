@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// An organ as blades have cut it: tissue, skin, walls, and the wet rim along them.
+// An organ as blades have cut it: tissue, skin, walls, and what bleeds.
 
 #include <Eigen/Core>
 #include <array>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
+#include "organbake/cutting/bleeding.h"
 #include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_skin.h"
 #include "organbake/geometry/triangle_mesh.h"
@@ -60,6 +61,8 @@ class CutOrgan {
 
   // Of now()'s proxy, when it is drawn.
   const LipGape& gape() const { return gape_; }
+  const Bleeding& bleeding() const { return bleeding_; }
+  bool alive() const { return lighting_ && !lighting_->finish.grain.isZero(0); }  // not a cast
 
   const CutBody& body() const { return body_; }
   const SkinInside& inside() const { return inside_; }
@@ -72,7 +75,6 @@ class CutOrgan {
   void remake_body(const std::vector<TissuePlace>& places);
   void remake_give(const CutSkin& skin, std::span<const LipGape::Wall> down);
   void remake_base(const CutSkin& skin, const CutWalls& walls);
-  void wet_lips();
   void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
   Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
                                   double b2) const;
@@ -89,40 +91,8 @@ class CutOrgan {
   Bundle now_;
   FaceParts face_parts_;
   LipGape gape_;
+  Bleeding bleeding_;
   bool cut_ = false;
-};
-
-// The skin along the lips of cuts, wet with blood.
-class WetRim {
- public:
-  struct Lip {
-    Eigen::Vector3d from_mm, along_mm;
-  };
-
-  // skin: of the uncut organ, at rest; of its faces those in `parts` are cut.
-  WetRim(const TriangleMesh& skin, const CutOrgan::FaceParts& parts);
-
-  // The lips that may be near, for each face of the uncut skin: its own and those around it.
-  const std::vector<std::vector<Lip>>& lips() const { return lips_; }
-
-  // A place in a face, b1 and b2.
-  static Eigen::Vector3d place_mm(const TriangleMesh& skin, std::uint32_t face,
-                                  const Eigen::Vector2d& at);
-  // How far off lips wet what is measured in pieces of a size, a texel's say.
-  static double reach_mm(double piece_mm) { return kWidth_mm + piece_mm / 2; }
-  // Those of some lips that come as near as that to a place.
-  static std::vector<Lip> near(const std::vector<Lip>& lips, const Eigen::Vector3d& place_mm,
-                               double distance_mm);
-  // How much of a piece of skin about a place is wet, 0 to 1.
-  static double share(const std::vector<Lip>& lips, const Eigen::Vector3d& place_mm,
-                      double piece_mm);
-  // What comes back of the colour (linear red, green, blue) of skin of which so much is wet.
-  static Eigen::Array3d kept(double share);
-
- private:
-  static constexpr double kWidth_mm = 1.0;
-
-  std::vector<std::vector<Lip>> lips_;
 };
 
 }  // namespace organbake

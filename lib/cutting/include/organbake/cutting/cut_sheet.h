@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,7 +52,9 @@ struct BladeLine {
   static constexpr int kRows = kPoints + 2;  // with those farther out
   std::array<Eigen::Vector3d, kRows> points_mm;
   bool tip_is_out = false, top_is_out = false;
-  bool all_out = false;  // of a blade beside the tissue, where elements stand out, too
+  bool all_out = false;    // of a blade beside the tissue, where elements stand out, too
+  std::uint32_t step = 0;  // of time, in which it was swept
+  std::optional<Eigen::Vector3d> skin_mm = {};  // where it stood out of tissue then, world
 };
 
 // Where on a sheet: a blade line of a stroke, counted with fractions, and a row likewise.
@@ -82,6 +85,8 @@ class CutSheet {
   void begin_stroke(double width_mm = 0, double fine_mm = kFineSkin_mm) {
     strokes_.emplace_back(), widths_mm_.push_back(width_mm), fine_mm_ = fine_mm;
   }
+  // Of time, in which the lines are swept that follow.
+  void set_step(std::size_t step) { step_ = static_cast<std::uint32_t>(step); }
   // To the last stroke.
   void add(const BladeLine& line);
 
@@ -89,6 +94,10 @@ class CutSheet {
   const std::vector<Triangle>& triangles() const { return triangles_; }
   std::size_t bytes() const;  // of memory
   double width_mm(std::uint32_t stroke) const { return widths_mm_[stroke]; }
+  // Whether it is about as long as it is wide, as a needle's.
+  bool is_hole(std::uint32_t stroke) const;
+  // When a place was swept, in steps of time.
+  double step(const SheetPlace& place) const;
   // At rest, mm; a place beyond a stroke's ends is taken for the end.
   Eigen::Vector3d at(const SheetPlace& place) const;
   // Along the blade's edge from a place, mm per row.
@@ -100,7 +109,7 @@ class CutSheet {
 
  private:
   MaterialGrid grid_;
-  std::uint32_t next_rank_;
+  std::uint32_t next_rank_, step_ = 0;
   std::vector<std::vector<BladeLine>> strokes_;
   std::vector<double> widths_mm_;                 // by stroke
   double fine_mm_ = kFineSkin_mm;                 // of the last one

@@ -153,11 +153,12 @@ class LipGape {
 
   // positions_mm: of CutOrgan::now()'s proxy, in any pose.
   void open(std::vector<Eigen::Vector3d>& positions_mm) const;
-
- private:
   struct Border {  // a piece of a lip, and the corner across from it of the skin's face there
     std::uint32_t from, to, inner;
   };
+  const std::vector<Border>& borders() const { return borders_; }  // one lip's, then the other's
+
+ private:
   struct Lip {
     std::uint32_t vertex, other;  // on the cut's other side
     double gape_mm;

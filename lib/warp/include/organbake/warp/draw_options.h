@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "organbake/cutting/bleeding.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/solids.h"
 
@@ -57,9 +58,14 @@ struct DrawOptions {
   bool measure = false;  // fill DrawReport's times
   std::vector<Solid> solids = {};
   std::vector<SkinFold> folds = {};  // of a smooth skin; a Player fills them from its graspers
+  // A Player fills them from its cuts. They change colours alone.
+  std::vector<BloodLine> blood = {};
+  std::vector<SmokePuff> smoke = {};
 
   bool relights() const { return light && *light != DrawnLight::baked; }
-  bool needs_depth() const { return keep_depth || !solids.empty(); }
+  bool needs_depth() const {
+    return keep_depth || !solids.empty() || !blood.empty() || !smoke.empty();
+  }
   bool operator==(const DrawOptions& other) const = default;
 };
 

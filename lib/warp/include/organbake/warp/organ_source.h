@@ -171,6 +171,10 @@ struct ShaderConstant {
 };
 std::vector<ShaderConstant> shader_constants();
 
+// The pixels that blood, or smoke, may change.
+PixelBox box_round(const BloodLine& line, const View& view);
+PixelBox box_round(const SmokePuff& puff, const View& view);
+
 // The grain's noise: kGrainSide³ numbers, x slowest, z fastest.
 inline constexpr int kGrainSide = 64;
 std::span<const std::int8_t> grain_noise();

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blood and smoke, over pixels that are drawn: each bead colours the skin that lies within it, as
+// thick as it is high there, and each puff what lies behind it.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "finishing/post_process.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/smooth_step.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/organ_source.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kBlock = 16;  // pixels that are drawn at once, and each way
+
+// draw(box, numbers) of the blocks that some boxes touch.
+template <class Draw>
+void draw_blocks(const std::vector<PixelBox>& boxes, const Frame& frame,
+                 const std::function<void(PixelBox)>& keep, const Draw& draw) {
+  const int columns = (frame.color.width + kBlock - 1) / kBlock;
+  const int rows = (frame.color.height + kBlock - 1) / kBlock;
+  std::vector<std::vector<std::uint32_t>> numbers(std::size_t(columns) * rows);
+  for (std::uint32_t n = 0; n < boxes.size(); ++n)
+    for (int row = boxes[n].y0 / kBlock; row * kBlock < boxes[n].y1; ++row)
+      for (int column = boxes[n].x0 / kBlock; column * kBlock < boxes[n].x1; ++column)
+        numbers[std::size_t(row) * columns + column].push_back(n);
+  std::vector<int> used;
+  const auto box_at = [&](int block) {
+    const int x = block % columns * kBlock, y = block / columns * kBlock;
+    return PixelBox{x, y, std::min(x + kBlock, frame.color.width),
+                    std::min(y + kBlock, frame.color.height)};
+  };
+  for (int block = 0; block < columns * rows; ++block)
+    if (!numbers[block].empty()) used.push_back(block), keep(box_at(block));
+  parallel_for(std::size_t{0}, used.size(),
+               [&](std::size_t b) { draw(box_at(used[b]), numbers[used[b]]); });
+}
+
+Vector3d ray(const View& view, int x, int y) {
+  const Intrinsics& k = view.camera.intrinsics;
+  return {(x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1};
+}
+
+// Of a line of blood, camera axes.
+struct Bead {
+  Vector3d from, axis, outward, down_wall;
+  double from_radius, widens, squared_length;
+
+  Bead(const BloodLine& line, const RigidTransform& pose)
+      : from(pose * line.from_mm),
+        axis(pose * line.to_mm - from),
+        outward(pose.rotation * line.outward),
+        down_wall(pose.rotation * line.down_wall),
+        from_radius(line.from_radius_mm),
+        widens(line.to_radius_mm - line.from_radius_mm),
+        squared_length(std::max(axis.squaredNorm(), 1e-12)) {}
+};
+
+// How high blood stands over a place, and how it leans from the skin's outward there.
+struct Film {
+  double height_mm = 0;
+  bool deep = false;
+  Vector3d normal = Vector3d::Zero();
+
+  void add(const Bead& bead, const Vector3d& place) {
+    const Vector3d way = place - bead.from;
+    const double along = std::clamp(way.dot(bead.axis) / bead.squared_length, 0.0, 1.0);
+    const double radius = bead.from_radius + along * bead.widens;
+    Vector3d aside = way - along * bead.axis;
+    const double down = bead.down_wall.dot(aside);
+    aside -= (1 - (down > 0 ? kBloodBelow : kBloodAbove)) * down * bead.down_wall;
+    const double far2 = aside.squaredNorm() / (radius * radius);
+    if (!(far2 < 1) || radius * (1 - far2) <= height_mm) return;
+    height_mm = radius * (1 - far2);
+    deep = down > kBloodPool_mm;
+    normal = (bead.outward + kBloodBulge * aside / radius -
+              bead.widens / bead.squared_length * bead.axis)
+                 .normalized();
+  }
+};
+
+// The pixels that may show what lies within a radius of two places.
+PixelBox box_round(const Vector3d& from_mm, const Vector3d& to_mm, double radius,
+                   const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const RigidTransform& pose = view.camera.camera_from_world;
+  PixelBox box;
+  for (const Vector3d& middle : {pose * from_mm, pose * to_mm})
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto side = [&](int c) { return middle[c] + (corner >> c & 1 ? radius : -radius); };
+      const double z = std::max(side(2), view.near_mm);
+      const auto pixel = [](double at, int size) {
+        return static_cast<int>(std::clamp(at, 0.0, double(size - 1)));
+      };
+      const int x = pixel(k.fx * side(0) / z + k.cx, k.width);
+      const int y = pixel(k.fy * side(1) / z + k.cy, k.height);
+      box = united(box, {x, y, x + 1, y + 1});
+    }
+  return box;
+}
+
+}  // namespace
+
+PixelBox box_round(const BloodLine& line, const View& view) {
+  const double radius = std::max(line.from_radius_mm, line.to_radius_mm);
+  const PixelBox box = box_round(line.from_mm, line.to_mm, radius / kBloodAbove, view);
+  const Vector3d pool_mm = radius / kBloodBelow * line.down_wall;
+  return united(box, box_round(line.from_mm + pool_mm, line.to_mm + pool_mm, radius, view));
+}
+
+PixelBox box_round(const SmokePuff& puff, const View& view) {
+  return box_round(puff.middle_mm, puff.middle_mm, puff.radius_mm, view);
+}
+
+void draw_blood(const std::vector<BloodLine>& blood, const View& view,
+                const std::optional<Vector3d>& light_mm, const std::function<void(PixelBox)>& keep,
+                Frame& frame) {
+  std::vector<Bead> beads;
+  std::vector<PixelBox> boxes;
+  for (const BloodLine& line : blood) {
+    beads.emplace_back(line, view.camera.camera_from_world);
+    boxes.push_back(box_round(line, view));
+  }
+  const auto& linear = linear_from_srgb8();
+  draw_blocks(boxes, frame, keep, [&](const PixelBox& box, const auto& numbers) {
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        const float depth = frame.depth_mm[std::size_t(y) * frame.color.width + x];
+        if (!std::isfinite(depth)) continue;
+        const Vector3d place = depth * ray(view, x, y);
+        Film film;
+        for (const std::uint32_t n : numbers) film.add(beads[n], place);
+        if (film.height_mm == 0) continue;
+        const double covers = 1 - std::exp(-film.height_mm / kBloodClear_mm);
+        double shine = 0;
+        if (light_mm && !film.deep) {
+          const Vector3d half = (*light_mm - place).normalized() - place.normalized();
+          shine = smooth_step(kBloodDull, kBloodShiny, half.normalized().dot(film.normal)) *
+                  smooth_step(1, 4, film.height_mm * view.camera.intrinsics.fx / depth);
+        }
+        std::uint8_t* const rgb = frame.color.at(x, y);
+        const float lit = linear[rgb[0]];  // red comes back from all tissue
+        for (int c = 0; c < 3; ++c)
+          rgb[c] = srgb8_from_linear(static_cast<float>(
+              (1 - covers) * linear[rgb[c]] + covers * (kBlood[c] * lit + kBloodShine * shine)));
+      }
+  });
+}
+
+void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
+                const std::function<void(PixelBox)>& keep, Frame& frame) {
+  std::vector<Vector3d> middles;
+  std::vector<PixelBox> boxes;
+  for (const SmokePuff& puff : smoke) {
+    middles.push_back(view.camera.camera_from_world * puff.middle_mm);
+    boxes.push_back(box_round(puff, view));
+  }
+  const auto& linear = linear_from_srgb8();
+  draw_blocks(boxes, frame, keep, [&](const PixelBox& box, const auto& numbers) {
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) {
+        const float depth = frame.depth_mm[std::size_t(y) * frame.color.width + x];
+        const Vector3d sight = ray(view, x, y);
+        double clear = 1;
+        for (const std::uint32_t n : numbers) {
+          const double radius = smoke[n].radius_mm,
+                       nearest = sight.dot(middles[n]) / sight.squaredNorm();
+          const double far2 = (nearest * sight - middles[n]).squaredNorm() / (radius * radius);
+          // As much of it as lies before what is seen there.
+          const double before = std::clamp(0.5 + 0.5 * (depth - middles[n].z()) / radius, 0.0, 1.0);
+          if (far2 < 1) clear *= 1 - smoke[n].share * before * (1 - far2) * (1 - far2);
+        }
+        std::uint8_t* const rgb = frame.color.at(x, y);
+        for (int c = 0; c < 3; ++c)
+          rgb[c] = srgb8_from_linear(
+              static_cast<float>(clear * linear[rgb[c]] + (1 - clear) * kSmokeLight[c]));
+      }
+  });
+}
+
+}  // namespace organbake
