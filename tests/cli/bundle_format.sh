@@ -9,6 +9,11 @@ sed -n '/^```python$/,/^```$/{/^```/d;p}' "$SOURCE/data-schemas/bundle-format.md
 [ "$(wc -l <reader.py)" -gt 40 ] || fail "the page holds no reader"
 expect 0 python3 reader.py b
 cp out read
+# The depth of a picture, which is packed otherwise, lies on the organ, too.
+expect 0 "$BIN/organplay" b --quiet --size 96x72 -o drawn.png --layers depth
+mkdir -p drawn/cam_000
+cp drawn_cameras.json drawn/cameras.json
+cp drawn_depth.exr drawn/cam_000/depth.exr
 python3 - <<'PY' || fail "the points of camera 0: $(cat read)"
 import re, struct, sys
 sys.argv = ["reader", "b"]
@@ -27,7 +32,9 @@ distance = lambda a, b: sum((x - y) ** 2 for x, y in zip(a, b)) ** 0.5
 longest = max(distance(vertices[f[k]], vertices[f[k - 1]]) for f in faces for k in range(3))
 
 assert len(seen) > 48 * 48 / 5, len(seen)  # the organ fills a good part of the picture
-for point in seen[::20]:
+drawn = list(points(pathlib.Path("drawn"), 0))
+assert len(drawn) > 96 * 72 / 10, len(drawn)
+for point in seen[::20] + drawn[::20]:
     # A point on the surface is nearer to a corner of its face than its longest edge is long.
     assert min(distance(point, v) for v in vertices) < longest, point
 shares = sorted((max(p[k] for p in seen) - min(p[k] for p in seen)) /
