@@ -206,12 +206,27 @@ class MotionSearch {
       if (found.scene.posed_views() > 0) leave_out(found.view_frames, smaller);
     }
     best.left_out = std::move(left_out_);
+    if (best.scene.posed_views() > 0) widen_to_poses(best);
     return best;
   }
 
  private:
   void leave_out(const Frames& frames, std::string reason) {
     if (!frames.empty()) left_out_.push_back({frames.front(), frames.back(), std::move(reason)});
+  }
+
+  // What lies between frames with a pose and those that are left out has none, either.
+  static void widen_to_poses(ClipMotion& motion) {
+    const auto untold = [&](std::size_t frame) {
+      return frame < motion.camera_from_world.size() && !motion.camera_from_world[frame] &&
+             std::ranges::none_of(motion.left_out, [frame](const FrameSpan& span) {
+               return span.first <= frame && frame <= span.last;
+             });
+    };
+    for (FrameSpan& span : motion.left_out) {
+      while (untold(span.first - 1)) --span.first;
+      while (untold(span.last + 1)) ++span.last;
+    }
   }
 
   // Runs of views that the scene does not explain. Those beside one that it does explain are left

@@ -263,8 +263,16 @@ TEST(ClipMotion, KeepsOneSpanBetweenMovesOfTheTissue) {
     const ClipMotion motion = motion_of(tracked, options);
     ASSERT_EQ(motion.failure, "");
     std::array<int, 3> posed = {};  // before, while, and after it has moved
-    for (std::size_t frame = 0; frame < tracked.clip.frames; ++frame)
-      posed[(frame >= first) + (frame >= end)] += motion.camera_from_world[frame].has_value();
+    for (std::size_t frame = 0; frame < tracked.clip.frames; ++frame) {
+      const bool has_pose = motion.camera_from_world[frame].has_value();
+      posed[(frame >= first) + (frame >= end)] += has_pose;
+      EXPECT_TRUE(has_pose || std::ranges::any_of(motion.left_out,
+                                                  [&](const FrameSpan& span) {
+                                                    return span.first <= frame &&
+                                                           frame <= span.last;
+                                                  }))
+          << "nothing is said of frame " << frame;
+    }
     EXPECT_EQ(std::ranges::count(posed, 0), 2);
     EXPECT_TRUE(std::ranges::any_of(motion.left_out, [](const FrameSpan& span) {
       return span.reason.find("tissue moves") != std::string::npos;
