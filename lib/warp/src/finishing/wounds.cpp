@@ -17,24 +17,24 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kBlock = 16;  // pixels that are drawn at once, and each way
+constexpr int kWoundBlock = 16;  // pixels that are drawn at once, and each way
 
 // draw(box, numbers) of the blocks that some boxes touch.
 template <class Draw>
 void draw_blocks(const std::vector<PixelBox>& boxes, const Frame& frame,
                  const std::function<void(PixelBox)>& keep, const Draw& draw) {
-  const int columns = (frame.color.width + kBlock - 1) / kBlock;
-  const int rows = (frame.color.height + kBlock - 1) / kBlock;
+  const int columns = (frame.color.width + kWoundBlock - 1) / kWoundBlock;
+  const int rows = (frame.color.height + kWoundBlock - 1) / kWoundBlock;
   std::vector<std::vector<std::uint32_t>> numbers(std::size_t(columns) * rows);
   for (std::uint32_t n = 0; n < boxes.size(); ++n)
-    for (int row = boxes[n].y0 / kBlock; row * kBlock < boxes[n].y1; ++row)
-      for (int column = boxes[n].x0 / kBlock; column * kBlock < boxes[n].x1; ++column)
+    for (int row = boxes[n].y0 / kWoundBlock; row * kWoundBlock < boxes[n].y1; ++row)
+      for (int column = boxes[n].x0 / kWoundBlock; column * kWoundBlock < boxes[n].x1; ++column)
         numbers[std::size_t(row) * columns + column].push_back(n);
   std::vector<int> used;
   const auto box_at = [&](int block) {
-    const int x = block % columns * kBlock, y = block / columns * kBlock;
-    return PixelBox{x, y, std::min(x + kBlock, frame.color.width),
-                    std::min(y + kBlock, frame.color.height)};
+    const int x = block % columns * kWoundBlock, y = block / columns * kWoundBlock;
+    return PixelBox{x, y, std::min(x + kWoundBlock, frame.color.width),
+                    std::min(y + kWoundBlock, frame.color.height)};
   };
   for (int block = 0; block < columns * rows; ++block)
     if (!numbers[block].empty()) used.push_back(block), keep(box_at(block));

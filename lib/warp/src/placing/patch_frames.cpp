@@ -13,7 +13,7 @@
 namespace organbake {
 namespace {
 
-constexpr std::size_t kFaceGrain = 128;  // faces of a piece
+constexpr std::size_t kPlacedGrain = 128;  // faces of a piece
 
 ShellColumns columns_of(const ShellMatrix& matrix) {
   ShellColumns columns = ShellColumns::Zero();
@@ -237,7 +237,7 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_m
     frames_[f].near = nearest_corner_mm(frames_[f].metric) <= near_mm;
     frames_[f].pixel = columns_of(pixel);
   };
-  parallel_each(std::size_t{0}, frames_.size(), kFaceGrain, place_face);
+  parallel_each(std::size_t{0}, frames_.size(), kPlacedGrain, place_face);
 }
 
 void PlacedFaces::add_moved(std::span<const std::uint8_t> changed) {
