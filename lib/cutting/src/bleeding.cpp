@@ -124,7 +124,11 @@ Bleeding::Run Bleeding::run_from(const Bound& lip, const CutSkin& skin, double s
   Run run{since, {}};
   run.path[0] = lip;
   const auto rest = [&](std::uint32_t v) -> const Vector3d& { return skin.vertices()[v].at_mm; };
-  Vector3d place = lip.weights[0] * rest(lip.corners[0]) + lip.weights[1] * rest(lip.corners[1]);
+  const auto at_rest = [&](const Bound& bound) -> Vector3d {
+    return bound.weights[0] * rest(bound.corners[0]) + bound.weights[1] * rest(bound.corners[1]) +
+           bound.weights[2] * rest(bound.corners[2]);
+  };
+  Vector3d place = at_rest(lip);
   for (int k = 1; k <= kRunPieces; ++k) {
     const auto& [a, b, c] = run.path[k - 1].corners;
     const Vector3d normal = (rest(b) - rest(a)).cross(rest(c) - rest(a)).stableNormalized();
@@ -134,15 +138,11 @@ Bleeding::Run Bleeding::run_from(const Bound& lip, const CutSkin& skin, double s
     double nearest2 = std::numeric_limits<double>::infinity();
     for (const SkinPart& part : skin.parts()) {
       const auto& [p, q, r] = part.corners;
-      const Vector3d weights = nearest_on_triangle(place, rest(p), rest(q), rest(r));
-      const Vector3d on = weights[0] * rest(p) + weights[1] * rest(q) + weights[2] * rest(r);
-      if ((on - place).squaredNorm() >= nearest2) continue;
-      nearest2 = (on - place).squaredNorm();
-      run.path[k] = {part.corners, weights};
+      const Bound on{part.corners, nearest_on_triangle(place, rest(p), rest(q), rest(r))};
+      const double away2 = (at_rest(on) - place).squaredNorm();
+      if (away2 < nearest2) nearest2 = away2, run.path[k] = on;
     }
-    place = run.path[k].weights[0] * rest(run.path[k].corners[0]) +
-            run.path[k].weights[1] * rest(run.path[k].corners[1]) +
-            run.path[k].weights[2] * rest(run.path[k].corners[2]);
+    place = at_rest(run.path[k]);
   }
   return run;
 }
