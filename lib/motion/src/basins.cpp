@@ -76,9 +76,7 @@ Scene sample_of(const Scene& scene, const std::vector<std::size_t>& views) {
 
 // Of a scene that has some.
 std::size_t middle_posed(const Scene& scene) {
-  std::vector<std::size_t> posed;
-  for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view)
-    if (scene.is_posed(view)) posed.push_back(view);
+  const std::vector<std::size_t> posed = scene.posed();
   return posed[posed.size() / 2];
 }
 

@@ -21,36 +21,6 @@
 #include "two_views.h"
 
 namespace organbake {
-Breath::Waves Breath::waves_at(double angle_rad) {
-  return {std::cos(angle_rad), std::sin(angle_rad), std::cos(2 * angle_rad),
-          std::sin(2 * angle_rad)};
-}
-
-double Breath::time_of_frame(std::size_t frame) const {
-  return static_cast<double>(frame) - static_cast<double>(view_frames.front());
-}
-
-double Breath::course(double time) const {
-  return waves.dot(waves_at(2 * std::numbers::pi * time / period_frames)) - rest;
-}
-
-// What is alike and linear as it is, for the scope can do as much; what bends levels off outside.
-Breath::Terms Breath::terms_at(const Eigen::Vector3d& place) const {
-  const Eigen::Vector3d away = (place - middle) / reach;
-  const Eigen::Vector3d bent = away / std::sqrt(1 + away.squaredNorm());
-  const double x = bent.x(), y = bent.y(), z = bent.z();
-  Terms terms;
-  terms << 1, away, x * x, x * y, y * y, x * z, y * z, z * z;
-  return terms;
-}
-
-Eigen::Vector3d Breath::push(const Eigen::Vector3d& place) const {
-  constexpr int kSteps = 3;
-  Eigen::Vector3d push = Eigen::Vector3d::Zero();
-  for (int i = 0; i < kSteps; ++i) push = field * terms_at(place - rest * push);
-  return push;
-}
-
 namespace {
 
 constexpr int kTerms = 3;  // of a field: flat, but it may lean either way
@@ -213,7 +183,7 @@ Scene longest_tracks(const Scene& scene) {
   return part;
 }
 
-void measure_tissue(const Scene& scene, Breath& breath) {
+void measure_tissue(const Scene& scene, SolvedBreath& breath) {
   std::array<std::vector<double>, 3> along;
   std::vector<double> depths, away;
   for (const Landmark& landmark : scene.landmarks) {
@@ -238,7 +208,7 @@ Breath::Waves common_waves(const Fields& fields, double period) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(found, Eigen::ComputeThinU).matrixU().col(0);
 }
 
-void tell(const Breath& breath, Scene& scene) {
+void tell(const SolvedBreath& breath, Scene& scene) {
   scene.breath.resize(scene.camera_from_world.size());
   for (std::size_t view = 0; view < scene.breath.size(); ++view)
     scene.breath[view] = breath.course(breath.time_of(view));
@@ -247,7 +217,7 @@ void tell(const Breath& breath, Scene& scene) {
 }
 
 // Sightings that are left far off by the last step may come back by this one.
-void refine(const FreeLens& lens, double robust_px, Breath& breath, Scene& scene) {
+void refine(const FreeLens& lens, double robust_px, SolvedBreath& breath, Scene& scene) {
   constexpr double kStrays = 10;
   for (Landmark& landmark : scene.landmarks)
     if (landmark.place)
@@ -261,7 +231,7 @@ void refine(const FreeLens& lens, double robust_px, Breath& breath, Scene& scene
 }
 
 // A breath rests where its course stays the longest: a quarter of the period that differs least.
-void bring_to_rest(Breath& breath, Scene& scene) {
+void bring_to_rest(SolvedBreath& breath, Scene& scene) {
   constexpr std::size_t kSteps = 128;
   std::vector<double> heights;
   for (std::size_t i = 0; i < kSteps + kSteps / 4; ++i)
@@ -291,7 +261,8 @@ std::optional<Breath> solve_breath(const FreeLens& lens, double period_frames,
   constexpr double kExplained = 0.1;  // of what was foretold, as is left
   const Fields fields = error_fields(view_frames, scene);
   Scene part = longest_tracks(scene), whole = scene;
-  Breath breath{.period_frames = period_frames, .view_frames = view_frames};
+  SolvedBreath breath{view_frames};
+  breath.period_frames = period_frames;
   breath.waves = common_waves(fields, period_frames);
   measure_tissue(part, breath);
   tell(breath, part);

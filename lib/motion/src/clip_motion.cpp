@@ -63,9 +63,7 @@ namespace {
 constexpr std::size_t kEnoughFeatures = 300;  // features hold a pose as well as thousands
 constexpr std::size_t kFewestFeatures = 15;
 
-SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, const Breath* breath,
-                   std::size_t frame) {
-  const double course = breath ? breath->course(breath->time_of_frame(frame)) : 0;
+SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, double breath, std::size_t frame) {
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
     if (scene.landmarks[i].place && clip.tracks[scene.landmarks[i].track].is_in(frame))
@@ -74,7 +72,7 @@ SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, const Breath* bre
   SeenPlaces seen;
   for (std::size_t i = 0; i < all.size(); i += step) {
     const Landmark& landmark = scene.landmarks[all[i]];
-    seen.places.push_back(*landmark.place + course * landmark.push);
+    seen.places.push_back(*landmark.place + breath * landmark.push);
     seen.pixels.push_back(clip.tracks[landmark.track].at(frame).cast<double>());
   }
   return seen;
@@ -83,12 +81,11 @@ SeenPlaces seen_in(const ClipTracks& clip, const Scene& scene, const Breath* bre
 // The poses of all frames between the first and the last posed view, each from the places that its
 // features have, started from the nearest view. Nothing where too few of them agree.
 std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
-                                                       const std::vector<std::size_t>& view_frames,
-                                                       const Scene& scene, const Breath* breath) {
+                                                       const ClipMotion& motion) {
+  const Scene& scene = motion.scene;
+  const std::vector<std::size_t>& view_frames = motion.view_frames;
   std::vector<std::optional<RigidTransform>> poses(clip.frames);
-  std::vector<std::size_t> posed;
-  for (std::size_t view = 0; view < view_frames.size(); ++view)
-    if (scene.is_posed(view)) posed.push_back(view);
+  const std::vector<std::size_t> posed = scene.posed();
   if (posed.empty()) return poses;
   // Features reach some frames beyond the outermost views.
   constexpr std::size_t kBeyond = 10;
@@ -107,7 +104,9 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
                           [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
     RigidTransform pose = *scene.camera_from_world[nearest];
     if (view_frames[nearest] != frame) {
-      const SeenPlaces seen = seen_in(clip, scene, breath, frame);
+      const double time = double(frame) - double(view_frames.front());
+      const SeenPlaces seen =
+          seen_in(clip, scene, motion.breath ? motion.breath->course(time) : 0, frame);
       const std::size_t agreeing = adjust_pose(scene.lens, seen, pose);
       if (agreeing < kFewestFeatures || 2 * agreeing < seen.places.size()) return;
     }
@@ -302,10 +301,10 @@ class MotionSearch {
     drop_outliers(motion.scene);
     // A breath may part the clip: of one part alone it is not told.
     motion.breath_period_frames = breath_period_frames(motion.view_frames, motion.scene);
-    std::optional<Breath> breath;
     if (motion.breath_period_frames > 0)
-      breath = solve_breath(free, motion.breath_period_frames, motion.view_frames, motion.scene);
-    if (breath) motion.breath_period_frames = breath->period_frames;
+      motion.breath =
+          solve_breath(free, motion.breath_period_frames, motion.view_frames, motion.scene);
+    if (motion.breath) motion.breath_period_frames = motion.breath->period_frames;
     keep_rigid_span(free, motion.scene);
     if (free.focal) {
       // What agrees was told anew, and a lens goes a long way for little.
@@ -321,8 +320,7 @@ class MotionSearch {
                        to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
     if (!motion.failure.empty()) return;
     motion.lens_spread = lens_spread(free, motion.scene, basin.focal_variance_px2);
-    motion.camera_from_world =
-        pose_frames(clip_, motion.view_frames, motion.scene, breath ? &*breath : nullptr);
+    motion.camera_from_world = pose_frames(clip_, motion);
     judge(basin.runner_up, free.focal, motion);
   }
 

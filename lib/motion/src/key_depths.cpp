@@ -176,9 +176,8 @@ class KeyDepths {
   void choose_keys() {
     constexpr double kAtRest = 0.1;  // of a breath
     const std::vector<double>& breath = motion_.scene.breath;
-    for (std::size_t view = 0; view < motion_.view_frames.size(); ++view)
-      if (motion_.scene.is_posed(view) && (breath.empty() || std::abs(breath[view]) <= kAtRest))
-        posed_.push_back(view);
+    for (const std::size_t view : motion_.scene.posed())
+      if (breath.empty() || std::abs(breath[view]) <= kAtRest) posed_.push_back(view);
     const std::size_t count =
         std::min(posed_.size(), static_cast<std::size_t>(options_.key_frames));
     for (std::size_t part = 0; part < count; ++part) {

@@ -118,16 +118,9 @@ Views longest_unbroken(const Views& posed, const Scene& scene) {
   return part.size() > longest.size() ? part : longest;
 }
 
-Views posed_views_of(const Scene& scene) {
-  Views posed;
-  for (std::size_t view = 0; view < scene.camera_from_world.size(); ++view)
-    if (scene.is_posed(view)) posed.push_back(view);
-  return posed;
-}
-
 // Fits the scene anew to these of its views alone.
 void keep_only(const Views& kept, const FreeLens& lens, Scene& scene) {
-  for (const std::size_t view : posed_views_of(scene))
+  for (const std::size_t view : scene.posed())
     if (!std::ranges::binary_search(kept, view)) scene.camera_from_world[view].reset();
   drop_outliers(scene);
   triangulate(scene);
@@ -139,13 +132,13 @@ void keep_only(const Views& kept, const FreeLens& lens, Scene& scene) {
 }  // namespace
 
 void keep_rigid_span(const FreeLens& lens, Scene& scene) {
-  const Views all = posed_views_of(scene);
+  const Views all = scene.posed();
   Views kept = all;
   while (kept.size() > 1) {
     Views unbroken = longest_unbroken(kept, scene);
     if (unbroken.size() == kept.size()) break;
     keep_only(unbroken, lens, scene);
-    kept = posed_views_of(scene);
+    kept = scene.posed();
   }
   // Of a lobe that has just begun to move not enough is told yet: it takes the view beside a break
   // along.

@@ -16,9 +16,11 @@
 #include "two_views.h"
 
 namespace organbake {
-std::size_t Scene::posed_views() const {
-  return static_cast<std::size_t>(std::count_if(camera_from_world.begin(), camera_from_world.end(),
-                                                [](const auto& pose) { return pose.has_value(); }));
+std::vector<std::size_t> Scene::posed() const {
+  std::vector<std::size_t> views;
+  for (std::size_t view = 0; view < camera_from_world.size(); ++view)
+    if (is_posed(view)) views.push_back(view);
+  return views;
 }
 
 Eigen::Vector3d Scene::place_in(std::size_t view, const Landmark& landmark) const {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "organbake/bundle/breath.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/motion/clip_motion.h"
 #include "organbake/motion/scene.h"
@@ -120,31 +121,18 @@ LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_va
 // as in fewer than three breaths.
 double breath_period_frames(const std::vector<std::size_t>& view_frames, const Scene& scene);
 
-// A breath that moves tissue to and fro: what is at p at rest is at p + course(time) · push(p).
-struct Breath {
-  static constexpr int kWaves = 4, kTerms = 10;
-  using Waves = Eigen::Matrix<double, kWaves, 1>;
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  using Field = Eigen::Matrix<double, 3, kTerms>;
-
-  double period_frames = 0;
+// A breath while it is solved for.
+struct SolvedBreath : Breath {
   std::vector<std::size_t> view_frames;
-  Waves waves = Waves::Zero();  // heights of its cosine and sine, and of those twice as fast
-  double rest = 0;              // is taken from these
-  Field field = Field::Zero();
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of the tissue
-  double reach = 1, depth = 1;                       // of the tissue, and before the scope
+  double depth = 1;  // of the tissue before the scope
 
-  static Waves waves_at(double angle_rad);
-  // Frames from the first view.
-  double time_of_frame(std::size_t frame) const;
-  double time_of(std::size_t view) const { return time_of_frame(view_frames[view]); }
-  double course(double time) const;
-  Terms terms_at(const Eigen::Vector3d& place) const;
-  Eigen::Vector3d push(const Eigen::Vector3d& place_at_rest) const;
+  explicit SolvedBreath(const std::vector<std::size_t>& frames) : view_frames(frames) {}
+  double time_of(std::size_t view) const {  // frames
+    return static_cast<double>(view_frames[view]) - static_cast<double>(view_frames.front());
+  }
 };
 
-// Tells such a breath, of this period, from the scope's own way, and moves the scene to its rest.
+// Tells a breath of this period, from the scope's own way, and moves the scene to its rest.
 // Nothing, and nothing moved, where errors still come and go with it.
 std::optional<Breath> solve_breath(const FreeLens& lens, double period_frames,
                                    const std::vector<std::size_t>& view_frames, Scene& scene);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -48,5 +49,13 @@ struct FollowedClip {
 // as many as it takes of one shot; a clip of more is read again. So is one with insets, which are
 // known at its end, to be followed without them. Throws NoInputError, BadDataError.
 FollowedClip follow_clip(const StageCall& call, ClipPictures& pictures);
+
+// cameras.json of all posed frames, colmap/ with the points and where they are seen, points.ply,
+// breath_field.json where the tissue breathes.
+void write_scene(const std::filesystem::path& folder, const FollowedClip& clip,
+                 const ClipMotion& motion, const ClipPictures& pictures);
+// motion.png: the points over a key frame, near ones warm, and the scope's way.
+void write_overlay(const std::filesystem::path& folder, const ClipMotion& motion,
+                   const ClipPictures& pictures, std::size_t frame);
 
 }  // namespace organbake

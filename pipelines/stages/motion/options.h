@@ -68,6 +68,7 @@ inline Stage motion_stage() {
                       false}},
           .outputs = {{"surface", "surface.ply", true},
                       {"lighting", "lighting.json", true},
+                      {"breath", "breath_field.json", true},
                       {"scope_depth", "."}},
           .make_options = make_options<MotionStageOptions>,
           .on_request = true,

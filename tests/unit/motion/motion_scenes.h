@@ -198,7 +198,8 @@ inline Scene posed_scene(const TrackedScene& tracked) {
 // Root mean square of the camera centres' errors after the similarity that fits them best
 // (Umeyama), as a share of the path's extent.
 inline double path_error(const std::vector<PosedCamera>& truth,
-                         const std::vector<std::optional<RigidTransform>>& found) {
+                         const std::vector<std::optional<RigidTransform>>& found,
+                         Eigen::Matrix4d* truth_from_found = nullptr) {
   std::vector<Eigen::Vector3d> a, b;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (!found[i]) continue;
@@ -212,6 +213,7 @@ inline double path_error(const std::vector<PosedCamera>& truth,
   };
   const Eigen::Matrix3Xd from = matrix(a), to = matrix(b);
   const Eigen::Matrix4d fit = Eigen::umeyama(from, to, true);
+  if (truth_from_found) *truth_from_found = fit;
   const Eigen::Matrix3Xd moved = (fit * from.colwise().homogeneous()).topRows<3>();
   const Eigen::Vector3d extent = to.rowwise().maxCoeff() - to.rowwise().minCoeff();
   return std::sqrt((moved - to).squaredNorm() / static_cast<double>(a.size())) / extent.norm();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "organbake/bundle/breath.h"
 #include "organbake/core/run_context.h"
 #include "organbake/image/picture.h"
 #include "organbake/motion/feature_tracker.h"
@@ -92,6 +93,7 @@ struct ClipMotion {
   std::vector<std::optional<RigidTransform>> camera_from_world;
   LensSpread lens_spread;
   double breath_period_frames = 0;  // by which tissue comes and goes; 0 = none is told
+  std::optional<Breath> breath;     // where that could be told from the scope's way
   std::vector<FrameSpan> left_out;
   // Agreeing sightings of places that three views or more see under more than 2 degrees.
   double mean_error_px = 0, median_angle_rad = 0;

@@ -38,7 +38,8 @@ struct Scene {
   std::vector<double> breath = {};
 
   bool is_posed(std::size_t view) const { return camera_from_world[view].has_value(); }
-  std::size_t posed_views() const;
+  std::vector<std::size_t> posed() const;  // the views that are, in their order
+  std::size_t posed_views() const { return posed().size(); }
   // Where a landmark that has a place is while a view sees it.
   Eigen::Vector3d place_in(std::size_t view, const Landmark& landmark) const;
   // Pixels between where a sighting is and where its landmark's place is projected to; infinite
@@ -74,7 +75,7 @@ struct FreeLens {
   bool distortion = false;  // k1 alone
 };
 
-struct Breath;
+struct SolvedBreath;
 
 struct AdjustmentOptions {
   FreeLens lens = {};
@@ -85,8 +86,8 @@ struct AdjustmentOptions {
   std::size_t sightings_per_view = 0;
   // Views that are moved; empty = all. Points that they see are moved with them.
   std::vector<bool> moving = {};
-  double robust_px = 1;      // an error beyond counts less (Cauchy)
-  Breath* breath = nullptr;  // moved, too
+  double robust_px = 1;            // an error beyond counts less (Cauchy)
+  SolvedBreath* breath = nullptr;  // moved, too
 };
 
 // Moves poses, places and lens together until the sightings that agree lie where the places are
