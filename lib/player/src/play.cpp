@@ -95,6 +95,16 @@ void warn_of_crossed_skin(const std::vector<PlayedFrame>& played, const RunConte
                " mm: the tissue is pushed or turned farther than its proxy can fold");
 }
 
+void set_vertices(const Script& script, int frame, Player& player) {
+  const std::size_t state = std::size_t(frame) % script.vertices_mm.size();
+  try {
+    player.set_vertices(script.vertices_mm[state]);
+  } catch (const UsageError& error) {
+    throw UsageError("script '" + script.name + "': /vertices_mm/" + std::to_string(state) + ": " +
+                     error.what());
+  }
+}
+
 }  // namespace
 
 void PlayOptions::check() const {
@@ -128,7 +138,10 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     if (options.lens) view.camera.intrinsics = *options.lens;
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
-    entry.step = player.step(instruments);
+    if (script.vertices_mm.empty())
+      entry.step = player.step(instruments);
+    else
+      set_vertices(script, frame, player);
     entry.deform_ms = watch.lap();
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       instruments[i].position_mm = entry.step.tip_position_mm[i];  // tools hold each other off

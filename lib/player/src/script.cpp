@@ -256,6 +256,16 @@ std::vector<std::uint32_t> frames_from(const JsonField& field) {
   return frames;
 }
 
+std::vector<std::vector<double>> states_from(const JsonField& field) {
+  std::vector<std::vector<double>> states(field.size());
+  if (states.empty()) field.fail("must hold a state");
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const JsonField state = field.at(i);
+    for (std::size_t k = 0; k < state.size(); ++k) states[i].push_back(state.at(k).number());
+  }
+  return states;
+}
+
 TissueSolver solver_from(const JsonField& field) {
   if (const auto solver = tissue_solver(field.text())) return *solver;
   field.fail("must be springs or fem");
@@ -268,7 +278,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
   const JsonField document(json, name);
   document.require_schema(kSchema);
   document.allow_only({"schema", "name", "time_step_s", "frames", "size", "solver", "light",
-                       "cuts_part_in", "camera", "instruments"});
+                       "cuts_part_in", "camera", "instruments", "vertices_mm"});
   Script script;
   script.name = document["name"].text();
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
@@ -288,6 +298,9 @@ Script script_from_json(const std::string& text, const std::string& name) {
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     script.instruments.push_back(instrument_from_json(instruments.at(i)));
   }
+  if (const auto states = document.find("vertices_mm")) script.vertices_mm = states_from(*states);
+  if (!script.vertices_mm.empty() && !script.instruments.empty())
+    instruments.fail("must be empty beside \"vertices_mm\": such tissue gives way to no tool");
   return script;
 }
 
@@ -307,6 +320,7 @@ std::string script_to_json(const Script& script) {
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
   if (script.solver) json["solver"] = to_string(*script.solver);
   if (script.cuts_part_in) json["cuts_part_in"] = *script.cuts_part_in;
+  if (!script.vertices_mm.empty()) json["vertices_mm"] = script.vertices_mm;
   if (script.light) json["light"] = to_string(*script.light);
   return json_text(json);
 }

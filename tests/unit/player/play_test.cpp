@@ -69,6 +69,36 @@ TEST(Play, ReportsEveryFrame) {
   EXPECT_GT(touching, 0u);
 }
 
+// What another solver tells is shown, and again from its begin.
+TEST(Play, MovesVerticesAsAScriptTells) {
+  Player player(organ_to_play());
+  const auto& rest = organ_to_play().proxy.vertices;
+  Script script = short_script(8);
+  script.name = "moved";
+  script.instruments.clear();
+  for (const double by_mm : {0.0, 2.0, 5.0}) {
+    script.vertices_mm.emplace_back();
+    for (const Eigen::Vector3d& vertex : rest)
+      for (const double x : {vertex.x() + by_mm, vertex.y(), vertex.z()})
+        script.vertices_mm.back().push_back(x);
+  }
+  script.camera.resize(1);
+  std::vector<Rgb8Image> frames;
+  play(player, script, small_frames(), [&](int frame, const Frame& picture) {
+    frames.push_back(picture.color);
+    const double by_mm = std::array{0.0, 2.0, 5.0}[std::size_t(frame) % 3];
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      EXPECT_EQ(player.proxy_positions()[v], rest[v] + Eigen::Vector3d(by_mm, 0, 0));
+  });
+  ASSERT_EQ(frames.size(), 8u);
+  EXPECT_EQ(frames[1].pixels, frames[4].pixels);
+  EXPECT_NE(frames[1].pixels, frames[2].pixels);
+  script.vertices_mm[1].resize(6);
+  EXPECT_EQ(
+      message_of(ExitCode::usage, [&] { play(player, script, small_frames(), {}); }),
+      "script 'moved': /vertices_mm/1: 2 vertices for an organ of " + std::to_string(rest.size()));
+}
+
 TEST(Play, StopsWhenAsked) {
   const std::atomic<bool> stop{true};
   Player player(organ_to_play());

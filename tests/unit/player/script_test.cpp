@@ -49,6 +49,20 @@ TEST(Script, MayNameItsLight) {
             std::string::npos);
 }
 
+TEST(Script, MayMoveVerticesInTheToolsPlace) {
+  Script script = script_from_json(kGood, "s.json");
+  EXPECT_TRUE(script.vertices_mm.empty());
+  script.instruments.clear();
+  script.vertices_mm = {{1, 2, 0.1}, {1e-3, -5, 7}};
+  EXPECT_EQ(script_from_json(script_to_json(script), "s.json").vertices_mm, script.vertices_mm);
+  const auto refused = [](const std::string& states) {
+    return refusal("\"frames\": 10", "\"vertices_mm\": " + states + ", \"frames\": 10");
+  };
+  EXPECT_NE(refused("[[0, 0, 0]]").find("/instruments: must be empty"), std::string::npos);
+  EXPECT_NE(refused("[]").find("/vertices_mm"), std::string::npos);
+  EXPECT_NE(refused("[[0, \"a\"]]").find("/vertices_mm/0/1"), std::string::npos);
+}
+
 TEST(Script, HostileOnesAreRefusedByKey) {
   const auto names = [](const std::string& message, const char* key) {
     return message.find(key) != std::string::npos;

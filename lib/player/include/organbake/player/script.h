@@ -44,6 +44,9 @@ struct Script {
   std::vector<PosedCamera> recorded = {};
   std::string recorded_file = {};
   std::vector<InstrumentPath> instruments;
+  // Where another solver has the first organ's vertices, frame by frame, x y z of each; from the
+  // first again after the last. Then there are no instruments.
+  std::vector<std::vector<double>> vertices_mm = {};
 };
 
 // Throws BadDataError naming `name` and the key; NoInputError.
