@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "commands.h"
+#include "organbake/bundle/breath.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -250,6 +251,10 @@ void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
   std::string text = output + ": " + state + "; " + std::to_string(count_ran(steps)) + " of " +
                      std::to_string(steps.size()) + " stages ran; " + to_text(seconds, 1) + " s";
   if (flags.to.empty()) text += ". To play it: organplay " + shell_word(output);
+  const fs::path breath = flags.output / kBreathFile;
+  if (flags.to.empty() && fs::exists(breath))
+    text += ", as it breathes in the clip with --script " + shell_word(breath.string()) +
+            " --video breath.mp4";
   terminal.log(LogLevel::info, text);
 }
 

@@ -99,6 +99,11 @@ inline Stage capture_stage() {
                   .help = "the light that the colours were taken in (JSON, see 'organbake schema "
                           "lighting'): the player then lights the pushed skin anew",
                   .required = false},
+                 {.name = "breath",
+                  .kind = InputKind::file,
+                  .help = "how the tissue breathes, breath_field.json as motion writes it: it "
+                          "becomes a script that moves the proxy, breath.json",
+                  .required = false},
                  {.name = "exemplar",
                   .kind = InputKind::file,
                   .help = "photograph (PNG, JPEG) of the tissue that a surface without colours "

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "organbake/bundle/breath.h"
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/skin_image.h"
 #include "organbake/bundle/stored_maps.h"
@@ -115,6 +116,16 @@ std::optional<Lighting> read_lighting(const StageCall& call) {
   return lighting_from_json(read_text_file(*document), document->string());
 }
 
+// The proxy's motion while the tissue breathes, to be played.
+void write_breath(const fs::path& folder, const fs::path& document, const TriangleMesh& proxy,
+                  StageReport& report) {
+  const Breath breath = breath_from_json(read_text_file(document), document.string());
+  write_file_atomically(folder / kBreathFile, breath_script(breath, proxy.vertices));
+  double most_mm = 0;
+  for (const auto& vertex : proxy.vertices) most_mm = std::max(most_mm, breath.push(vertex).norm());
+  report.add("breath_mm", most_mm);
+}
+
 std::optional<ExemplarPhoto> read_exemplar(const StageCall& call, double mm_per_pixel) {
   const auto* frame = call.input("exemplar");
   const auto* mask = call.input("exemplar_mask");
@@ -184,6 +195,9 @@ StageReport run(const StageCall& call) {
   } else {
     report.skipped.push_back({"lighting the pushed skin anew", "the light is not known"});
   }
+
+  if (const fs::path* document = call.input("breath"))
+    write_breath(call.output_folder, *document, proxy, report);
 
   report.add("cameras", captured.maps.size());
   report.add("bound_in_prism", captured.bound_in_prism);
