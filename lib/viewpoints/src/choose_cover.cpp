@@ -2,7 +2,7 @@
 // Choosing few cameras that cover enough: greedily at first, then by simulated annealing
 // (Kirkpatrick, Gelatt and Vecchi 1983), which takes off the cameras that a greedy choice has too
 // many. Sets are bits, so that a move costs a few hundred population counts.
-#include "cover.h"
+#include "placing.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
-#include "sight.h"
 
 namespace organbake {
 namespace {

@@ -2,7 +2,7 @@
 // Cameras for a coverage goal: candidates and samples are refined where they decide (deep places,
 // neighbourhoods of chosen cameras), and cameras are added until views over the VPM find what they
 // show. What is said of the result is measured on samples that had no part in it.
-#include "cover.h"
+#include "placing.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "cover.h"
 #include "organbake/core/parallel.h"
+#include "placing.h"
 
 namespace organbake {
 namespace {

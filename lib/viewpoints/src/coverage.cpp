@@ -10,10 +10,9 @@
 #include <limits>
 #include <utility>
 
-#include "organ.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
-#include "sight.h"
+#include "placing.h"
 
 namespace organbake {
 namespace {

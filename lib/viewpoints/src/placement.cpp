@@ -10,11 +10,10 @@
 #include <set>
 #include <string>
 
-#include "cover.h"
-#include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "placing.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lines of sight to surface samples, in packets. Samples lie in Morton order, so that the rays of a
 // packet are neighbours; eyes are asked far-apart ones first where one that sees is enough.
-#include "sight.h"
+#include "placing.h"
 
 #include <algorithm>
 #include <numeric>

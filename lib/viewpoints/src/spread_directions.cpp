@@ -2,7 +2,7 @@
 // Evenly spread directions: a Fibonacci spiral relaxed by repulsion (Thomson's problem), by
 // steepest descent. The result is turned in one way always, so that equal counts give equal
 // cameras.
-#include "organ.h"
+#include "placing.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

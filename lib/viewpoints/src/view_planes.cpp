@@ -5,7 +5,7 @@
 // cameras have them and rounding would split at random; vertices themselves are fractions until
 // they are read. Milliseconds for the few hundred planes of an organ, and a third of the compiler's
 // work that the same intersection with exact constructions takes.
-#include "organ.h"
+#include "placing.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>

@@ -4,7 +4,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "sight.h"
+#include "placing.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 

@@ -3,11 +3,10 @@
 #include <Eigen/LU>
 #include <bit>
 
-#include "cover.h"
-#include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/viewpoints/placement.h"
+#include "placing.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 

@@ -2,11 +2,11 @@
 
 #include <Eigen/LU>
 
-#include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/viewpoints/placement.h"
+#include "placing.h"
 #include "support/testing.h"
 
 namespace organbake {
