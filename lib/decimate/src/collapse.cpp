@@ -16,8 +16,8 @@
 #include <OpenMesh/Tools/Decimater/Observer.hh>
 #include <stdexcept>
 
-#include "fitting.h"
 #include "organbake/decimate/mesh_defects.h"
+#include "proxies.h"
 
 namespace organbake {
 namespace {

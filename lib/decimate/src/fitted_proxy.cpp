@@ -11,10 +11,10 @@
 #include <unordered_map>
 #include <utility>
 
-#include "fitting.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/geometry/mesh_edges.h"
+#include "proxies.h"
 
 namespace organbake {
 namespace {

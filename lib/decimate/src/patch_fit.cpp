@@ -2,7 +2,7 @@
 // The fit of a few vertices with the faces round them, to tell what a local change is worth.
 // Closest points are asked for at the start and the end only; in between the surface's tangent
 // planes stand in for it, for asking is what costs time.
-#include "fitting.h"
+#include "proxies.h"
 
 #include <Eigen/Cholesky>
 #include <cmath>

@@ -2,7 +2,7 @@
 // Local changes of a proxy in the order of what they gain: edge flips, and vertices taken from
 // where they matter least to where they help most, as mesh optimization does (Hoppe et al. 1993),
 // by the fitted energy of the patch.
-#include "fitting.h"
+#include "proxies.h"
 
 #include <algorithm>
 #include <map>

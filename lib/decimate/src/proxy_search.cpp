@@ -13,7 +13,6 @@
 #include <optional>
 #include <string>
 
-#include "fitting.h"
 #include "organbake/decimate/decimate.h"
 
 namespace organbake {

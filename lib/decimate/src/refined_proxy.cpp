@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A proxy under local changes with its energy kept up to date face by face, so that a change costs
 // what its patch costs and not what the mesh does.
-#include "fitting.h"
+#include "proxies.h"
 
 #include <algorithm>
 #include <numeric>

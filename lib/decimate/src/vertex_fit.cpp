@@ -12,12 +12,12 @@
 #include <memory>
 #include <vector>
 
-#include "fitting.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/raycast/ray_scene.h"
+#include "proxies.h"
 
 namespace organbake {
 namespace {
