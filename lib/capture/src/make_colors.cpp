@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "coloring.h"
+#include "baking.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"

@@ -11,7 +11,6 @@
 #include <limits>
 
 #include "baking.h"
-#include "coloring.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/capture/traced_surface.h"

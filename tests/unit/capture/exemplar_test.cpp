@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/capture/surface_color.h"
 
-#include "coloring.h"
+#include "baking.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-#include "coloring.h"
+#include "baking.h"
 #include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
