@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "contact/tool_contacts.h"
+#include "contact/contact_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/instruments/instrument.h"

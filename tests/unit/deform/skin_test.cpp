@@ -5,7 +5,7 @@
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/geometry/shell.h"
-#include "solver/constraint_solver.h"
+#include "solver/shape_solver.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 #include "unit/deform/test_bodies.h"

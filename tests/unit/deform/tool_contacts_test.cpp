@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "contact/tool_contacts.h"
+#include "contact/contact_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/deform/deformer.h"

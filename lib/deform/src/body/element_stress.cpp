@@ -5,7 +5,6 @@
 #include "body/tissue.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <array>
 
 #include "contact/padded_vector.h"

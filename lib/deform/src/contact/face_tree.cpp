@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs of faces whose skins may touch, by a tree of boxes that is built once and fitted anew in
 // each pose. Cones of normals (Volino & Thalmann 1994) rule out parts that cannot touch themselves.
-#include "contact/tissue_contacts.h"
+#include "contact/contact_search.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "contact/tissue_contacts.h"
+#include "contact/contact_search.h"
 #include "organbake/geometry/prism.h"
 #include "organbake/geometry/shell.h"
 

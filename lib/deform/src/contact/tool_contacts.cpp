@@ -3,11 +3,10 @@
 // as in position-based dynamics (Müller et al. 2007), half by each. The step's way is followed in
 // pieces that bring no centre past another's, or fast tools would pass through each other. Skin
 // that is anchored stops probes in the same way, all of the overlap taken back by the probe.
-#include "contact/tool_contacts.h"
+#include "contact/contact_search.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <utility>
 
 namespace organbake::deform {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pressures that keep the volume inside of parts of tissue: the volume and its gradient by the
 // divergence theorem over their faces, and one unknown for each part beside the contacts' forces.
-#include "solver/constraint_solver.h"
+#include "solver/shape_solver.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Solves for contact forces and pressures by projected Gauss–Seidel: gathers what the contacts ask,
 // couples them through columns of the inverse matrix, sweeps until forces settle within Coulomb's
 // cones, and moves the shape by them.
-#include "solver/constraint_solver.h"
+#include "solver/shape_solver.h"
 
 #include <algorithm>
 #include <cmath>
