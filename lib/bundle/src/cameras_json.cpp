@@ -7,7 +7,6 @@
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {
@@ -18,22 +17,8 @@ constexpr std::size_t kMostCameras = 100000;  // as many as a script has frames
 Json camera_to_json(const PosedCamera& camera) {
   Json json = {{"name", camera.name}};
   json.update(intrinsics_to_json(camera.intrinsics));
-  Json rotation = Json::array();
-  for (int row = 0; row < 3; ++row) {
-    rotation.push_back(to_json(Eigen::Vector3d(camera.camera_from_world.rotation.row(row))));
-  }
-  json["camera_from_world"] = {{"rotation", rotation},
-                               {"translation_mm", to_json(camera.camera_from_world.translation)}};
+  json["camera_from_world"] = to_json(camera.camera_from_world);
   return json;
-}
-
-Eigen::Matrix3d rotation_from(const JsonField& field) {
-  if (field.size() != 3) field.fail("must hold three rows");
-  Eigen::Matrix3d r;
-  for (int row = 0; row < 3; ++row) r.row(row) = field.at(row).vector3().transpose();
-  const auto rotation = written_rotation(r);
-  if (!rotation) field.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
-  return *rotation;
 }
 
 PosedCamera camera_from(const JsonField& field) {
@@ -41,8 +26,7 @@ PosedCamera camera_from(const JsonField& field) {
   camera.name = field["name"].text();
   camera.intrinsics = intrinsics_from_json(field, kLargestPhotoSide_px);
   const JsonField pose = field["camera_from_world"];
-  camera.camera_from_world.rotation = rotation_from(pose["rotation"]);
-  camera.camera_from_world.translation = pose["translation_mm"].vector3();
+  camera.camera_from_world = {pose["rotation"].rotation(), pose["translation_mm"].vector3()};
   return camera;
 }
 

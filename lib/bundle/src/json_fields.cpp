@@ -12,6 +12,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 Json parse_json(const std::string& text, const std::string& name) {
@@ -33,6 +34,13 @@ std::string json_text(const Json& json) {
 }
 
 Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json to_json(const RigidTransform& pose) {
+  Json rotation = Json::array();
+  for (int row = 0; row < 3; ++row)
+    rotation.push_back(to_json(Eigen::Vector3d(pose.rotation.row(row))));
+  return {{"rotation", rotation}, {"translation_mm", to_json(pose.translation)}};
+}
 
 Json intrinsics_to_json(const Intrinsics& k) {
   Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
@@ -115,6 +123,10 @@ double JsonField::number(double min, double max) const {
   return value;
 }
 
+void JsonField::read(const std::string& key, double min, double max, double& value) const {
+  if (const auto given = find(key)) value = given->number(min, max);
+}
+
 std::int64_t JsonField::integer(std::int64_t min, std::int64_t max) const {
   if (!value_->is_number_integer()) fail("must be a whole number");
   // An unsigned number beyond int64 would wrap round to a negative one.
@@ -137,6 +149,15 @@ std::string JsonField::text() const {
 Eigen::Vector3d JsonField::vector3() const {
   if (size() != 3) fail("must hold three numbers");
   return {at(0).number(), at(1).number(), at(2).number()};
+}
+
+Eigen::Matrix3d JsonField::rotation() const {
+  if (size() != 3) fail("must hold three rows");
+  Eigen::Matrix3d r;
+  for (int row = 0; row < 3; ++row) r.row(row) = at(row).vector3().transpose();
+  const auto proper = written_rotation(r);
+  if (!proper) fail("is not a proper rotation (RᵀR must be I and det R = +1)");
+  return *proper;
 }
 
 void JsonField::require_schema(std::initializer_list<std::string_view> any_of) const {

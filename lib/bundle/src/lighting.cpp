@@ -67,7 +67,7 @@ SkinFinish finish_from(const JsonField& field) {
     finish.grain = shares_from(*grain);
     finish.grain_mm = field["grain_mm"].number(0.01, 100);
   }
-  if (const auto fade = field.find("border_fade_rad")) finish.border_fade_rad = fade->number(0, 1);
+  field.read("border_fade_rad", 0, 1, finish.border_fade_rad);
   return finish;
 }
 

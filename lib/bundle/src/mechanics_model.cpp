@@ -257,9 +257,9 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   model.density_kg_per_m3 = tissue["density_kg_per_m3"].number(kTiny, kHuge);
   model.thickness_mm = tissue["thickness_mm"].number(kTiny, kHuge);
   model.volume_stiffness = tissue["volume_stiffness"].number(0, 1);
-  if (const auto gape = tissue.find("cut_gape_mm")) model.cut_gape_mm = gape->number(0, kHuge);
-  if (const auto slip = tissue.find("grasp_slip_n")) model.grasp_slip_n = slip->number(0, kHuge);
-  if (const auto drag = tissue.find("drag_per_s")) model.drag_per_s = drag->number(0, kHuge);
+  tissue.read("cut_gape_mm", 0, kHuge, model.cut_gape_mm);
+  tissue.read("grasp_slip_n", 0, kHuge, model.grasp_slip_n);
+  tissue.read("drag_per_s", 0, kHuge, model.drag_per_s);
   model.instrument_radius_mm = document["instrument_radius_mm"].number(kTiny, kHuge);
   model.mass_kg = each_vertex(document["mass_kg"], vertex_count, "masses",
                               [](const JsonField& mass) { return mass.number(kTiny, kHuge); });

@@ -32,7 +32,7 @@ class Keys {
   explicit Keys(const JsonField& object) : object_(object) {}
 
   void number(const char* key, double low, double high, double& value) const {
-    if (const auto field = object_.find(key)) value = field->number(low, high);
+    object_.read(key, low, high, value);
   }
   // NAME_deg, or NAME_rad, as it was written once.
   void angle(const std::string& name, double& rad) const {

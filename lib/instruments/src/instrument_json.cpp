@@ -30,8 +30,7 @@ Waypoint waypoint_from(const JsonField& field) {
   Waypoint waypoint;
   constexpr double kLongest_s = 1e5;
   waypoint.time_s = field["time_s"].number(0, kLongest_s);
-  if (const auto opening = field.find("opening_mm"))
-    waypoint.opening_mm = opening->number(0, kFar_mm);
+  field.read("opening_mm", 0, kFar_mm, waypoint.opening_mm);
   if (const auto position = field.find("position_mm")) {
     if (field.find("direction") || field.find("depth_mm"))
       position->fail("stands beside direction or depth_mm; a tip is at the one or the other");
@@ -123,8 +122,7 @@ InstrumentPath instrument_from_json(const JsonField& field) {
   InstrumentPath read;
   Instrument& instrument = read.instrument;
   read.name = field["name"].text();
-  if (const auto radius = field.find("radius_mm"))
-    instrument.radius_mm = radius->number(kThinnestTip_mm, kFar_mm);
+  field.read("radius_mm", kThinnestTip_mm, kFar_mm, instrument.radius_mm);
   const JsonField mode = field["mode"];
   const auto kind = kind_of_mode(mode.text());
   if (!kind) mode.fail("must be 'poke', 'grab', 'cut', 'snip' or 'pierce'");

@@ -47,13 +47,7 @@ RigidTransform looking_from(const JsonField& field) {
 
 RigidTransform pose_from(const JsonField& field) {
   field.allow_only({"rotation", "translation_mm"});
-  const JsonField rows = field["rotation"];
-  if (rows.size() != 3) rows.fail("must hold three rows");
-  Eigen::Matrix3d r;
-  for (int row = 0; row < 3; ++row) r.row(row) = rows.at(row).vector3().transpose();
-  const auto rotation = written_rotation(r);
-  if (!rotation) rows.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
-  return {*rotation, place_from(field["translation_mm"])};
+  return {field["rotation"].rotation(), place_from(field["translation_mm"])};
 }
 
 std::optional<RigidTransform> free_pose_from(const JsonField& keyframe) {
@@ -77,14 +71,11 @@ OrbitPose orbit_from(const JsonField& field) {
   pose.elevation_rad = field["elevation_rad"].number(-1e3, 1e3);
   if (!can_be_elevation(pose.elevation_rad)) refuse_as_degrees(field["elevation_rad"]);
   constexpr double kNearest = 1e-3, kFarthest = 1e3;  // multiples of the capture distance
-  if (const auto distance = field.find("distance"))
-    pose.distance = distance->number(kNearest, kFarthest);
-  if (const auto roll = field.find("roll_rad")) {
-    pose.roll_rad = roll->number(-1e3, 1e3);
-    if (!can_be_azimuth(pose.roll_rad)) refuse_as_degrees(*roll);
-  }
-  if (const auto right = field.find("right")) pose.right = right->number(-1e3, 1e3);
-  if (const auto up = field.find("up")) pose.up = up->number(-1e3, 1e3);
+  field.read("distance", kNearest, kFarthest, pose.distance);
+  field.read("roll_rad", -1e3, 1e3, pose.roll_rad);
+  if (!can_be_azimuth(pose.roll_rad)) refuse_as_degrees(field["roll_rad"]);
+  field.read("right", -1e3, 1e3, pose.right);
+  field.read("up", -1e3, 1e3, pose.up);
   return pose;
 }
 
@@ -127,16 +118,9 @@ Intrinsics lens_from(const JsonField& field, const Script& script) {
   return lens;
 }
 
-Json pose_json(const RigidTransform& pose) {
-  Json rotation = Json::array();
-  for (int row = 0; row < 3; ++row)
-    rotation.push_back(to_json(Eigen::Vector3d(pose.rotation.row(row))));
-  return {{"rotation", rotation}, {"translation_mm", to_json(pose.translation)}};
-}
-
 Json keyframe_json(const CameraKeyframe& key) {
   if (key.camera_from_world)
-    return {{"frame", key.frame}, {"camera_from_world", pose_json(*key.camera_from_world)}};
+    return {{"frame", key.frame}, {"camera_from_world", to_json(*key.camera_from_world)}};
   return {{"frame", key.frame},
           {"azimuth_rad", key.pose.azimuth_rad},
           {"elevation_rad", key.pose.elevation_rad},

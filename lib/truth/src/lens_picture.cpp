@@ -28,17 +28,14 @@ ScopePicture picture_from(const JsonField& field) {
   field.allow_only({"field", "exposure", "haze", "bloom", "sharpening", "grain", "aperture_mm",
                     "folds", "surroundings"});
   ScopePicture picture;
-  const auto number = [&](const char* key, double low, double high, double& value) {
-    if (const auto given = field.find(key)) value = given->number(low, high);
-  };
-  number("field", 0.05, 2, picture.field);
-  number("exposure", 0.01, 100, picture.exposure);
-  number("haze", 0, 1, picture.haze);
-  number("bloom", 0, 1, picture.bloom);
-  number("sharpening", 0, 5, picture.sharpening);
-  number("grain", 0, 50, picture.grain);
-  number("aperture_mm", 0, 5, picture.aperture_mm);
-  number("folds", 0, 1, picture.folds);
+  field.read("field", 0.05, 2, picture.field);
+  field.read("exposure", 0.01, 100, picture.exposure);
+  field.read("haze", 0, 1, picture.haze);
+  field.read("bloom", 0, 1, picture.bloom);
+  field.read("sharpening", 0, 5, picture.sharpening);
+  field.read("grain", 0, 50, picture.grain);
+  field.read("aperture_mm", 0, 5, picture.aperture_mm);
+  field.read("folds", 0, 1, picture.folds);
   if (const auto given = field.find("surroundings")) {
     if (!given->json().is_boolean()) given->fail("is neither true nor false");
     picture.surroundings = given->json().get<bool>();
@@ -85,8 +82,7 @@ ScopeLens scope_lens_from_json(const std::string& text, const std::string& name)
   if (document.find("schema")) document.require_schema({kScopeLensSchema, kScopePictureSchema});
   constexpr double kMostExponent = 100;
   scope.intrinsics = intrinsics_from_json(document, kLargestSide_px);
-  if (const auto n = document.find("vignette_exponent"))
-    scope.vignette_exponent = n->number(0, kMostExponent);
+  document.read("vignette_exponent", 0, kMostExponent, scope.vignette_exponent);
   if (const auto picture = document.find("picture")) scope.picture = picture_from(*picture);
   return scope;
 }

@@ -23,6 +23,7 @@ Json parse_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
+Json to_json(const RigidTransform& pose);  // its rotation by rows, and translation_mm
 // Width, height, fx, fy, cx, cy, and distortion_k1_k2_p1_p2_k3 where there is some, or of a fisheye
 // fisheye_k1_k2_k3_k4, among other keys. Neither side may be larger than `largest_side_px`.
 Json intrinsics_to_json(const Intrinsics& intrinsics);
@@ -45,9 +46,12 @@ class JsonField {
 
   double number(double min = -std::numeric_limits<double>::max(),
                 double max = std::numeric_limits<double>::max()) const;
+  // The number under a key, where there is one.
+  void read(const std::string& key, double min, double max, double& value) const;
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   std::string text() const;
   Eigen::Vector3d vector3() const;
+  Eigen::Matrix3d rotation() const;  // three rows; proper to 1e-6
   // The document's "schema" key must be one of these.
   void require_schema(std::initializer_list<std::string_view> any_of) const;
   void require_schema(std::string_view schema) const { require_schema({schema}); }
