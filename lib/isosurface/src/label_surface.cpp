@@ -13,7 +13,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 #include "surface_steps.h"
 
 namespace organbake {

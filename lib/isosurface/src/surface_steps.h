@@ -16,7 +16,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

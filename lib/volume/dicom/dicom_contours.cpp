@@ -11,12 +11,12 @@
 
 #include "dicom/dicom.h"
 #include "dicom/dicom_document.h"
+#include "files/volume_files.h"
 #include "grid/grids.h"
-#include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/rigid_transform.h"
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

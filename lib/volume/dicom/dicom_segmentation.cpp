@@ -13,7 +13,6 @@
 #include "dicom/dicom_document.h"
 #include "files/volume_files.h"
 #include "grid/grids.h"
-#include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/volume/volume.h"
 

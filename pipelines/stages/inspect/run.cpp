@@ -8,7 +8,6 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage.h"
 #include "organbake/truth/lens_picture.h"
-#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "organbake/volume/volume.h"
 #include "stages/inspect/options.h"

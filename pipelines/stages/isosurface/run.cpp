@@ -10,7 +10,6 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/pipelines/stage.h"
-#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "stages/isosurface/options.h"
 

@@ -4,7 +4,7 @@
 #include "dicom/dicom.h"
 
 #include "mask_scans.h"
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 #include "support/testing.h"
 
 namespace organbake {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Labels by name and number, tables of their names, their boxes, and whether they fit their CT.
-#include "labels/mask_labels.h"
+#include "files/volume_files.h"
 
 #include "organbake/core/temporary_files.h"
-#include "organbake/volume/labels.h"
 #include "organbake/volume/read_volume.h"
 #include "support/files.h"
 #include "support/testing.h"

@@ -4,7 +4,7 @@
 
 #include "mask_scans.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 #include "support/testing.h"
 
 namespace organbake {

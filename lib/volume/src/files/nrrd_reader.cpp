@@ -10,7 +10,6 @@
 
 #include "files/volume_files.h"
 #include "grid/grids.h"
-#include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 
 namespace organbake {

@@ -14,11 +14,9 @@
 
 #include "dicom/dicom.h"
 #include "files/volume_files.h"
-#include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/labels.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Names of labels from the tables that ITK-SNAP, 3D Slicer, atlases and nnU-Net write. In, a text
 // or JSON; out, numbers and names.
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 
 #include <algorithm>
 #include <charconv>

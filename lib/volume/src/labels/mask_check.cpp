@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whether a label sits on the tissue that it claims to mark, by the Hounsfield units below it, and
 // where along the slices it would fit better.
-#include "organbake/volume/labels.h"
+#include "organbake/volume/read_volume.h"
 
 #include <algorithm>
 #include <array>
