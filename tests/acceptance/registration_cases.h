@@ -2,8 +2,8 @@
 #pragma once
 
 #include "organbake/phantom/phantom.h"
-#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
+#include "organbake/registration/registered_surface.h"
 #include "support/testing.h"
 
 namespace organbake {

@@ -17,7 +17,7 @@
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/registration/object_pose.h"
+#include "organbake/registration/registered_surface.h"
 #include "organbake/viewpoints/placement.h"
 
 namespace organbake {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A photograph on its way into registration: freed of its lens's distortion, with the depth that
 // belongs to it; and poses as documents.
-#include "stages/register/photos.h"
+#include "stages/register/registering.h"
 
 #include <algorithm>
 #include <cmath>

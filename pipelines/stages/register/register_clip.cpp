@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The poses of a video's frames: each tracked from the last, or all carried by a motion that
 // another stage found, in which one pose serves all.
-#include "stages/register/register_clip.h"
+#include "stages/register/registering.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,6 @@
 #include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/masks.h"
-#include "stages/register/photos.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {

@@ -16,8 +16,7 @@
 #include "organbake/pipelines/stage.h"
 #include "organbake/registration/register_photo.h"
 #include "stages/register/options.h"
-#include "stages/register/photos.h"
-#include "stages/register/register_clip.h"
+#include "stages/register/registering.h"
 
 namespace organbake {
 namespace {

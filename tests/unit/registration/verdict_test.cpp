@@ -8,7 +8,7 @@
 #include "organbake/core/random.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/registration/object_pose.h"
+#include "organbake/registration/registered_surface.h"
 #include "pose/poses.h"
 #include "support/meshes.h"
 #include "support/places.h"

@@ -13,7 +13,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/image/srgb.h"
-#include "organbake/registration/object_pose.h"
+#include "organbake/registration/registered_surface.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
-#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/registration/registered_surface.h"
 

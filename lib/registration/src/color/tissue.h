@@ -10,7 +10,6 @@
 #include "cost_functions/cost_functions.h"
 #include "organbake/core/run_context.h"
 #include "organbake/image/channel_image.h"
-#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/registration/registered_surface.h"
 #include "pose/poses.h"

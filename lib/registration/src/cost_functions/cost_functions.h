@@ -15,8 +15,8 @@
 
 #include "appearance/prediction.h"
 #include "depth/depth_alignment.h"
-#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
+#include "organbake/registration/registered_surface.h"
 
 namespace organbake {
 

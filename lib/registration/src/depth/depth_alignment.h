@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/registration/object_pose.h"
 #include "organbake/registration/register_photo.h"
 #include "organbake/registration/registered_surface.h"
 
