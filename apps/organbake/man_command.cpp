@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "command_manual.h"
+#include "command_line.h"
 #include "commands.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"

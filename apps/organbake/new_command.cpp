@@ -9,7 +9,6 @@
 #include "commands.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/recipe.h"

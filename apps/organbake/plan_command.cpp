@@ -8,7 +8,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/processes.h"
 #include "organbake/pipelines/recipe.h"

@@ -10,7 +10,6 @@
 
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/stage.h"

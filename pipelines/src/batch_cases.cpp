@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The cases of a batch: named by files, patterns and folders, found in a patient's folder, or cut
 // out of long videos at their best spans.
-#include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/batch_run.h"
 
 #include <algorithm>

@@ -10,7 +10,6 @@
 #include "embedded_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/batch_run.h"
 #include "organbake/pipelines/documents.h"
 

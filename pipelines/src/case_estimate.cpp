@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How long a bake will take and how much memory, by the sizes of its inputs and the options that
 // cost time. The constants were measured.
-#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/batch_run.h"
 
 #include <algorithm>
 #include <array>

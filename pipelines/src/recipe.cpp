@@ -11,7 +11,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/batch_run.h"
-#include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/options_json.h"
 #include "recipe_inputs.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/batch_run.h"
 
 #include <cstdio>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_files.h"
-#include "organbake/pipelines/batch_run.h"
 #include "support/testing.h"
 
 namespace organbake {

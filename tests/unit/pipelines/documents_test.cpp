@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/pipelines/document.h"
+#include "organbake/pipelines/documents.h"
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/image/png.h"
-#include "organbake/pipelines/documents.h"
 #include "support/error_message.h"
 #include "support/places.h"
 #include "support/testing.h"

@@ -2,7 +2,6 @@
 #include "organbake/pipelines/batch_run.h"
 
 #include "organbake/pipelines/bake_report.h"
-#include "organbake/pipelines/document.h"
 #include "organbake/pipelines/documents.h"
 #include "support/testing.h"
 
