@@ -1,16 +1,134 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+// What a run measures and finds (as organbench.json, and as lines to read), and the suites that do.
+
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "measuring/measurement.h"
 #include "organbake/core/run_context.h"
-#include "report/report.h"
 
 namespace organbake {
+
+// Of one quantity over several runs.
+struct Spread {
+  double median = 0, least = 0, most = 0;
+};
+Spread spread_of(std::vector<double> values);  // at least one value
+
+// What it costs to do something once.
+struct Timing {
+  int runs = 0;
+  Spread wall_ms;
+  Spread cpu_ms;       // of all threads and of the programs that were run, together
+  double peak_mb = 0;  // most resident memory beyond what was resident before; of the first run
+};
+
+struct Quantity {
+  std::string name, unit;
+  double value = 0;
+};
+using Quantities = std::vector<Quantity>;
+
+// One point of a curve: what `subject` took for `task` with its knobs set so, and how wrong it was.
+struct Point {
+  std::string task;     // the same for all that compete: "phantom, 81,920 faces → 80"
+  std::string subject;  // "organbake fitted", "CGAL Lindstrom–Turk"
+  bool peer = false;    // not ours
+  Quantities knobs;
+  Timing timing;
+  Quantities errors;  // the first is the one that is drawn
+};
+
+// A number that was promised, beside what was measured.
+struct Figure {
+  enum class Goal { at_most, at_least };
+
+  std::string what;
+  std::string unit;
+  double value = 0;
+  double target = 0;
+  Goal goal = Goal::at_most;
+
+  bool met() const { return goal == Goal::at_most ? value <= target : value >= target; }
+};
+
+struct Rounds {
+  int most = 9;
+  int least = 9;        // however long they take
+  double budget_s = 0;  // no further round is begun after it
+};
+
+// Does the work of all competitors in turn, round after round, so that whatever else the machine
+// does falls on each of them alike. A round before the first warms caches up and is not counted,
+// unless it took the whole budget and one is enough.
+std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors,
+                                 const Rounds& rounds);
+
+// What one suite found out.
+struct SuiteResult {
+  struct Skipped {
+    std::string what, why;
+  };
+
+  std::vector<Point> points;
+  std::vector<Figure> figures;
+  std::vector<Skipped> skipped;
+  std::string failure;  // why the suite ended early; empty when it did not
+};
+
+// All that one call of organbench found out.
+struct RunReport {
+  struct SuiteReport {
+    std::string name, summary;
+    double seconds = 0;
+    SuiteResult result;
+  };
+
+  bool quick = false;
+  std::map<std::string, std::string> machine;
+  std::vector<SuiteReport> suites;
+};
+
+// A run as organbench.json (schema "bench"): nlohmann::json(report).
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Spread, median, least, most)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Timing, runs, wall_ms, cpu_ms, peak_mb)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Quantity, name, unit, value)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Point, task, subject, peer, knobs, timing, errors)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuiteResult::Skipped, what, why)
+NLOHMANN_JSON_SERIALIZE_ENUM(Figure::Goal, {{Figure::Goal::at_most, "at most"},
+                                            {Figure::Goal::at_least, "at least"}})
+
+inline void to_json(nlohmann::json& json, const Figure& f) {
+  json = {{"what", f.what},     {"unit", f.unit}, {"value", f.value},
+          {"target", f.target}, {"goal", f.goal}, {"met", f.met()}};
+}
+inline void to_json(nlohmann::json& json, const SuiteResult& r) {
+  json = {
+      {"points", r.points}, {"figures", r.figures}, {"skipped", r.skipped}, {"failure", r.failure}};
+}
+
+inline void to_json(nlohmann::json& json, const RunReport::SuiteReport& suite) {
+  json = suite.result;
+  json.update({{"name", suite.name}, {"summary", suite.summary}, {"seconds", suite.seconds}});
+}
+inline void to_json(nlohmann::json& json, const RunReport& report) {
+  json = {{"schema", "organbake/bench/1"},
+          {"effort", report.quick ? "quick" : "standard"},
+          {"machine", report.machine},
+          {"suites", report.suites}};
+}
+// Lines for people: what each who competes took, with its errors; figures beside their targets;
+// what was left out.
+std::string suite_text(const RunReport::SuiteReport& suite);
+
+// What a reader must know to compare figures: processor, cores, memory, compiler, versions of the
+// libraries that do the work or compete.
+std::map<std::string, std::string> describe_machine();
 
 struct BenchOptions {
   bool quick = false;                  // small inputs, one round: a first look

@@ -7,7 +7,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "report/report.h"
 #include "stop_signal.h"
 
 namespace organbake {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "measuring/measurement.h"
+#include "bench.h"
 #include "organbake/image/channel_image.h"
 #include "support/testing.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "measuring/measurement.h"
+#include "bench.h"
 #include "measuring/scenes.h"
 #include "organbake/bundle/bundle.h"
 #include "organbake/core/run_context.h"

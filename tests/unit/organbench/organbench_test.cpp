@@ -4,7 +4,6 @@
 #include "measuring/agreement.h"
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
-#include "report/report.h"
 #include "support/testing.h"
 
 namespace organbake {
