@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "actions.h"
+#include "organplay.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include <set>
 
 #include "comparison/comparison_module.h"
-#include "loaded_modules.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -16,16 +15,13 @@
 #include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
 #include "organbake/player/contact_sheet.h"
-#include "organbake/player/eye_inside.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
-#include "organbake/player/reference_frames.h"
 #include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/truth_recorder.h"
 #include "organbake/warp/paper_warp.h"
-#include "outputs.h"
 
 namespace organbake {
 namespace {

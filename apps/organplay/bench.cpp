@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "actions.h"
+#include "organplay.h"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "loaded_modules.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The command line of organplay: its options, what their texts mean, and which go together.
-#include "command.h"
+#include "organplay.h"
 
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -17,14 +16,6 @@
 
 namespace organbake {
 namespace {
-
-// The whole text as one number: "1x" and "4294967297" are none.
-std::optional<int> whole_number(std::string_view text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 // Finite numbers with commas between them; nothing when one is missing or something else is there.
 std::optional<std::vector<double>> number_list(const std::string& text) {
@@ -47,8 +38,8 @@ PictureSize size_from(const std::string& text) {
   const std::size_t cross = text.find('x');
   if (cross == std::string::npos)
     throw UsageError("--size " + text + " is no size; write WIDTHxHEIGHT, for example 1280x720");
-  const auto width = whole_number(std::string_view(text).substr(0, cross)),
-             height = whole_number(std::string_view(text).substr(cross + 1));
+  const auto width = number_in<int>(std::string_view(text).substr(0, cross)),
+             height = number_in<int>(std::string_view(text).substr(cross + 1));
   const auto can_be_drawn = [](const std::optional<int>& side) {
     return side && *side >= 1 && *side <= kLargestSide_px;
   };

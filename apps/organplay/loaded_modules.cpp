@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "loaded_modules.h"
+#include "organplay.h"
 
 #include <dlfcn.h>
 #include <filesystem>
@@ -9,7 +9,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/truth/lens_picture.h"
-#include "outputs.h"
 #include "window/run_window.h"
 
 namespace organbake {
@@ -53,19 +52,13 @@ void warn_of_processor(const Command& command, const Player& player, const RunCo
 }
 
 void open_window(const Command& command, const RunContext& context) {
-  using Run = void (*)(const WindowCommand&, const RunContext&);
-  const auto run = reinterpret_cast<Run>(load_door(
+  const auto run = reinterpret_cast<decltype(&organplay_run_window)>(load_door(
       {"organplay_window.so", "this organplay was built without its window",
        "the window cannot be loaded",
        "without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
        "--bench"},
       "organplay_run_window"));
-  WindowCommand window;
-  window.bundles = command.bundles;
-  window.solver = command.solver;
-  window.light = command.light;
-  window.drawn_by = command.drawn_by;
-  window.eyes_mm = command.eyes_mm;
+  WindowCommand window = command;
   if (!command.lens.empty()) window.scope = read_scope_lens(command.lens).picture;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;

@@ -2,11 +2,10 @@
 #include <exception>
 #include <optional>
 
-#include "actions.h"
-#include "command.h"
 #include "organbake/core/error.h"
 #include "organbake/core/heap.h"
 #include "organbake/core/parallel.h"
+#include "organplay.h"
 #include "stop_signal.h"
 #include "terminal.h"
 

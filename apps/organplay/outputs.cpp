@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run of organplay leaves behind: pictures, each as a scope or two eyes show it, files of
 // truth, and results as lines or JSON. What is in the way is said before anything is made.
-#include "outputs.h"
+#include "organplay.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -9,7 +9,7 @@
 #include "organbake/bundle/stored_maps.h"
 #include "organbake/core/error.h"
 #include "organbake/graphics/graphics_drawing.h"
-#include "organbake/player/eye_inside.h"
+#include "organbake/player/orbit.h"
 #include "organbake/player/play.h"
 #include "organbake/player/script.h"
 

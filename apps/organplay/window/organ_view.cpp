@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "window/organ_view.h"
+#include "window/window.h"
 
 #include <imgui.h>
 
@@ -14,10 +14,8 @@
 #include "organbake/graphics/graphics_drawing.h"
 #endif
 #include "organbake/image/png.h"
-#include "organbake/player/eye_inside.h"
+#include "organbake/player/orbit.h"
 #include "organbake/truth/lens_picture.h"
-#include "window/overlays.h"
-#include "window/panels.h"
 
 namespace organbake {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of the truth and of measurements in the place of the organ's, and marks over it.
-#include "window/overlays.h"
+#include "window/window.h"
 
 #include <imgui.h>
 #include <Eigen/Geometry>

@@ -11,9 +11,7 @@
 #include <thread>
 
 #include "organbake/core/error.h"
-#include "window/display.h"
-#include "window/organ_view.h"
-#include "window/window_state.h"
+#include "window/window.h"
 
 namespace organbake {
 void WindowState::choose(std::size_t kind, const Player& player) {
@@ -115,7 +113,7 @@ class Pace {
 
 }  // namespace
 
-void run_window(const WindowCommand& command, const RunContext& context) {
+extern "C" void organplay_run_window(const WindowCommand& command, const RunContext& context) {
   // A bundle named on the command line that can't be read is an error like any other.
   std::unique_ptr<OrganView> named;
   const auto open = [&command](const std::vector<std::filesystem::path>& bundles) {
@@ -154,7 +152,3 @@ void run_window(const WindowCommand& command, const RunContext& context) {
 }
 
 }  // namespace organbake
-extern "C" void organplay_run_window(const organbake::WindowCommand& command,
-                                     const organbake::RunContext& context) {
-  organbake::run_window(command, context);
-}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The panels beside the organ: its look, readings, the time line and the tools.
-#include "window/panels.h"
+#include "window/window.h"
 
 #include <imgui.h>
 #include <algorithm>

@@ -27,11 +27,10 @@ struct WindowCommand {
   int width = 1280, height = 720;
 };
 
-// Opens the window and stays until it is closed or the context is cancelled. Throws UsageError
-// where there is no display, NoInputError or BadDataError for the bundle.
-void run_window(const WindowCommand& command, const RunContext& context);
+// Opens the window and stays until it is closed or the context is cancelled. The door of the
+// module: the program loads OpenGL only then. Throws UsageError where there is no display,
+// NoInputError or BadDataError for the bundle.
+extern "C" __attribute__((visibility("default"))) void organplay_run_window(
+    const WindowCommand& command, const RunContext& context);
 
 }  // namespace organbake
-// The door of the module: the program loads OpenGL only when it opens a window.
-extern "C" __attribute__((visibility("default"))) void organplay_run_window(
-    const organbake::WindowCommand& command, const organbake::RunContext& context);

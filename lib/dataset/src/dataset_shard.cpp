@@ -16,7 +16,6 @@
 #include "organbake/core/random.h"
 #include "organbake/image/png.h"
 #include "organbake/player/play.h"
-#include "organbake/player/reference_frames.h"
 #include "organbake/player/skin_point.h"
 #include "organbake/truth/truth_recorder.h"
 

@@ -14,8 +14,8 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
+#include "organbake/player/play.h"
 #include "organbake/player/player.h"
-#include "organbake/player/reference_frames.h"
 
 namespace organbake {
 namespace {

@@ -9,10 +9,10 @@
 #include <numbers>
 #include <optional>
 
-#include "line_crossing.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
+#include "trocar.h"
 
 namespace organbake {
 namespace {

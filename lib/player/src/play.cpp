@@ -11,8 +11,8 @@
 #include "organbake/core/quantile.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
-#include "organbake/player/eye_inside.h"
 #include "organbake/player/held_tools.h"
+#include "organbake/player/orbit.h"
 #include "organbake/player/script.h"
 
 namespace organbake {

@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "line_crossing.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
+#include "trocar.h"
 
 namespace organbake {
 namespace {

@@ -15,9 +15,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
-#include "line_crossing.h"
 #include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {

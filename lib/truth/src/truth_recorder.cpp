@@ -19,7 +19,6 @@
 #include "organbake/image/png.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
-#include "organbake/player/reference_frames.h"
 #include "organbake/truth/pixel_truth.h"
 #include "skin_tracks.h"
 

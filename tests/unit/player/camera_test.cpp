@@ -2,9 +2,7 @@
 #include "organbake/player/orbit.h"
 
 #include "organbake/core/error.h"
-#include "organbake/player/bundle_list.h"
 #include "organbake/player/embedded_player.h"
-#include "organbake/player/eye_inside.h"
 #include "organbake/player/panel_layout.h"
 #include "organbake/player/play.h"
 #include "organs_to_play.h"

@@ -11,7 +11,6 @@
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/live_session.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/reference_frames.h"
 #include "organbake/player/skin_point.h"
 #include "organs_to_play.h"
 #include "support/error_message.h"

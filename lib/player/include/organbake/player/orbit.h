@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/warp/view.h"
@@ -11,6 +13,7 @@
 namespace organbake {
 
 class Player;
+struct DrawReport;
 
 // A viewer on an orbit about the organ's centre, relative to virtual camera 0.
 struct OrbitPose {
@@ -44,5 +47,17 @@ bool leads_past_pole(const CameraSet& cameras, const OrbitPose& pose);
 // The pose of the front view from which all of a player's organs are seen whole at rest, with a
 // margin, in a picture of any shape. Of one organ the orbit's own: its cameras frame it already.
 OrbitPose framing_pose(const Player& player);
+
+// Whether the eye lies inside an organ as it is posed now: by the winding number of its proxy
+// (van Oosterom & Strackee 1983, solid angles). An open surface has no inside.
+bool eye_is_inside(const Player& player, const View& view);
+
+// Whether some skin lies nearer to the eye than it can be drawn.
+bool lens_touches_skin(const Player& player, const View& view);
+
+// Of a picture that shows no skin at all: a sentence when that is so because the eye is inside an
+// organ or too near to one. Nothing where it looks past all of them.
+std::optional<std::string> why_empty(const Player& player, const View& view,
+                                     const DrawReport& report);
 
 }  // namespace organbake

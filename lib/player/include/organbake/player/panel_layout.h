@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 namespace organbake {
 
@@ -32,5 +35,14 @@ double panel_scale(const Eigen::Vector2i& window_px, double screen_scale);
 // wanted: which to unfold; where not both sides fit, `prefer_readings` tells which does.
 PanelLayout lay_out_panels(const Eigen::Vector2i& window_px, double scale, const OpenPanels& wanted,
                            bool prefer_readings);
+
+struct ListedFolder {
+  std::string name;
+  bool is_bundle = false;
+};
+
+// The folders within one, bundles first, each kind by name; hidden ones are left out. Empty where
+// the folder cannot be read.
+std::vector<ListedFolder> list_folders(const std::filesystem::path& folder);
 
 }  // namespace organbake
