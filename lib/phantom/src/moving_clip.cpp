@@ -12,7 +12,7 @@
 #include <memory>
 #include <numbers>
 
-#include "moving_scene.h"
+#include "formulas.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "organ.h"
+#include "formulas.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"

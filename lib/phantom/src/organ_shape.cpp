@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "organ.h"
+#include "formulas.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/geometry/refine.h"
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <numbers>
 
-#include "organ.h"
+#include "formulas.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/refine.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "moving_scene.h"
+#include "formulas.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"

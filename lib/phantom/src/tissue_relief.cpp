@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Tissue before a scope as a height field: cubic B-splines over a grid, so that slopes are smooth
 // and known. Breath moves it by a known map.
-#include "moving_scene.h"
+#include "formulas.h"
 
 #include <algorithm>
 #include <array>

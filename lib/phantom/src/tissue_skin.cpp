@@ -7,7 +7,7 @@
 #include <memory>
 #include <numbers>
 
-#include "moving_scene.h"
+#include "formulas.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/parallel.h"

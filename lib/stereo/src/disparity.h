@@ -7,11 +7,9 @@
 
 #include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
-#include "organbake/stereo/stereo_rig.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
-
-struct StereoOptions;
 
 // What one eye sees, as it is matched.
 struct EyeImage {

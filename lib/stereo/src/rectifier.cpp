@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
-#include "organbake/stereo/stereo_rig.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 namespace {

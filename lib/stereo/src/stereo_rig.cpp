@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stereo calibrations in the forms that programs write, told apart by their content.
-#include "organbake/stereo/stereo_rig.h"
+#include "organbake/stereo/stereo_depth.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -126,8 +126,8 @@ std::optional<RigidTransform> pose_of_matrices(const NamedMatrices& found,
   return pose_of_rectification(rectified);
 }
 
-// The rig that OpenCV's matrices say: lenses and R, T; or what was rectified (stereo_rig.h). `path`
-// is named in errors. Throws BadDataError.
+// The rig that OpenCV's matrices say: lenses and R, T; or what was rectified (stereo_depth.h).
+// `path` is named in errors. Throws BadDataError.
 StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
                           const EyePictures& pictures) {
   if (const auto rig = rig_of_parts(document, path, pictures)) return *rig;

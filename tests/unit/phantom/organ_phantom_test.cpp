@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-#include "organ.h"
+#include "formulas.h"
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"

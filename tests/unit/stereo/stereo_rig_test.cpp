@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/stereo/stereo_rig.h"
+#include "organbake/stereo/stereo_depth.h"
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
