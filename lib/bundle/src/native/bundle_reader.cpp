@@ -116,21 +116,24 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
     check_size(image, lens, full);
     return image;
   };
-  const ChannelImage depth = open("depth.exr", {"Y"}), color = open("color.exr", {"R", "G", "B"}),
-                     micro = open("micro.exr", {"Y", "face", "confidence"});
+  ChannelImage depth = open("depth.exr", {"Y"}), color = open("color.exr", {"R", "G", "B"}),
+               micro = open("micro.exr", {"Y", "face", "confidence"});
   const std::string where = (folder_ / folder).string();
   CameraMaps maps;
   maps.width = lens.width;
   maps.height = lens.height;
-  maps.depth_mm = depth.floats("Y", where + "/depth.exr");
-  maps.height_mm = micro.floats("Y", where + "/micro.exr");
-  maps.face = micro.uints("face", where + "/micro.exr");
-  maps.confidence = micro.floats("confidence", where + "/micro.exr");
+  const auto take = [](const auto& values) {  // out of images of our own
+    return std::move(const_cast<std::remove_cvref_t<decltype(values)>&>(values));
+  };
+  maps.depth_mm = take(depth.floats("Y", where + "/depth.exr"));
+  maps.height_mm = take(micro.floats("Y", where + "/micro.exr"));
+  maps.face = take(micro.uints("face", where + "/micro.exr"));
+  maps.confidence = take(micro.floats("confidence", where + "/micro.exr"));
   const auto &r = color.floats("R", where + "/color.exr"),
              &g = color.floats("G", where + "/color.exr"),
              &b = color.floats("B", where + "/color.exr");
-  maps.color.reserve(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) maps.color.emplace_back(r[i], g[i], b[i]);
+  maps.color.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) maps.color[i] = {r[i], g[i], b[i]};
   check_maps(maps, faces, where);
   return maps;
 }
