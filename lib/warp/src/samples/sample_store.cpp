@@ -18,7 +18,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kTile = 8;
+constexpr int kTile = 8;       // a power of two
 constexpr int kMostSpan = 16;  // texels; keeps one patch's plane close to its samples
 
 std::uint32_t every_second_bit(std::uint32_t code) {
@@ -57,20 +57,18 @@ void along_curve(const CameraMaps& maps, Visit&& visit) {
 // small pieces of neighbouring tiles share a run.
 void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint32_t begin,
               std::uint32_t end, std::vector<TexelRun>& runs) {
-  const auto texel_box = [&](std::uint32_t i) {
-    const auto texel = static_cast<int>(order.texels[i]);
-    return PixelBox{texel % width, texel / width, texel % width + 1, texel / width + 1};
-  };
   TexelRun run{face, begin, 0};
   PixelBox run_box;
   for (std::uint32_t i = begin; i < end;) {
-    const PixelBox first = texel_box(i);
-    const int x = first.x0 / kTile * kTile, y = first.y0 / kTile * kTile;
-    const PixelBox tile{x, y, x + kTile, y + kTile};
     PixelBox piece_box;
     std::uint32_t next = i;
-    for (; next < end && !intersected(texel_box(next), tile).empty(); ++next)
-      piece_box = united(piece_box, texel_box(next));
+    for (; next < end; ++next) {
+      const auto texel = static_cast<int>(order.texels[next]);
+      const int y = texel / width, x = texel - y * width;
+      if (next == i) piece_box = {x, y, x + 1, y + 1};
+      if (((x ^ piece_box.x0) | (y ^ piece_box.y0)) >= kTile) break;  // in another tile
+      piece_box = {std::min(piece_box.x0, x), piece_box.y0, std::max(piece_box.x1, x + 1), y + 1};
+    }
     const PixelBox together = united(run_box, piece_box);
     const bool compact = together.width() <= kMostSpan && together.height() <= kMostSpan;
     if (run.count > 0 && (run.count + (next - i) > kChunk || !compact)) {

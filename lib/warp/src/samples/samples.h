@@ -45,13 +45,14 @@ struct TexelOrder {
 TexelOrder order_texels(const CameraMaps& maps);
 
 // What a camera's map says of its texels together with their neighbours on the same surface, for
-// all texels at once: whole rows at a time cost a fifth of texel by texel.
+// all that have a face (what stands for others means nothing): whole rows at a time cost a fifth of
+// texel by texel.
 struct MapDetail {
   MapDetail(const CameraMaps& maps, double focal_px);
 
-  std::vector<TexelColors> colors;
+  std::unique_ptr<TexelColors[]> colors;
   // Change of depth per column and row, mm, by the same differences; NaN without a neighbour.
-  std::vector<float> slope_u, slope_v;
+  std::unique_ptr<float[]> slope_u, slope_v;
 };
 
 // The sample sets of a bundle's cameras, each made when a view first needs it and kept from then
