@@ -3,6 +3,7 @@
 #include "organbake/image/channel_image.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "organbake/core/error.h"
@@ -10,13 +11,15 @@
 namespace organbake {
 namespace {
 
-template <typename T>
-const std::vector<T>& values_of(const ChannelImage& image, std::string_view name,
-                                const std::string& source, const char* kind) {
-  const Channel* channel = image.find(name);
-  if (!channel) throw BadDataError(source + ": has no channel '" + std::string(name) + "'");
-  const auto* values = std::get_if<std::vector<T>>(&channel->values);
-  if (!values) throw BadDataError(source + ": channel '" + std::string(name) + "' must be " + kind);
+template <typename T, typename Image>
+auto& values_of(Image& image, std::string_view name, const std::string& source) {
+  const auto channel = std::ranges::find(image.channels, name, &Channel::name);
+  if (channel == image.channels.end())
+    throw BadDataError(source + ": has no channel '" + std::string(name) + "'");
+  auto* values = std::get_if<std::vector<T>>(&channel->values);
+  if (!values)
+    throw BadDataError(source + ": channel '" + std::string(name) + "' must be " +
+                       (std::is_same_v<T, float> ? "half or float" : "unsigned integer"));
   return *values;
 }
 
@@ -29,13 +32,22 @@ const Channel* ChannelImage::find(std::string_view name) const {
 }
 
 const std::vector<float>& ChannelImage::floats(std::string_view name,
-                                               const std::string& source) const {
-  return values_of<float>(*this, name, source, "half or float");
+                                               const std::string& source) const& {
+  return values_of<float>(*this, name, source);
 }
 
 const std::vector<std::uint32_t>& ChannelImage::uints(std::string_view name,
-                                                      const std::string& source) const {
-  return values_of<std::uint32_t>(*this, name, source, "unsigned integer");
+                                                      const std::string& source) const& {
+  return values_of<std::uint32_t>(*this, name, source);
+}
+
+std::vector<float> ChannelImage::floats(std::string_view name, const std::string& source) && {
+  return std::move(values_of<float>(*this, name, source));
+}
+
+std::vector<std::uint32_t> ChannelImage::uints(std::string_view name,
+                                               const std::string& source) && {
+  return std::move(values_of<std::uint32_t>(*this, name, source));
 }
 
 Rgb8Image side_by_side(const Rgb8Image& left, const Rgb8Image& right) {

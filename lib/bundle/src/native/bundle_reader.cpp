@@ -122,13 +122,10 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
   CameraMaps maps;
   maps.width = lens.width;
   maps.height = lens.height;
-  const auto take = [](const auto& values) {  // out of images of our own
-    return std::move(const_cast<std::remove_cvref_t<decltype(values)>&>(values));
-  };
-  maps.depth_mm = take(depth.floats("Y", where + "/depth.exr"));
-  maps.height_mm = take(micro.floats("Y", where + "/micro.exr"));
-  maps.face = take(micro.uints("face", where + "/micro.exr"));
-  maps.confidence = take(micro.floats("confidence", where + "/micro.exr"));
+  maps.depth_mm = std::move(depth).floats("Y", where + "/depth.exr");
+  maps.height_mm = std::move(micro).floats("Y", where + "/micro.exr");
+  maps.face = std::move(micro).uints("face", where + "/micro.exr");
+  maps.confidence = std::move(micro).floats("confidence", where + "/micro.exr");
   const auto &r = color.floats("R", where + "/color.exr"),
              &g = color.floats("G", where + "/color.exr"),
              &b = color.floats("B", where + "/color.exr");

@@ -96,10 +96,10 @@ void join_halves(const std::uint8_t* __restrict even, const std::uint8_t* __rest
                  float* __restrict out) {
   for (int k = 0; k < count; ++k) {
     const std::uint32_t half = even[k] | std::uint32_t{odd[k]} << 8;
-    const float finite = std::bit_cast<float>((half & 0x7FFF) << 13) * 0x1p112f;
+    const float finite = __builtin_bit_cast(float, (half & 0x7FFF) << 13) * 0x1p112f;
     const std::uint32_t beyond = (half & 0x7C00) == 0x7C00 ? 0x7F800000 : 0;  // infinite, or none
-    out[k] =
-        std::bit_cast<float>(std::bit_cast<std::uint32_t>(finite) | beyond | (half & 0x8000) << 16);
+    out[k] = __builtin_bit_cast(
+        float, __builtin_bit_cast(std::uint32_t, finite) | beyond | (half & 0x8000) << 16);
   }
 }
 
