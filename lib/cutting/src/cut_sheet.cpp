@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -137,6 +138,14 @@ Eigen::Vector3d difference(const GridPoint& to, const GridPoint& from) {
           static_cast<double>(to.at[2] - from.at[2])};
 }
 
+// The lines of a stroke that a place lies between, and its share of the way.
+std::tuple<const BladeLine&, const BladeLine&, double> lines_at(
+    const std::vector<BladeLine>& stroke, double line) {
+  const double last = static_cast<double>(stroke.size() - 1), at = std::clamp(line, 0.0, last);
+  const auto i = static_cast<std::size_t>(std::min(std::floor(at), std::max(0.0, last - 1)));
+  return {stroke[i], stroke[std::min(i + 1, stroke.size() - 1)], at - static_cast<double>(i)};
+}
+
 }  // namespace
 
 void CutSheet::add(const BladeLine& line) {
@@ -188,24 +197,15 @@ bool CutSheet::is_hole(std::uint32_t stroke) const {
 }
 
 double CutSheet::step(const SheetPlace& place) const {
-  const std::vector<BladeLine>& stroke = strokes_[place.stroke];
-  const double last = static_cast<double>(stroke.size() - 1);
-  const double line = std::clamp(place.line, 0.0, last);
-  const auto i = static_cast<std::size_t>(line);
-  const double from = stroke[i].step, to = stroke[std::min(i + 1, stroke.size() - 1)].step;
-  return from + (line - std::floor(line)) * (to - from);
+  const auto [a, b, s] = lines_at(strokes_[place.stroke], place.line);
+  return a.step + s * (double(b.step) - a.step);
 }
 
 Eigen::Vector3d CutSheet::at(const SheetPlace& place) const {
-  const std::vector<BladeLine>& stroke = strokes_[place.stroke];
-  const double last = static_cast<double>(stroke.size() - 1);
-  const double line = std::clamp(place.line, 0.0, last);
+  const auto [a, b, s] = lines_at(strokes_[place.stroke], place.line);
   const double row = std::clamp<double>(place.row, 0, BladeLine::kRows - 1);
-  const auto i = static_cast<std::size_t>(std::min(std::floor(line), std::max(0.0, last - 1)));
   const int k = std::min(static_cast<int>(row), BladeLine::kRows - 2);
-  const double s = line - static_cast<double>(i), t = row - k;
-  const BladeLine& a = stroke[i];
-  const BladeLine& b = stroke[std::min(i + 1, stroke.size() - 1)];
+  const double t = row - k;
   // As its two triangles have it.
   if (s + t <= 1) return (1 - s - t) * a.points_mm[k] + t * a.points_mm[k + 1] + s * b.points_mm[k];
   return (1 - t) * b.points_mm[k] + (1 - s) * a.points_mm[k + 1] + (s + t - 1) * b.points_mm[k + 1];
