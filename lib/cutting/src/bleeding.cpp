@@ -70,10 +70,9 @@ Vector3d Bleeding::Bound::outward(const std::vector<Vector3d>& positions_mm) con
   return normal_of(corners, positions_mm);
 }
 
-Bleeding::Bleeding(const CutSkin& skin, const CutSheet& sheet,
+Bleeding::Bleeding(const CutSkin& skin, const CutSheet& sheet, const TriangleMesh& proxy,
                    const std::vector<LipGape::Border>& lips, std::span<const LipGape::Wall> walls,
-                   const std::optional<Vector3d>& down)
-    : down_(down) {
+                   const std::optional<Vector3d>& down) {
   std::map<std::uint32_t, std::uint32_t> below;  // by lip, half-way down
   for (std::size_t w = 0; w < walls.size(); ++w)
     if (std::abs(walls[w].down - 0.5) < 0.2)
@@ -91,11 +90,12 @@ Bleeding::Bleeding(const CutSkin& skin, const CutSheet& sheet,
     return {sheet.step(place),
             share * (kOoze_mm * uneven + kFromVessel_mm * vessel_below(sheet, place))};
   };
-  for (std::size_t l = 0; l < lips.size(); ++l) {
-    const auto& [from, to, inner] = lips[l];
+  for (const auto& [from, to, inner] : lips) {
     const auto wall = below.find(below.contains(from) ? from : to);
     lips_.push_back(
-        {{from, to, inner}, wall == below.end() ? from : wall->second, {well(from), well(to)}});
+        {{from, to, inner},
+         wall == below.end() ? std::array{from, from} : std::array{wall->first, wall->second},
+         {well(from), well(to)}});
     const CutSkin::Vertex &a = skin.vertices()[from], &b = skin.vertices()[to];
     if (!down || a.place.stroke != b.place.stroke || a.place.line == b.place.line) continue;
     const bool hook = burns(sheet, a.place.stroke);
@@ -109,42 +109,34 @@ Bleeding::Bleeding(const CutSkin& skin, const CutSheet& sheet,
       const double share = (line - a.place.line) / (b.place.line - a.place.line);
       const SheetPlace place{a.place.stroke, line,
                              a.place.row + share * (b.place.row - a.place.row)};
-      const Bound at{{from, to, inner}, {1 - share, share, 0}};
-      const double since = sheet.step(place);
-      if (!hook && falls > 0.2 && chance(place, 0) + vessel_below(sheet, place) > 0.7)
-        runs_.push_back(
-            run_from(at, skin, since, kLongestRun_mm * falls * (0.6 + 0.4 * chance(place, 1))));
+      if (hook || !(falls > 0.2) || chance(place, 0) + vessel_below(sheet, place) <= 0.7) continue;
+      Run& run = runs_.emplace_back();
+      run.since = sheet.step(place);
+      run.path[0] = {{from, to, inner}, {1 - share, share, 0}};
+      run.lead(std::span(proxy.faces).first(skin.parts().size()), proxy.vertices, *down,
+               kLongestRun_mm * falls * (0.6 + 0.4 * chance(place, 1)));
     }
   }
 }
 
-// Down the skin, at rest.
-Bleeding::Run Bleeding::run_from(const Bound& lip, const CutSkin& skin, double since,
-                                 double length_mm) const {
-  Run run{since, {}};
-  run.path[0] = lip;
-  const auto rest = [&](std::uint32_t v) -> const Vector3d& { return skin.vertices()[v].at_mm; };
-  const auto at_rest = [&](const Bound& bound) -> Vector3d {
-    return bound.weights[0] * rest(bound.corners[0]) + bound.weights[1] * rest(bound.corners[1]) +
-           bound.weights[2] * rest(bound.corners[2]);
-  };
-  Vector3d place = at_rest(lip);
+// From its first place down the skin, at rest.
+void Bleeding::Run::lead(std::span<const Face> skin, const std::vector<Vector3d>& rest_mm,
+                         const Vector3d& down, double length_mm) {
+  Vector3d place = path[0].at(rest_mm);
   for (int k = 1; k <= kRunPieces; ++k) {
-    const auto& [a, b, c] = run.path[k - 1].corners;
-    const Vector3d normal = (rest(b) - rest(a)).cross(rest(c) - rest(a)).stableNormalized();
-    const Vector3d way = (*down_ - normal * normal.dot(*down_)).stableNormalized();
+    const Vector3d normal = path[k - 1].outward(rest_mm);
+    const Vector3d way = (down - normal * normal.dot(down)).stableNormalized();
     const double aside = k == 1 ? 0 : 0.6 * tissue_noise(place / 0.9);
     place += length_mm / kRunPieces * (way + aside * normal.cross(way)).stableNormalized();
     double nearest2 = std::numeric_limits<double>::infinity();
-    for (const SkinPart& part : skin.parts()) {
-      const auto& [p, q, r] = part.corners;
-      const Bound on{part.corners, nearest_on_triangle(place, rest(p), rest(q), rest(r))};
-      const double away2 = (at_rest(on) - place).squaredNorm();
-      if (away2 < nearest2) nearest2 = away2, run.path[k] = on;
+    for (const Face& face : skin) {
+      const Bound on{
+          face, nearest_on_triangle(place, rest_mm[face[0]], rest_mm[face[1]], rest_mm[face[2]])};
+      const double away2 = (on.at(rest_mm) - place).squaredNorm();
+      if (away2 < nearest2) nearest2 = away2, path[k] = on;
     }
-    place = at_rest(run.path[k]);
+    place = path[k].at(rest_mm);
   }
-  return run;
 }
 
 void Bleeding::add_blood(const std::vector<Vector3d>& at_mm, double step, double step_s,
@@ -156,7 +148,7 @@ void Bleeding::add_blood(const std::vector<Vector3d>& at_mm, double step, double
       radius[end] = lip.ends[end].radius_mm * std::sqrt(welled(age_s(lip.ends[end].since)));
     if (std::max(radius[0], radius[1]) < kLeast_mm) continue;
     const Vector3d outward = normal_of(lip.corners, at_mm), &from = at_mm[lip.corners[0]];
-    const Vector3d into = at_mm[lip.below] - from;
+    const Vector3d into = at_mm[lip.down[1]] - at_mm[lip.down[0]];
     blood.push_back({from, at_mm[lip.corners[1]], outward,
                      into.isZero(0) ? -outward : into.stableNormalized(), radius[0], radius[1]});
   }
@@ -183,10 +175,13 @@ void add_smoke(const CutSheet& sheet, const Vector3d& up, double step, double st
       if (left <= 0) break;
       if (!lines[l].skin_mm || lines[l].step / kPuffEvery == lines[l - 1].step / kPuffEvery)
         continue;
-      const SheetPlace place{s, double(l), 0};
-      const Vector3d drift = 2 * Vector3d(chance(place, 2), chance(place, 3), chance(place, 4)) +
-                             8 * up + 5 * sheet.upward(place).stableNormalized();
-      smoke.push_back({*lines[l].skin_mm + age_s * drift, 1.5 + 5 * age_s,
+      const SheetPlace place{s, double(l), 0.5 * BladeLine::kRows};
+      const Vector3d outward = sheet.upward(place).stableNormalized();
+      const Vector3d drift =
+          2 * Vector3d(chance(place, 2), chance(place, 3), chance(place, 4)) + 8 * up;
+      // It lies on the skin: within it, it would show before a cut's far wall alone.
+      const double radius = 1.5 + 5 * age_s;
+      smoke.push_back({*lines[l].skin_mm + radius * outward + age_s * drift, radius,
                        kPuffShare * left * left * std::min(1.0, (age_s + 0.08) / 0.15)});
     }
   }

@@ -158,7 +158,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
   remake_give(skin, down);
   remake_base(skin, walls);
   gape_ = LipGape(skin, down, now_.mechanics.cut_gape_mm);
-  bleeding_ = Bleeding(skin, sheet, gape_.borders(), down,
+  bleeding_ = Bleeding(skin, sheet, now_.proxy, gape_.borders(), down,
                        alive() ? std::optional<Eigen::Vector3d>(-lighting_->up) : std::nullopt);
 }
 

@@ -34,15 +34,19 @@ vec3 under_blood(vec3 place, vec3 skin) {
     vec4 from = texelFetch(solids, table_at(4 * k), 0), to = texelFetch(solids, table_at(4 * k + 1), 0);
     vec3 axis = to.xyz - from.xyz, way = place - from.xyz;
     float square = max(dot(axis, axis), 1e-12), along = clamp(dot(way, axis) / square, 0.0, 1.0);
-    float radius = mix(from.w, to.w, along);
     vec3 aside = way - along * axis, down_wall = texelFetch(solids, table_at(4 * k + 3), 0).xyz;
-    float down = dot(down_wall, aside);
-    aside -= (1.0 - (down > 0.0 ? kBloodBelow : kBloodAbove)) * down * down_wall;
-    float far2 = dot(aside, aside) / (radius * radius);
-    if (!(far2 < 1.0) || radius * (1.0 - far2) <= height) continue;
-    height = radius * (1.0 - far2);
+    float radius = mix(from.w, to.w, along), down = dot(down_wall, aside), reach = radius;
+    if (down > 0.0) {
+      float cosine2 = down * down / dot(aside, aside), cosine4 = cosine2 * cosine2;
+      reach *= 1.0 + (1.0 / kBloodBelow - 1.0) * cosine4 * cosine4;
+    } else {
+      aside -= (1.0 - kBloodAbove) * down * down_wall;
+    }
+    float own = radius * (1.0 - dot(aside, aside) / (reach * reach));
+    if (!(own > height)) continue;
+    height = own;
     deep = down > kBloodPool_mm;
-    normal = normalize(texelFetch(solids, table_at(4 * k + 2), 0).xyz + kBloodBulge * aside / radius -
+    normal = normalize(texelFetch(solids, table_at(4 * k + 2), 0).xyz + kBloodBulge * aside / reach -
                        (to.w - from.w) / square * axis);
   }
   float covers = 1.0 - exp(-height / kBloodClear_mm), shine = 0.0;

@@ -210,6 +210,14 @@ TEST(Wounds, ChangeColoursAlone) {
   };
   EXPECT_TRUE(darker_below(20));
   EXPECT_FALSE(darker_below(-8));
+  // Where the ways down of two beads part, their pools leave no tooth of dry wall between.
+  frame = dry;
+  std::vector<BloodLine> two = {blood[0], blood[0]};
+  two[0].to_mm.x() = two[1].from_mm.x() = 0;
+  two[0].down_wall = Eigen::Vector3d(-0.2, 1, 0).normalized();
+  two[1].down_wall = Eigen::Vector3d(0.2, 1, 0).normalized();
+  draw_blood(two, view, std::nullopt, keep, frame);
+  EXPECT_TRUE(darker_below(15));
   frame = dry;
   draw_smoke({{{0, 0, kSkin_mm - 8}, 4, 0.5}}, view, keep, frame);
   EXPECT_EQ(frame.depth_mm, dry.depth_mm);

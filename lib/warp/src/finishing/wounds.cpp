@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kWoundBlock = 16;  // pixels that are drawn at once, and each way
+constexpr int kWoundBlock = 8;  // pixels that are drawn at once, and each way
 
 // draw(box, numbers) of the blocks that some boxes touch.
 template <class Draw>
@@ -50,7 +50,7 @@ Vector3d ray(const View& view, int x, int y) {
 // Of a line of blood, camera axes.
 struct Bead {
   Vector3d from, axis, outward, down_wall;
-  double from_radius, widens, squared_length;
+  double from_radius, widens, per_squared_length, farthest2;
 
   Bead(const BloodLine& line, const RigidTransform& pose)
       : from(pose * line.from_mm),
@@ -59,29 +59,41 @@ struct Bead {
         down_wall(pose.rotation * line.down_wall),
         from_radius(line.from_radius_mm),
         widens(line.to_radius_mm - line.from_radius_mm),
-        squared_length(std::max(axis.squaredNorm(), 1e-12)) {}
+        per_squared_length(1 / std::max(axis.squaredNorm(), 1e-12)),
+        farthest2(std::pow(std::max(line.from_radius_mm, line.to_radius_mm) / kBloodBelow, 2)) {}
 };
 
 // How high blood stands over a place, and how it leans from the skin's outward there.
 struct Film {
   double height_mm = 0;
   bool deep = false;
-  Vector3d normal = Vector3d::Zero();
+  const Bead* of = nullptr;
+  Vector3d bulge = Vector3d::Zero();
 
+  // The pool has the shape of cos⁸ of the angle from down the wall: pools of beads whose ways down
+  // part leave no teeth between them.
   void add(const Bead& bead, const Vector3d& place) {
     const Vector3d way = place - bead.from;
-    const double along = std::clamp(way.dot(bead.axis) / bead.squared_length, 0.0, 1.0);
-    const double radius = bead.from_radius + along * bead.widens;
+    const double along = std::clamp(way.dot(bead.axis) * bead.per_squared_length, 0.0, 1.0);
     Vector3d aside = way - along * bead.axis;
-    const double down = bead.down_wall.dot(aside);
-    aside -= (1 - (down > 0 ? kBloodBelow : kBloodAbove)) * down * bead.down_wall;
-    const double far2 = aside.squaredNorm() / (radius * radius);
-    if (!(far2 < 1) || radius * (1 - far2) <= height_mm) return;
-    height_mm = radius * (1 - far2);
-    deep = down > kBloodPool_mm;
-    normal = (bead.outward + kBloodBulge * aside / radius -
-              bead.widens / bead.squared_length * bead.axis)
-                 .normalized();
+    double away2 = aside.squaredNorm();
+    if (away2 >= bead.farthest2) return;
+    const double radius = bead.from_radius + along * bead.widens, down = bead.down_wall.dot(aside);
+    double reach = radius;
+    if (down > 0) {
+      const double cosine2 = down * down / away2, cosine4 = cosine2 * cosine2;
+      reach *= 1 + (1 / kBloodBelow - 1) * cosine4 * cosine4;
+    } else {
+      away2 -= (1 - kBloodAbove * kBloodAbove) * down * down;
+      aside -= (1 - kBloodAbove) * down * bead.down_wall;
+    }
+    const double height = radius * (1 - away2 / (reach * reach));
+    if (!(height > height_mm)) return;
+    height_mm = height, deep = down > kBloodPool_mm;
+    of = &bead, bulge = kBloodBulge / reach * aside;
+  }
+  Vector3d normal() const {
+    return (of->outward + bulge - of->widens * of->per_squared_length * of->axis).normalized();
   }
 };
 
@@ -109,9 +121,11 @@ PixelBox box_round(const Vector3d& from_mm, const Vector3d& to_mm, double radius
 
 PixelBox box_round(const BloodLine& line, const View& view) {
   const double radius = std::max(line.from_radius_mm, line.to_radius_mm);
-  const PixelBox box = box_round(line.from_mm, line.to_mm, radius / kBloodAbove, view);
-  const Vector3d pool_mm = radius / kBloodBelow * line.down_wall;
-  return united(box, box_round(line.from_mm + pool_mm, line.to_mm + pool_mm, radius, view));
+  const double deep = radius / kBloodBelow, widest = 0.3 * deep;  // where cos⁸ is
+  const Vector3d up_mm = -radius / kBloodAbove * line.down_wall,
+                 pool_mm = (deep - widest) * line.down_wall;
+  return united(box_round(line.from_mm + up_mm, line.to_mm + up_mm, radius, view),
+                box_round(line.from_mm + pool_mm, line.to_mm + pool_mm, widest, view));
 }
 
 PixelBox box_round(const SmokePuff& puff, const View& view) {
@@ -141,7 +155,7 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
         double shine = 0;
         if (light_mm && !film.deep) {
           const Vector3d half = (*light_mm - place).normalized() - place.normalized();
-          shine = smooth_step(kBloodDull, kBloodShiny, half.normalized().dot(film.normal)) *
+          shine = smooth_step(kBloodDull, kBloodShiny, half.normalized().dot(film.normal())) *
                   smooth_step(1, 4, film.height_mm * view.camera.intrinsics.fx / depth);
         }
         std::uint8_t* const rgb = frame.color.at(x, y);

@@ -41,13 +41,14 @@ class Bleeding {
   static constexpr double kWelling_s = 2;
 
   Bleeding() = default;
-  // walls: as for LipGape. down: unit, world; none of a cast, whose lips are wet from the first and
-  // no more.
-  Bleeding(const CutSkin& skin, const CutSheet& sheet, const std::vector<LipGape::Border>& lips,
-           std::span<const LipGape::Wall> walls, const std::optional<Eigen::Vector3d>& down);
+  // proxy: of CutOrgan::now(), at rest. walls: as for LipGape. down: unit, world; none of a cast,
+  // whose lips are wet from the first and no more.
+  Bleeding(const CutSkin& skin, const CutSheet& sheet, const TriangleMesh& proxy,
+           const std::vector<LipGape::Border>& lips, std::span<const LipGape::Wall> walls,
+           const std::optional<Eigen::Vector3d>& down);
 
-  // What has welled up until a step, of steps of such a length. positions_mm: of CutOrgan::now()'s
-  // proxy as it is drawn.
+  // What has welled up until a step, of steps of such a length. positions_mm: of that proxy as it
+  // is drawn.
   void add_blood(const std::vector<Eigen::Vector3d>& positions_mm, double step, double step_s,
                  std::vector<BloodLine>& blood) const;
 
@@ -63,17 +64,17 @@ class Bleeding {
     double since, radius_mm;
   };
   struct Lip {
-    Face corners;         // of the skin's face there: from, to, inner
-    std::uint32_t below;  // a vertex of the wall, below the first
+    Face corners;                       // of the skin's face there: from, to, inner
+    std::array<std::uint32_t, 2> down;  // from one of these to a vertex of the wall below it
     std::array<Well, 2> ends;
   };
   struct Run {
     double since;
     std::array<Bound, kRunPieces + 1> path;
+    void lead(std::span<const Face> skin, const std::vector<Eigen::Vector3d>& rest_mm,
+              const Eigen::Vector3d& down, double length_mm);
   };
-  Run run_from(const Bound& lip, const CutSkin& skin, double since, double length_mm) const;
 
-  std::optional<Eigen::Vector3d> down_;
   std::vector<Lip> lips_;
   std::vector<Run> runs_;
 };
