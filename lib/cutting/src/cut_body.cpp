@@ -253,7 +253,10 @@ CutBody::SeenCopy CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vecto
 TissuePlace CutBody::place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm,
                            const TissuePlace* beside) const {
   const std::uint32_t t = tetrahedron_at(side_mm);
-  if (!cut_.split(t)) return {cut_.first_copy(t), limited(weights_in(t, at_mm))};
+  // Of a place outside, a whole tetrahedron may lie beyond the cut, too.
+  const bool outside = least(weights_in(t, side_mm)) < -kRoundedWeight;
+  if (!cut_.split(t) && !(beside && outside))
+    return {cut_.first_copy(t), limited(weights_in(t, at_mm))};
   const SeenCopy seen = copy_of(t, side_mm);
   if (seen.in_sight || !beside) return {seen.copy, limited(weights_in(t, at_mm))};
   const std::uint32_t other = cut_.copies()[beside->copy].tetrahedron;

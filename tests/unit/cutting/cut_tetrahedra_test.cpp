@@ -215,6 +215,19 @@ class RandomStrokes {
   Vector3d low_ = Vector3d::Constant(1e300), high_ = Vector3d::Constant(-1e300);
 };
 
+// Skin may lie outside all tetrahedra: a whole one that is nearest, but beyond the cut, does not
+// carry it.
+TEST(CutBody, SkinBeyondACutGoesWithTheTissueBesideIt) {
+  CutBody body(test::block({2, 2, 2}, 10));
+  CutSheet sheet(body.grid(), body.first_free_rank());
+  test::add_stroke({{-0.5, -20, -20}, {-0.5, 40, -20}}, {0, 0, 60}, sheet);
+  body.add(sheet.triangles(), 0);
+  const TissuePlace beside = body.place({15, 15, 15}, {15, 15, 15});
+  const auto copy = [&](const Vector3d& at) { return body.place(at, at, &beside).copy; };
+  EXPECT_EQ(copy({-1, 5, 5}), beside.copy);
+  EXPECT_NE(copy({-0.2, 5, 5}), beside.copy);
+}
+
 // ORGANBAKE_CUT_SWEEPS=100000 for a run of a few minutes.
 TEST(CutTetrahedra, RandomSweepsLeaveFragmentsOfTheSameVolume) {
   const char* asked = std::getenv("ORGANBAKE_CUT_SWEEPS");
