@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
 #include <span>
 #include <utility>
 
 #include "cut_walls.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {
@@ -78,6 +78,35 @@ std::vector<LipGape::Wall> ways_down(const CutWalls& walls) {
     ways.push_back({v.lip, deepest > 0 ? v.depth_mm / deepest : 0});
   }
   return ways;
+}
+
+// How far vertices of the skin lie from lips, as far as two faces reach.
+std::map<std::uint32_t, double> from_lips(const CutSkin& skin) {
+  const std::vector<CutSkin::Vertex>& vertices = skin.vertices();
+  std::map<std::uint32_t, double> away_mm;
+  const auto take = [&](std::uint32_t v, double mm) {
+    double& least = away_mm.try_emplace(v, mm).first->second;
+    least = std::min(least, mm);
+  };
+  for (const SkinPart& part : skin.parts())
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = part.corners[k];
+      std::array<std::uint32_t, 2> lip = {part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]};
+      if (vertices[v].on_border) lip = {v, v};
+      if (!vertices[lip[0]].on_border) lip[0] = lip[1];
+      if (!vertices[lip[0]].on_border) continue;
+      if (!vertices[lip[1]].on_border) lip[1] = lip[0];
+      const Eigen::Vector3d &from = vertices[lip[0]].at_mm, &to = vertices[lip[1]].at_mm;
+      const Eigen::Vector3d w = nearest_on_triangle(vertices[v].at_mm, from, to, to);
+      take(v, (w[0] * from + (w[1] + w[2]) * to - vertices[v].at_mm).norm());
+    }
+  const std::map<std::uint32_t, double> near_mm = away_mm;
+  for (const SkinPart& part : skin.parts())
+    for (const std::uint32_t v : part.corners)
+      for (const std::uint32_t other : part.corners)
+        if (const auto known = near_mm.find(other); known != near_mm.end() && !near_mm.contains(v))
+          take(v, known->second + (vertices[v].at_mm - vertices[other].at_mm).norm());
+  return away_mm;
 }
 
 }  // namespace
@@ -156,29 +185,29 @@ void CutOrgan::remake(const CutSheet& sheet) {
   remake_body(places_of(skin, walls));
   const std::vector<LipGape::Wall> down = ways_down(walls);
   remake_give(skin, down);
-  remake_base(skin, walls);
+  remake_base(walls);
   gape_ = LipGape(skin, down, now_.mechanics.cut_gape_mm);
   bleeding_ = Bleeding(skin, sheet, now_.proxy, gape_.borders(), down,
                        alive() ? std::optional<Eigen::Vector3d>(-lighting_->up) : std::nullopt);
 }
 
-// A face that was neither halved nor cut is itself, and is not told.
+// A face that was neither halved nor cut, and has no lip near, is itself and is not told.
 void CutOrgan::remake_face_parts(const CutSkin& skin) {
   face_parts_.clear();
-  std::set<std::array<std::uint32_t, 2>> lips;  // as the faces beside them run along them
-  for (const SkinBorder& border : skin.borders()) {
-    lips.insert({border.left[0], border.left[1]});
-    lips.insert({border.right[1], border.right[0]});
-  }
+  const std::map<std::uint32_t, double> away_mm = from_lips(skin);
   for (std::uint32_t number = 0; number < skin.parts().size(); ++number) {
     const SkinPart& part = skin.parts()[number];
     const FineSkin::Part& fine = fine_skin_.parts()[part.face];
     FacePart whole{number, {}};
+    bool near = true;
     for (int k = 0; k < 3; ++k) {
       whole.at[k] = within(fine.at, part.at[k]);
-      whole.lip[k] = lips.contains({part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]});
+      const auto known = away_mm.find(part.corners[k]);
+      near = near && known != away_mm.end();
+      if (near) whole.from_lip_mm[k] = known->second;
     }
-    if (whole.at != kCornersInFace) face_parts_[fine.face].push_back(whole);
+    if (!near) whole.from_lip_mm.fill(FacePart::kAny_mm);
+    if (near || whole.at != kCornersInFace) face_parts_[fine.face].push_back(whole);
   }
 }
 
@@ -257,24 +286,7 @@ Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t fac
   return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_, alive());
 }
 
-// The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
-// they are bent, nothing opens between the two.
-void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, std::size_t first) {
-  each_node(base_.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-    const std::array<std::uint32_t, 3> of_corner = {base_.steps - i - j, i, j};
-    int corners = 0;
-    bool on_border = true;
-    for (int k = 0; k < 3; ++k) {
-      if (of_corner[k] == 0) continue;
-      ++corners;
-      on_border = on_border && skin.vertices()[face[k]].on_border;
-    }
-    if (corners == 3 || !on_border) return;
-    now_.base.height_mm[first + node] = 0;
-  });
-}
-
-void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
+void CutOrgan::remake_base(const CutWalls& walls) {
   if (base_.face_count == 0) return;
   BaseLayer& base = now_.base;
   const std::uint32_t n = base.steps = base_.steps;
@@ -286,7 +298,7 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
   for (const auto& [face, parts] : face_parts_) {
     for (const FacePart& part : parts) {
       const std::size_t first = std::size_t(face) * nodes;
-      each_mixed_node(n, part, [&](std::uint32_t node, const LatticeMix& mix) {
+      each_mixed_node(n, part, [&](auto node, const LatticeMix& mix, const Eigen::Vector2d& b) {
         const std::size_t to = std::size_t(part.face) * nodes + node;
         base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
         for (int k = 0; k < 3; ++k) {
@@ -295,11 +307,11 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
           base.color[to] += mix.weights[k] * base_.color[from];
           if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
         }
+        base.height_mm[to] = part.limited(base.height_mm[to], b);
       });
-      flatten_lips(skin, now_.proxy.faces[part.face], std::size_t(part.face) * nodes);
     }
   }
-  const std::size_t first_wall = skin.parts().size();
+  const std::size_t first_wall = base.face_count - walls.faces.size();
   parallel_for(std::size_t{0}, walls.faces.size(), [&](std::size_t w) {
     Eigen::Vector3f light = Eigen::Vector3f::Ones();
     if (lighting_)

@@ -193,7 +193,10 @@ TEST_F(CutOrganTest, SkinIsFinerBesideACut) {
       for (int k = 0; k < 3; ++k) {
         const Vector3d there =
             (1 - part.at[k].sum()) * at[a] + part.at[k].x() * at[b] + part.at[k].y() * at[c];
-        EXPECT_LT((there - now.vertices[now.faces[part.face][k]]).norm(), 1e-9);
+        const std::uint32_t v = now.faces[part.face][k];
+        EXPECT_LT((there - now.vertices[v]).norm(), 1e-9);
+        // Relief ends at the lips, and nowhere else.
+        EXPECT_EQ(part.limited(5, kCornersInFace[k]) == 0, organ_.now().skin->creased[v] != 0);
       }
     }
     EXPECT_NEAR(sum, 1, 1e-9);

@@ -299,11 +299,11 @@ TEST_F(OrganTablesTest, KeepsTheSamplesOfTheLastViewsAlone) {
 TEST_F(OrganTablesTest, ACutThatGrowsIsDrawnAsOneThatWasThereBefore) {
   const Bundle& bundle = tested_organ();
   Warper whole(bundle);
-  // Faces whose edges are lips, which are wet.
+  // Faces all of whose edges are lips.
   const auto cut_at = [&](std::uint32_t from, std::uint32_t to) {
     CutOrgan::FaceParts parts;
     for (std::uint32_t face = from; face < to; ++face)
-      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {true, true, true}}};
+      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {0, 0, 0}}};
     return whole.cut(bundle, parts);
   };
   Warper cut = cut_at(0, 120), elsewhere = cut_at(100, 200);

@@ -145,7 +145,7 @@ void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrga
   for (const auto& [face, pieces] : parts) {
     const Eigen::Vector3f* whole = &uncut[face * per_face];
     for (const CutOrgan::FacePart& part : pieces) {
-      CutOrgan::each_mixed_node(layer.steps, part, [&](std::uint32_t node, const LatticeMix& mix) {
+      CutOrgan::each_mixed_node(layer.steps, part, [&](auto node, const LatticeMix& mix, auto&) {
         Eigen::Vector3f normal = Eigen::Vector3f::Zero();
         for (int k = 0; k < 3; ++k) normal += mix.weights[k] * whole[mix.nodes[k]];
         normals[part.face * per_face + node] = normal.cast<double>().stableNormalized();

@@ -13,17 +13,12 @@
 namespace organbake {
 namespace {
 
-constexpr double kWidestMove = 0.5;  // of a part
-
 // From places in a face to places in a part of it.
-struct IntoPart {
-  std::uint32_t face;
+struct IntoPart : CutOrgan::FacePart {
   Eigen::Vector2d origin;
   Eigen::Matrix2d turn;
-  std::array<bool, 3> lip;
 
-  explicit IntoPart(const CutOrgan::FacePart& part)
-      : face(part.face), origin(part.at[0]), lip(part.lip) {
+  explicit IntoPart(const CutOrgan::FacePart& part) : FacePart(part), origin(part.at[0]) {
     Eigen::Matrix2d sides;
     sides << part.at[1] - part.at[0], part.at[2] - part.at[0];
     turn = sides.inverse();
@@ -34,27 +29,12 @@ struct IntoPart {
     const Eigen::Vector2d b = (*this)(at);
     return std::min({b.x(), b.y(), 1 - b.sum()});
   }
-};
-
-// The weights of a part's corners at a place, or how they change along a way.
-Eigen::Vector3d weights_at(const Eigen::Vector2d& b) { return {1 - b.sum(), b.x(), b.y()}; }
-Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(), b.y()}; }
-
-// A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
-// them; where a part is too narrow for that it stays. along_u, along_v: of a texel, in the part.
-Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
-                            const Eigen::Vector2d& along_u, const Eigen::Vector2d& along_v) {
-  Eigen::Vector3d weights = weights_at(at);
-  const Eigen::Vector3d half =
-      0.5 * (weights_along(along_u).cwiseAbs() + weights_along(along_v).cwiseAbs());
-  for (int k = 0; k < 3; ++k) {
-    if (!part.lip[k] || weights[k] >= half[k] || half[k] > kWidestMove) continue;
-    // Toward the corner across from the lip.
-    weights *= (1 - half[k]) / (1 - weights[k]);
-    weights[k] = half[k];
+  // How much nearer to a lip a texel's edge may lie than its middle; along_u, along_v: of a texel.
+  double half_texel_mm(const Eigen::Vector2d& along_u, const Eigen::Vector2d& along_v) const {
+    const Eigen::Vector2d nearer(from_lip_mm[1] - from_lip_mm[0], from_lip_mm[2] - from_lip_mm[0]);
+    return 0.5 * (std::abs(nearer.dot(turn * along_u)) + std::abs(nearer.dot(turn * along_v)));
   }
-  return {weights[1], weights[2]};
-}
+};
 
 // Samples of a chunk that lie in one part.
 struct Group {
@@ -99,12 +79,16 @@ void split_chunk(SampleSet& set, std::uint32_t chunk, const std::vector<IntoPart
       const double depth = parts[p].depth(at);
       if (depth > deepest) deepest = depth, best = p;
     }
-    const Eigen::Vector2d in_part = within_lips(
-        parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
+    const IntoPart& part = parts[best];
+    const Eigen::Vector2d in_part = part(at);
+    // A texel that would hang over a lip is left out: the base layer lies there.
+    if (part.away_mm(in_part) <= part.half_texel_mm(along_u, along_v)) continue;
     groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
-                                    static_cast<float>(in_part.y()), bound[2]);
+                                    static_cast<float>(in_part.y()),
+                                    part.limited(bound[2], in_part));
     groups[best].colors.push_back(set.colors[slot]);
   }
+  set.chunks[chunk].count = 0;
   bool own = true;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (groups[p].bound.empty()) continue;

@@ -4,7 +4,9 @@
 // An organ as blades have cut it: tissue, skin, walls, and what bleeds.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -42,18 +44,31 @@ class CutOrgan {
 
   // The organ as it is now; valid once something is cut.
   const Bundle& now() const { return now_; }
-  // The parts of those faces of the uncut skin that are cut, or were halved beside a cut, by their
-  // numbers among the faces of now().
+  // The parts of those faces of the uncut skin that are cut, or were halved beside a cut, or lie
+  // next to such, by their numbers among the faces of now().
   struct FacePart {
+    static constexpr double kAny_mm = 1e6;
     std::uint32_t face;
     std::array<Eigen::Vector2d, 3> at;  // its corners in the uncut face: b1, b2
-    std::array<bool, 3> lip = {};       // whether the edge across from a corner is one
+    std::array<double, 3> from_lip_mm = {kAny_mm, kAny_mm, kAny_mm};  // how far its corners lie
+
+    double away_mm(const Eigen::Vector2d& b) const {
+      return (1 - b.sum()) * from_lip_mm[0] + b.x() * from_lip_mm[1] + b.y() * from_lip_mm[2];
+    }
+    // Of a height over the part. The lips lie on the skin itself, whatever the relief over it, as
+    // the walls below them do: however they are bent, nothing opens between the two. Beside them it
+    // is no higher than they are far.
+    float limited(float height_mm, const Eigen::Vector2d& b) const {
+      const auto most = static_cast<float>(std::abs(away_mm(b)));
+      return std::clamp(height_mm, -most, most);
+    }
   };
-  // Visits a part's lattice nodes, visit(node, mix), by those of the uncut face.
+  // Visits a part's lattice nodes, visit(node, mix, b), by those of the uncut face.
   template <class Visit>
   static void each_mixed_node(std::uint32_t steps, const FacePart& part, Visit&& visit) {
     each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      visit(node, lattice_mix(steps, within(part.at, {double(i) / steps, double(j) / steps})));
+      const Eigen::Vector2d b(double(i) / steps, double(j) / steps);
+      visit(node, lattice_mix(steps, within(part.at, b)), b);
     });
   }
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
@@ -74,8 +89,7 @@ class CutOrgan {
   std::vector<TissuePlace> places_of(const CutSkin& skin, const CutWalls& walls) const;
   void remake_body(const std::vector<TissuePlace>& places);
   void remake_give(const CutSkin& skin, std::span<const LipGape::Wall> down);
-  void remake_base(const CutSkin& skin, const CutWalls& walls);
-  void flatten_lips(const CutSkin& skin, const Face& face, std::size_t first);
+  void remake_base(const CutWalls& walls);
   Eigen::Vector3f inner_albedo_of(const CutWalls& walls, std::size_t face, double b1,
                                   double b2) const;
 
