@@ -117,9 +117,9 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
 
 float mean_of_drops(float lacks2, float wet) {
   float t = at_most_1(0.5 * positive(wet + 1.0)), beyond = positive(t - 0.5);
-  float own = t * t - beyond * beyond;
-  float lit = positive(1.0 - lacks2 * drops.z / (1.0 + 2.0 * drops.w));
-  return own * (0.64 - 0.14 * own) * at_most_1(kGrows * lit) / (1.0 + 1.2 * drops.w);
+  float own = t * t - beyond * beyond, wide = 1.05 + 1.8 * drops.w;
+  float lit = positive(1.0 - lacks2 * drops.z / wide) / wide;
+  return own * (0.72 - 0.11 * own) * at_most_1(kGrows * lit);
 }
 
 float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {

@@ -151,6 +151,18 @@ TEST(WetFilm, DropsAreOfAllSizesAndMelt) {
   EXPECT_GT(areas.front(), 4 * usual) << "none has melted with its neighbours";
 }
 
+// Drops lie in patches of some waves: two that run nearly one way would lay them in stripes.
+TEST(WetFilm, NoTwoWavesOfItsPatchesRunOneWay) {
+  ScopeShading shading;
+  WetFilm(wet_light()).describe(shading);
+  const auto course = [&](std::size_t k) {
+    return Vector3f(shading.hills[k].slope.data()).normalized();
+  };
+  for (std::size_t i = 0; i < shading.hills.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_LT(std::abs(course(i).dot(course(j))), 0.5f) << j << " and " << i;
+}
+
 // Pixels smaller than a drop's room show drops one by one: the mean of all that may lie there would
 // be a grey veil between them.
 TEST(WetFilm, BetweenDropsItIsDark) {

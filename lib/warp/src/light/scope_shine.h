@@ -94,7 +94,7 @@ class WetFilm {
   static constexpr double kBumps = 1.5, kLean = 0.96;
   // Patches lie on the upper hills: those above kUpperHills, and how sharply they end. Between them
   // next to no drop is wet, in their middle all are.
-  static constexpr float kUpperHills = 1.6f, kPatches = 0.9f, kDriest = -1, kWetBumps = 1.8f;
+  static constexpr float kUpperHills = 0, kPatches = 0.9f, kDriest = -1, kWetBumps = 1.8f;
   // Of a turn, how far the next longer hills shift the shorter ones' patches, which would lie in
   // rows.
   static constexpr float kAskew = 0.3f;
@@ -104,11 +104,11 @@ class WetFilm {
   // sides, of its radius, both within what is asked of points. Where the lobe has fallen to kEnd no
   // drop is lit; toward the mirror direction it grows to its own size, kGrows before that is
   // reached.
-  static constexpr float kDrop = 0.16f, kRun = 0.4f, kEnd = 0.00003f, kGrows = 1.5f;
-  static constexpr float kEdge = 0.06f;      // within this it ends,
-  static constexpr float kSoftEnds = 1.35f;  // and within so many pixels at least
-  static constexpr float kBlown = 0.97f;     // of full exposure: no mirrored light is brighter
-  static constexpr double kBreaks = 0.06;    // slope of the relief from which on the film is drops
+  static constexpr float kDrop = 0.16f, kRun = 0.5f, kEnd = 0.001f, kGrows = 1.5f;
+  static constexpr float kEdge = 0.06f;     // within this it ends,
+  static constexpr float kSoftEnds = 1.5f;  // and within so many pixels at least
+  static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter
+  static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
@@ -120,6 +120,7 @@ class WetFilm {
     float per_mm = 1, lean = 0;
     float inverse_lit2 = 0;  // of the squared slope that lacks where none is lit; 0: a whole film
     float lean2 = 0;         // squared lean, in those
+    float farthest2 = 0;     // squared slope that lacks from which on no drop leans enough
   };
 
  private:

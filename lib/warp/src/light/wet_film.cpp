@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 #include "light/scope_shine.h"
@@ -65,31 +64,20 @@ inline float wave_at(float turns) {
   return 8 * t * (1 - 2 * std::abs(t));
 }
 
-// A sequence that fills the unit cube evenly (Roberts 2018): waves that are
-// random, but never alike, and the same everywhere.
-double evenly(int i, int dimension) {
-  constexpr std::array<double, 4> kSteps = {0.8566748838545029, 0.7338918566271260,
-                                            0.6287067210378087, 0.5385972572236101};
-  const double at = 0.5 + (i + 1) * kSteps[dimension];
-  return at - std::floor(at);
-}
+// Where each of the hills' waves goes, and its phase: to the corners of a tetrahedron, turned off
+// the axes. Waves that go nearly one way lay their patches in stripes.
+constexpr double kCourses[WetFilm::kHills][4] = {{0.4326, 0.7372, 0.519, 0.1287},
+                                                 {0.5348, -0.1856, -0.8243, 0.7574},
+                                                 {-0.9265, 0.2734, -0.2583, 0.3861},
+                                                 {-0.0409, -0.825, 0.5636, 0.0148}};
 
 Wave make_wave(int number, double length_mm, double slope) {
-  const double z = 2 * evenly(number, 0) - 1, turn = 2 * std::numbers::pi * evenly(number, 1);
-  const double flat = std::sqrt(std::max(0.0, 1 - z * z));
-  const Eigen::Vector3d toward(flat * std::cos(turn), flat * std::sin(turn), z);
-  Wave wave;
-  wave.x = static_cast<float>(toward.x() / length_mm);
-  wave.y = static_cast<float>(toward.y() / length_mm);
-  wave.z = static_cast<float>(toward.z() / length_mm);
-  wave.phase = static_cast<float>(evenly(number, 2));
-  wave.slope_x = static_cast<float>(slope * toward.x());
-  wave.slope_y = static_cast<float>(slope * toward.y());
-  wave.slope_z = static_cast<float>(slope * toward.z());
-  wave.length_mm = static_cast<float>(length_mm);
-  // Mean over a turn 8 / 15, and over directions in space a third of it along one.
-  wave.variance = static_cast<float>(slope * slope * 8 / 45);
-  return wave;
+  const auto& [x, y, z, phase] = kCourses[number];
+  const auto part = [](double value) { return static_cast<float>(value); };
+  return {part(x / length_mm), part(y / length_mm), part(z / length_mm), part(phase),
+          part(slope * x), part(slope * y), part(slope * z), part(length_mm),
+          // Mean over a turn 8 / 15, and over directions in space a third of it along one.
+          part(slope * slope * 8 / 45)};
 }
 
 }  // namespace
@@ -99,7 +87,7 @@ WetFilm::WetFilm(const Lighting& lighting) {
   constexpr double kHillShare = 0.6;  // of the slopes' variance
   const SkinFinish& finish = lighting.finish;
   const bool breaks = finish.relief_slope > kBreaks;
-  const double smallest = breaks ? 4 : 6.5, largest = breaks ? 12 : 20;
+  const double smallest = breaks ? 5 : 6.5, largest = breaks ? 16 : 20;
   const double hill = finish.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
   for (int k = 0; k < int(kHills); ++k) {
     const double size = smallest * std::pow(largest / smallest, double(k) / (kHills - 1));
@@ -131,6 +119,7 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   const double broken = 3 * relief_slope + std::sqrt(lit2);
   if (relief_slope > kBreaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
+  drops_.farthest2 = static_cast<float>(std::pow(std::sqrt(lit2) + std::sqrt(3) * drops_.lean, 2));
   const double reach = std::min(1.4, drops_.inverse_lit2 > 0 ? broken : whole);
   least_cosine_ = static_cast<float>(std::cos(reach));
 }
@@ -253,9 +242,9 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
 // The mean of that over all drops that may lie there, within a tenth.
 inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet) {
   const float t = at_most_1(0.5f * positive(wet + 1)), beyond = positive(t - 0.5f);
-  const float own = t * t - beyond * beyond;
-  const float lit = positive(1 - lacks2 * drops.inverse_lit2 / (1 + 2 * drops.lean2));
-  return own * (0.64f - 0.14f * own) * at_most_1(WetFilm::kGrows * lit) / (1 + 1.2f * drops.lean2);
+  const float own = t * t - beyond * beyond, wide = 1.05f + 1.8f * drops.lean2;
+  const float lit = positive(1 - lacks2 * drops.inverse_lit2 / wide) / wide;
+  return own * (0.72f - 0.11f * own) * at_most_1(WetFilm::kGrows * lit);
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
@@ -316,7 +305,8 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
       for (int c = 0; c < 3; ++c) of[kRest + c][j] = at.rest[c], of[kPlace + c][j] = at.place[c];
       of[kLacks][j] = at.lacks.x, of[kLacks + 1][j] = at.lacks.y, of[kLacks + 2][j] = at.lacks.z;
       of[kPixel][j] = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
-      const float wet = of[kWet][j] = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[first + j];
+      const float wet = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[first + j];
+      of[kWet][j] = at.lacks.squared < drops.farthest2 ? wet : -1;
       // Hills too fine for the pixel lean its drops in both directions.
       of[kMean][j] = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
     }
