@@ -219,9 +219,10 @@ Warper::Warper(const Bundle& bundle, ReadMaps read) {
   SampleStore::Make bind =
       [read = std::move(read), cameras = bundle.cameras.cameras,
        rest = organbake::shell_matrices(bundle.shell().at_rest())](std::size_t c) {
-        const CameraMaps maps = read(c);
+        CameraMaps maps = read(c);
         check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
-        return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+        return build_sample_set(std::move(maps), cameras[c],
+                                in_frame(rest, cameras[c].camera_from_world));
       };
   impl_ = std::make_unique<Impl>(
       bundle, std::make_shared<SampleStore>(bundle.cameras.cameras.size(), bind));

@@ -19,17 +19,18 @@ using Eigen::Vector3d;
 
 constexpr int kWoundBlock = 8;  // pixels that are drawn at once, and each way
 
-// draw(box, numbers) of the blocks that some boxes touch.
-template <class Draw>
-void draw_blocks(const std::vector<PixelBox>& boxes, const Frame& frame,
-                 const std::function<void(PixelBox)>& keep, const Draw& draw) {
+// In the blocks that some wounds' boxes touch: light(x, y, rgb, depth, numbers), where `numbers`
+// are those of a block's wounds.
+template <class Wound, class Light>
+void draw_blocks(const std::vector<Wound>& wounds, const View& view,
+                 const std::function<void(PixelBox)>& keep, Frame& frame, const Light& light) {
   const int columns = (frame.color.width + kWoundBlock - 1) / kWoundBlock;
   const int rows = (frame.color.height + kWoundBlock - 1) / kWoundBlock;
   std::vector<std::vector<std::uint32_t>> numbers(std::size_t(columns) * rows);
-  for (std::uint32_t n = 0; n < boxes.size(); ++n)
-    for (int row = boxes[n].y0 / kWoundBlock; row * kWoundBlock < boxes[n].y1; ++row)
-      for (int column = boxes[n].x0 / kWoundBlock; column * kWoundBlock < boxes[n].x1; ++column)
-        numbers[std::size_t(row) * columns + column].push_back(n);
+  for (std::uint32_t n = 0; n < wounds.size(); ++n)
+    each_block(box_round(wounds[n], view), kWoundBlock, kWoundBlock, [&](int column, int row) {
+      numbers[std::size_t(row) * columns + column].push_back(n);
+    });
   std::vector<int> used;
   const auto box_at = [&](int block) {
     const int x = block % columns * kWoundBlock, y = block / columns * kWoundBlock;
@@ -38,8 +39,13 @@ void draw_blocks(const std::vector<PixelBox>& boxes, const Frame& frame,
   };
   for (int block = 0; block < columns * rows; ++block)
     if (!numbers[block].empty()) used.push_back(block), keep(box_at(block));
-  parallel_for(std::size_t{0}, used.size(),
-               [&](std::size_t b) { draw(box_at(used[b]), numbers[used[b]]); });
+  parallel_for(std::size_t{0}, used.size(), [&](std::size_t b) {
+    const PixelBox box = box_at(used[b]);
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x)
+        light(x, y, frame.color.at(x, y), frame.depth_mm[std::size_t(y) * frame.color.width + x],
+              numbers[used[b]]);
+  });
 }
 
 Vector3d ray(const View& view, int x, int y) {
@@ -136,21 +142,16 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
                 const std::optional<Vector3d>& light_mm, const std::function<void(PixelBox)>& keep,
                 Frame& frame) {
   std::vector<Bead> beads;
-  std::vector<PixelBox> boxes;
-  for (const BloodLine& line : blood) {
-    beads.emplace_back(line, view.camera.camera_from_world);
-    boxes.push_back(box_round(line, view));
-  }
+  for (const BloodLine& line : blood) beads.emplace_back(line, view.camera.camera_from_world);
   const auto& linear = linear_from_srgb8();
-  draw_blocks(boxes, frame, keep, [&](const PixelBox& box, const auto& numbers) {
-    for (int y = box.y0; y < box.y1; ++y)
-      for (int x = box.x0; x < box.x1; ++x) {
-        const float depth = frame.depth_mm[std::size_t(y) * frame.color.width + x];
-        if (!std::isfinite(depth)) continue;
+  draw_blocks(
+      blood, view, keep, frame,
+      [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
+        if (!std::isfinite(depth)) return;
         const Vector3d place = depth * ray(view, x, y);
         Film film;
         for (const std::uint32_t n : numbers) film.add(beads[n], place);
-        if (film.height_mm == 0) continue;
+        if (film.height_mm == 0) return;
         const double covers = 1 - std::exp(-film.height_mm / kBloodClear_mm);
         double shine = 0;
         if (light_mm && !film.deep) {
@@ -158,28 +159,22 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
           shine = smooth_step(kBloodDull, kBloodShiny, half.normalized().dot(film.normal())) *
                   smooth_step(1, 4, film.height_mm * view.camera.intrinsics.fx / depth);
         }
-        std::uint8_t* const rgb = frame.color.at(x, y);
         const float lit = linear[rgb[0]];  // red comes back from all tissue
         for (int c = 0; c < 3; ++c)
           rgb[c] = srgb8_from_linear(static_cast<float>(
               (1 - covers) * linear[rgb[c]] + covers * (kBlood[c] * lit + kBloodShine * shine)));
-      }
-  });
+      });
 }
 
 void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
                 const std::function<void(PixelBox)>& keep, Frame& frame) {
   std::vector<Vector3d> middles;
-  std::vector<PixelBox> boxes;
-  for (const SmokePuff& puff : smoke) {
+  for (const SmokePuff& puff : smoke)
     middles.push_back(view.camera.camera_from_world * puff.middle_mm);
-    boxes.push_back(box_round(puff, view));
-  }
   const auto& linear = linear_from_srgb8();
-  draw_blocks(boxes, frame, keep, [&](const PixelBox& box, const auto& numbers) {
-    for (int y = box.y0; y < box.y1; ++y)
-      for (int x = box.x0; x < box.x1; ++x) {
-        const float depth = frame.depth_mm[std::size_t(y) * frame.color.width + x];
+  draw_blocks(
+      smoke, view, keep, frame,
+      [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
         const Vector3d sight = ray(view, x, y);
         double clear = 1;
         for (const std::uint32_t n : numbers) {
@@ -190,12 +185,10 @@ void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
           const double before = std::clamp(0.5 + 0.5 * (depth - middles[n].z()) / radius, 0.0, 1.0);
           if (far2 < 1) clear *= 1 - smoke[n].share * before * (1 - far2) * (1 - far2);
         }
-        std::uint8_t* const rgb = frame.color.at(x, y);
         for (int c = 0; c < 3; ++c)
           rgb[c] = srgb8_from_linear(
               static_cast<float>(clear * linear[rgb[c]] + (1 - clear) * kSmokeLight[c]));
-      }
-  });
+      });
 }
 
 }  // namespace organbake

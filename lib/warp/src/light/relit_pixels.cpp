@@ -92,13 +92,6 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLay
   }
 }
 
-// Rows of some pixels into planes from pixel `first` on.
-void put(const ShadedPosts& rows, unsigned first, int count, SkinDirections& planes) {
-  for (unsigned k = 0; k < whole_vectors(count); ++k) {
-    for (int c = 0; c < 3; ++c) planes.of[c][first + k] = rows.rows[k][c];
-  }
-}
-
 }  // namespace
 
 SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) : count_(count) {
@@ -208,20 +201,27 @@ bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& towar
   });
 }
 
+// In plain numbers: Eigen's expressions are fused differently on another processor.
 template <Eigen::Vector4f RelitSkin::Node::*number>
-void RelitSkin::mix(const LatticeTriangles& t, int count, ShadedPosts& mixed) const {
+inline std::array<float, 4> RelitSkin::mixed(const LatticeTriangles& t, int k) const {
   constexpr bool own = number == &Node::rest_mm;
-  const float *const along = own ? t.own_along : t.along, *const down = own ? t.own_down : t.down;
-  // Plain numbers: Eigen's expressions are fused differently on another processor.
+  const float a = own ? t.own_along[k] : t.along[k], d = own ? t.own_down[k] : t.down[k];
+  const float rest = 1 - a - d;
+  const Vector4f &corner = nodes_[t.corner[k]].*number, &below = nodes_[t.below[k]].*number,
+                 &beside = nodes_[t.beside[k]].*number;
+  std::array<float, 4> sum;
+  for (int c = 0; c < 4; ++c) sum[c] = rest * corner[c] + a * below[c] + d * beside[c];
+  return sum;
+}
+
+template <Eigen::Vector4f RelitSkin::Node::*number>
+void RelitSkin::mix(const LatticeTriangles& t, int count, ShadedPosts& rows) const {
   for (int k = 0; k < count; ++k) {
-    const float a = along[k], d = down[k], rest = 1 - a - d;
-    const Vector4f &corner = nodes_[t.corner[k]].*number, &below = nodes_[t.below[k]].*number,
-                   &beside = nodes_[t.beside[k]].*number;
-    std::array<float, 4> sum;  // in a register, where a row of `mixed` could be one of a node
-    for (int c = 0; c < 4; ++c) sum[c] = rest * corner[c] + a * below[c] + d * beside[c];
-    std::copy(sum.begin(), sum.end(), mixed.rows[k]);
+    // In a register, where a row could be one of a node.
+    const std::array<float, 4> sum = mixed<number>(t, k);
+    std::copy(sum.begin(), sum.end(), rows.rows[k]);
   }
-  Eigen::Map<Vector4f, Eigen::Aligned16>(mixed.rows[count]) = Node().*number;
+  Eigen::Map<Vector4f, Eigen::Aligned16>(rows.rows[count]) = Node().*number;
 }
 
 void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
@@ -230,23 +230,23 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const S
   LatticeTriangles triangles;
   find_triangles(skin, lattice_, triangles);
   const ShadingInterpolation spread(span, skin.at, skin.count);
-  ShadedPosts mixed;
-  mix<&Node::gain>(triangles, skin.count, mixed);
+  ShadedPosts posts;
+  mix<&Node::gain>(triangles, skin.count, posts);
   SkinPlanes<3> gains;
-  spread(mixed, gains.planes());
+  spread(posts, gains.planes());
   for (int c = 0; c < 3; ++c) {
     float* const plane = colors.planes[c];
     for (int i = 0; i < colors.count; ++i) plane[i] *= gains.of[c][i];
   }
-  mix<&Node::normal>(triangles, skin.count, mixed);
+  mix<&Node::normal>(triangles, skin.count, posts);
   if (from_scope_) {
-    spread(mixed, from_scope.skin.normals.planes());
+    spread(posts, from_scope.skin.normals.planes());
     return light_scope(skin, triangles, spread, colors, from_scope);
   }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
   SkinDirections normals;
-  spread(mixed, normals.planes());
+  spread(posts, normals.planes());
   add_gloss(normals, colors);
 }
 
@@ -262,9 +262,9 @@ void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& tria
   }
   const float nearest = Eigen::Map<const Eigen::ArrayXf>(colors.depth_mm, colors.count).minCoeff();
   if (shine_.grain_shows(nearest)) {
-    ShadedPosts mixed;
-    mix<&Node::rest_mm>(triangles, skin.count, mixed);
-    spread(mixed, from_scope.at_rest.places_mm.planes());
+    ShadedPosts posts;
+    mix<&Node::rest_mm>(triangles, skin.count, posts);
+    spread(posts, from_scope.at_rest.places_mm.planes());
     shine_.add_grain(from_scope.skin, from_scope.at_rest, nearest, colors);
   }
   from_scope.film_shows = shine_.light(from_scope.skin, colors, from_scope.lit);
@@ -275,15 +275,18 @@ void RelitSkin::add_film(const SkinPixels& skin, unsigned first, const SpanColor
                          ScopeSpan& from_scope) const {
   LatticeTriangles triangles;
   find_triangles(skin, lattice_, triangles);
-  ShadedPosts mixed;
-  mix<&Node::normal>(triangles, skin.count, mixed);
-  put(mixed, first, skin.count, from_scope.skin.normals);
-  mix<&Node::rest_normal>(triangles, skin.count, mixed);
-  put(mixed, first, skin.count, from_scope.at_rest.normals);
-  for (unsigned k = 0; k < whole_vectors(skin.count); ++k)
-    from_scope.at_rest.bends[first + k] = mixed.rows[k][3];
-  mix<&Node::rest_mm>(triangles, skin.count, mixed);
-  put(mixed, first, skin.count, from_scope.at_rest.places_mm);
+  for (int k = 0; k < skin.count; ++k) {
+    const auto normal = mixed<&Node::normal>(triangles, k),
+               rest = mixed<&Node::rest_normal>(triangles, k),
+               place = mixed<&Node::rest_mm>(triangles, k);
+    const unsigned i = first + static_cast<unsigned>(k);
+    for (int c = 0; c < 3; ++c) {
+      from_scope.skin.normals.of[c][i] = normal[c];
+      from_scope.at_rest.normals.of[c][i] = rest[c];
+      from_scope.at_rest.places_mm.of[c][i] = place[c];
+    }
+    from_scope.at_rest.bends[i] = rest[3];
+  }
   shine_.add_film(from_scope, first, skin.count, colors);
 }
 

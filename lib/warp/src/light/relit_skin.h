@@ -200,7 +200,9 @@ class RelitSkin {
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
   template <Eigen::Vector4f Node::*number>
-  void mix(const LatticeTriangles& triangles, int count, ShadedPosts& mixed) const;
+  std::array<float, 4> mixed(const LatticeTriangles& triangles, int k) const;
+  template <Eigen::Vector4f Node::*number>
+  void mix(const LatticeTriangles& triangles, int count, ShadedPosts& rows) const;
   void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
   void light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
                    const ShadingInterpolation& spread, const SpanColors& colors,

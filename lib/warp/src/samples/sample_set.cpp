@@ -203,7 +203,7 @@ void SampleSet::copy_patches() {
   patches = PatchTable(copied);
 }
 
-SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
+SampleSet build_sample_set(CameraMaps maps, const PosedCamera& camera,
                            const std::vector<ShellMatrix>& rest_in_camera) {
   const TexelOrder order = order_texels(maps);
   const double focal = std::sqrt(camera.intrinsics.fx * camera.intrinsics.fy);
@@ -213,6 +213,11 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                        "': its maps hold more samples than can be drawn (" +
                        std::to_string(order.texels.size()) + "); bake it at half the size");
   }
+  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
+  // What the order and the detail say already makes room for the samples.
+  maps.color = decltype(maps.color)();
+  maps.face = decltype(maps.face)();
+  maps.confidence = decltype(maps.confidence)();
   SampleSet set;
   set.b1.resize(slots), set.b2.resize(slots), set.h.resize(slots);
   set.colors.resize(slots);
@@ -220,7 +225,6 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
   set.sample_count = order.texels.size();
   for (const std::uint32_t texel : order.texels) set.texel_mm += maps.depth_mm[texel];
   set.texel_mm /= focal * std::max(1.0, static_cast<double>(set.sample_count));
-  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
   constexpr std::size_t kGrain = 64;  // chunks a task
   parallel_each(std::size_t{0}, order.runs.size(), kGrain, [&](std::size_t c) {
     set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);

@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kMostSlots = 1u << 24;
 // Binds every texel that has a face, and confidence. rest_in_camera holds the rest shell matrix of
 // every proxy face in the camera's frame. Throws BadDataError when the map has more samples than
 // kMostSlots.
-SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
+SampleSet build_sample_set(CameraMaps maps, const PosedCamera& camera,
                            const std::vector<ShellMatrix>& rest_in_camera);
 
 // The texels of one chunk: texels[first … first + count).
