@@ -6,7 +6,7 @@ uniform int solid_count;
 uniform vec4 solid_box;  // pixels
 uniform vec4 view_lens;
 uniform float near_mm, reach;
-uniform bool in_cavity;
+uniform bool at_scope;
 
 struct Hit {
   float along;
@@ -62,7 +62,7 @@ vec3 shade(Hit hit, vec3 d) {
   float eighth = squared * squared * squared * squared, aside = 1.0 - middle;
   float by_32 = (eighth * eighth) * (eighth * eighth), bright = 0.3 + 0.7 * facing;
   float shine = sqrt(dot(hit.color, vec3(1.0 / 3.0)));
-  if (in_cavity)
+  if (at_scope)
     return min(hit.color * hit.color * (0.03 + kSteelLit * middle * squared * facing) +
                    shine * aside * squared * vec3(kTissueRed, kTissueGreen, kTissueBlue) +
                    (0.25 + shine) * (by_32 * by_32) * (by_32 * by_32) * bright,

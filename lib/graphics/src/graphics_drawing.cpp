@@ -81,99 +81,92 @@ void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& ba
   pass(fade_, targets);
 }
 
-void Finishing::add_to_table(const Eigen::Vector3d& place, double more) {
-  const Eigen::Vector3f at = place.cast<float>();
-  solid_numbers_.insert(solid_numbers_.end(), {at.x(), at.y(), at.z(), static_cast<float>(more)});
-}
+// What a shader knows of a solid, a bead of blood or a puff of smoke.
+struct Finishing::TableRows {
+  struct Texel {
+    Eigen::Vector3d place;
+    double more = 0;
+  };
+  std::array<Texel, 4> texels;
+};
 
-void Finishing::set_solids(const View& view, const std::vector<Solid>& solids) {
-  solid_numbers_.clear();
-  for (const Solid& solid : solids) {
-    const RigidTransform& pose = view.camera.camera_from_world;
-    add_to_table(pose * solid.from, solid.radius_mm);
-    add_to_table(pose * solid.to, solid.corner ? 1 : 0);
-    add_to_table(
-        solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm), 0);
-    add_to_table(solid.color.cast<double>(), 0);
-  }
-  solid_table_.fill(solid_numbers_);
-}
-
-void Finishing::pass_table(const Program& program, const View& view, std::size_t count,
-                           const PixelBox& box, PictureScale scale, Targets& targets) {
+void Finishing::pass_table(const Program& program, const View& view,
+                           const std::vector<TableRows>& table, const PixelBox& box,
+                           PictureScale scale, Targets& targets) {
   if (box.empty()) return;
+  std::vector<float> numbers;
+  for (const TableRows& rows : table)
+    for (const auto& [at, more] : rows.texels)
+      for (const double number : {at.x(), at.y(), at.z(), more})
+        numbers.push_back(static_cast<float>(number));
+  solid_table_.fill(numbers);
+  program.use();
   program.set_texture("solids", GL_TEXTURE_2D, solid_table_.texture());
-  program.set("solid_count", static_cast<int>(count));
+  program.set("solid_count", static_cast<int>(table.size()));
   program.set("solid_box",
               Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
   program.set("view_lens", lens_of(view.camera.intrinsics));
+  program.set("near_mm", static_cast<float>(view.near_mm));
   program.set("reach", scale.reach_mm);
+  program.set("at_scope", scale.scope_light_mm ? 1 : 0);
+  program.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
   pass(program, targets);
 }
 
-namespace {
-
-PixelBox box_round(const std::vector<Solid>& solids, const View& view) {
-  PixelBox box;
-  for (const SolidBlock& block : solid_blocks(solids, view)) box = united(box, block.box);
-  return box;
-}
-
-}  // namespace
-
 void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                             Targets& targets) {
-  set_solids(view, solids);
-  if (scale.relit) {
-    shadows_.use();
-    shadows_.set("at_scope", scale.scope_light_mm ? 1 : 0);
-    shadows_.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
-    pass_table(shadows_, view, solids.size(), box_round(with_shadows(solids), view), scale,
-               targets);
+  const auto box_round = [&](const std::vector<Solid>& all) {
+    PixelBox box;
+    for (const SolidBlock& block : solid_blocks(all, view)) box = united(box, block.box);
+    return box;
+  };
+  const RigidTransform& pose = view.camera.camera_from_world;
+  std::vector<TableRows> table;
+  for (const Solid& solid : solids) {
+    const Eigen::Vector3d third =
+        solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm);
+    table.push_back({{{{pose * solid.from, solid.radius_mm},
+                       {pose * solid.to, solid.corner ? 1.0 : 0.0},
+                       {third},
+                       {solid.color.cast<double>()}}}});
   }
-  solids_.use();
-  solids_.set("in_cavity", scale.scope_light_mm ? 1 : 0);
-  solids_.set("near_mm", static_cast<float>(view.near_mm));
-  pass_table(solids_, view, solids.size(), box_round(solids, view), scale, targets);
+  if (scale.relit)
+    pass_table(shadows_, view, table, box_round(with_shadows(solids)), scale, targets);
+  pass_table(solids_, view, table, box_round(solids), scale, targets);
 }
 
 void Finishing::draw_blood(const View& view, const std::vector<BloodLine>& blood,
                            PictureScale scale, Targets& targets) {
+  const RigidTransform& pose = view.camera.camera_from_world;
   PixelBox box;
-  solid_numbers_.clear();
+  std::vector<TableRows> table;
   for (const BloodLine& line : blood) {
-    const RigidTransform& pose = view.camera.camera_from_world;
-    add_to_table(pose * line.from_mm, line.from_radius_mm);
-    add_to_table(pose * line.to_mm, line.to_radius_mm);
-    add_to_table(pose.rotation * line.outward, 0);
-    add_to_table(pose.rotation * line.down_wall, 0);
-    box = united(box, organbake::box_round(line, view));
+    table.push_back({{{{pose * line.from_mm, line.from_radius_mm},
+                       {pose * line.to_mm, line.to_radius_mm},
+                       {pose.rotation * line.outward},
+                       {pose.rotation * line.down_wall}}}});
+    box = united(box, box_round(line, view));
   }
-  if (blood.empty()) return;
-  solid_table_.fill(solid_numbers_);
   wounds_.use();
   wounds_.set("smoke", 0);
-  wounds_.set("at_scope", scale.scope_light_mm ? 1 : 0);
-  wounds_.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
-  pass_table(wounds_, view, blood.size(), box, scale, targets);
+  pass_table(wounds_, view, table, box, scale, targets);
 }
 
 void Finishing::draw_smoke(const View& view, const std::vector<SmokePuff>& smoke,
                            PictureScale scale, Targets& targets) {
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
   PixelBox box;
-  solid_numbers_.clear();
+  std::vector<TableRows> table;
   for (const SmokePuff& puff : smoke) {
-    add_to_table(view.camera.camera_from_world * puff.middle_mm, puff.radius_mm);
-    add_to_table(Eigen::Vector3d::Zero(), puff.share);
-    add_to_table(Eigen::Vector3d::Zero(), 0);
-    add_to_table(Eigen::Vector3d::Zero(), 0);
-    box = united(box, organbake::box_round(puff, view));
+    table.push_back({{{{view.camera.camera_from_world * puff.middle_mm, puff.radius_mm},
+                       {none, puff.share},
+                       {none},
+                       {none}}}});
+    box = united(box, box_round(puff, view));
   }
-  if (smoke.empty()) return;
-  solid_table_.fill(solid_numbers_);
   wounds_.use();
   wounds_.set("smoke", 1);
-  pass_table(wounds_, view, smoke.size(), box, scale, targets);
+  pass_table(wounds_, view, table, box, scale, targets);
 }
 
 void Finishing::smooth_outlines(PictureScale scale, Targets& targets) {

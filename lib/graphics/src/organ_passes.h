@@ -124,21 +124,19 @@ class Finishing {
   void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
   void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
                    Targets& targets);
-  void set_solids(const View& view, const std::vector<Solid>& solids);
   void draw_blood(const View& view, const std::vector<BloodLine>& blood, PictureScale scale,
                   Targets& targets);
   void draw_smoke(const View& view, const std::vector<SmokePuff>& smoke, PictureScale scale,
                   Targets& targets);
-  void add_to_table(const Eigen::Vector3d& place, double more);
-  // With a program of what the table holds so much of, in a box of the picture.
-  void pass_table(const Program& program, const View& view, std::size_t count, const PixelBox& box,
-                  PictureScale scale, Targets& targets);
+  struct TableRows;
+  // With a program of what a table holds, in a box of the picture.
+  void pass_table(const Program& program, const View& view, const std::vector<TableRows>& table,
+                  const PixelBox& box, PictureScale scale, Targets& targets);
   void smooth_outlines(PictureScale scale, Targets& targets);
   static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
 
   Program open_, slits_, across_, fade_, shadows_, solids_, wounds_, edges_, outline_;
   Table solid_table_{Table::Texel::floats};
-  std::vector<float> solid_numbers_;
   const Targets::Picture* last_ = nullptr;
   int next_ = 0;  // of targets.finished
 };
