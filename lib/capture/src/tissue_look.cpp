@@ -116,15 +116,15 @@ TissueLook bowel() {
 }
 
 TissueLook fat() {
-  return {.albedo = {0.66f, 0.30f, 0.155f},  // (a), where it is lit
-          .tint = {-0.02f, 0.05f, 0.08f},
-          .mottle = 0.09,
+  return {.albedo = {0.62f, 0.29f, 0.145f},  // (a), where it is lit
+          .tint = {-0.03f, 0.08f, 0.13f},
+          .mottle = 0.12,
           .mottle_mm = 9,
-          .seams = 0.3,
-          .grain = {0.035f, 0.028f, 0.02f},
+          .seams = 0.4,
+          .grain = {0.035f, 0.027f, 0.018f},
           .grain_mm = 1.2,
-          .large = {{0.42f, 0.06f, 0.05f}, 10, 0.7, 0.45, 0.65},
-          .small = {{0.45f, 0.09f, 0.06f}, 4, 0.35, 0.6, 0.65},
+          .large = {{0.36f, 0.05f, 0.045f}, 10, 0.9, 0.6, 0.88},
+          .small = {{0.42f, 0.08f, 0.055f}, 4, 0.4, 0.65, 0.83},
           .gloss = kGreasy,
           .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.035, 0.05, 0.07}, 0.7}};
 }
