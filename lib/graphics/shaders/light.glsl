@@ -185,7 +185,9 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
 // A colour × its weight, lit anew; the weight is white's.
 vec3 lit(vec3 color, float white, float depth, SkinAt skin) {
   if (light == 0) return color;
-  vec3 normal = turned(skin);
+  mat3x4 turn = turn_at(skin);
+  vec3 normal = (turn * skin.rest_normal).xyz;
+  if (drops.z == 0.0) skin.bend += max(turn[0].w, 0.0);  // drops lie as at rest
   vec3 ray = world_from_view * vec3((gl_FragCoord.xy - view_lens.zw) / view_lens.xy, 1.0);
   vec3 before = diffuse(normalize(skin.rest_normal));
   if (light == 2)

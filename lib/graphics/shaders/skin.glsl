@@ -56,23 +56,21 @@ SkinAt skin_at(int face, vec2 b) {
   return skin;
 }
 
-mat3 turn_of(uint knot) {
+mat3x4 turn_of(uint knot) {
   int at = 3 * int(knot);
-  return mat3(texelFetch(turns, table_at(at), 0).xyz, texelFetch(turns, table_at(at + 1), 0).xyz,
-              texelFetch(turns, table_at(at + 2), 0).xyz);
+  return mat3x4(texelFetch(turns, table_at(at), 0), texelFetch(turns, table_at(at + 1), 0),
+                texelFetch(turns, table_at(at + 2), 0));
 }
 
-// A normal turned as lib/warp's light/relit_skin.h says; of any length.
-vec3 turned(SkinAt skin) {
-  vec3 normal = skin.rest_normal, b = vec3(1.0 - skin.nearest.x - skin.nearest.y, skin.nearest);
+// How normals turn there, as lib/warp's light/relit_skin.h says.
+mat3x4 turn_at(SkinAt skin) {
+  vec3 b = vec3(1.0 - skin.nearest.x - skin.nearest.y, skin.nearest);
   int face = skin.face;
   uvec4 corners = texelFetch(nodes, table_at(first_knot + 2 * face), 0);
   if (knots == 3)
-    return b.x * (turn_of(corners.x) * normal) + b.y * (turn_of(corners.y) * normal) +
-           b.z * (turn_of(corners.z) * normal);
+    return b.x * turn_of(corners.x) + b.y * turn_of(corners.y) + b.z * turn_of(corners.z);
   uvec4 more = texelFetch(nodes, table_at(first_knot + 2 * face + 1), 0);
   vec3 w = b * (2.0 * b - 1.0), m = 4.0 * b.yzx * b.zxy;
-  return w.x * (turn_of(corners.x) * normal) + w.y * (turn_of(corners.y) * normal) +
-         w.z * (turn_of(corners.z) * normal) + m.x * (turn_of(corners.w) * normal) +
-         m.y * (turn_of(more.x) * normal) + m.z * (turn_of(more.y) * normal);
+  return w.x * turn_of(corners.x) + w.y * turn_of(corners.y) + w.z * turn_of(corners.z) +
+         m.x * turn_of(corners.w) + m.y * turn_of(more.x) + m.z * turn_of(more.y);
 }

@@ -172,9 +172,8 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
   }
   if (!lit || turned_) return;
   numbers_.clear();
-  for (const Eigen::Matrix3f& turn : source.turns)
-    for (int column = 0; column < 3; ++column)
-      numbers_.insert(numbers_.end(), {turn(0, column), turn(1, column), turn(2, column), 0.0f});
+  for (const auto& turn : source.turns)
+    numbers_.insert(numbers_.end(), turn.data(), turn.data() + turn.size());
   turns_.fill(numbers_);
   turned_ = true;
 }

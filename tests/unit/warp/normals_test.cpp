@@ -161,6 +161,32 @@ TEST(NormalTransport, OnlyFacesNearWhatMovedAreTurnedAndComeBackToTheBit) {
   for (std::uint32_t f = 0; f < turned.size(); ++f) EXPECT_TRUE(turns.at_rest(f));
 }
 
+// By the angle at the crest over a face's length; a ball's own curve is none.
+TEST(NormalTransport, TellsHowSharplyAFoldBendsTheSkin) {
+  const TriangleMesh rest = ball();
+  TriangleMesh folded = rest;
+  const Vector3d middle = SyntheticOrgan{}.center;
+  for (Vector3d& v : folded.vertices) v.z() -= 2 * std::abs(v.x() - middle.x());
+  NormalTransport turns{ShellSurface(rest)};
+  std::vector<std::uint8_t> turned(rest.faces.size());
+  place(turns, folded, turned);
+  double on_crest = 0, beside = 0;
+  const double edge = std::sqrt(2 * surface_area(rest) / double(rest.faces.size()));
+  for (std::uint32_t f = 0; f < rest.faces.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d at = rest.vertices[rest.faces[f][k]] - middle;
+      const double bend = turns.at(turns.on(f), k == 1, k == 2)(3, 0);
+      EXPECT_GE(bend, 0);
+      if (at.z() < 0.7 * at.norm()) continue;
+      if (std::abs(at.x()) < 0.3 * edge) on_crest = std::max(on_crest, bend);
+      if (std::abs(at.x()) > 1.3 * edge) beside = std::max(beside, bend);
+    }
+  }
+  EXPECT_GT(on_crest, 0.5 / edge);
+  EXPECT_LT(on_crest, 2 / edge);
+  EXPECT_LT(beside, 0.5 * on_crest);
+}
+
 TEST(NormalTransport, NormalsAreContinuousOverEdges) {
   const TriangleMesh rest = ball();
   TriangleMesh bent = rest;

@@ -95,6 +95,22 @@ Matrix3d cofactor(const Matrix3d& m) {
   return columns;
 }
 
+// How sharply some faces bend where they meet, rad a mm: by how far their normals, of each twice
+// its area, lean from their mean.
+class MeetingFaces {
+ public:
+  void add(const Vector3d& normal) { sum_ += normal, areas_ += normal.norm(), ++count_; }
+  double bend() const {
+    const double along = areas_ > 0 ? std::min(1.0, sum_.norm() / areas_) : 1;
+    return along < 1 ? 2 * std::sqrt((1 - along * along) * count_ / areas_) : 0;
+  }
+
+ private:
+  Vector3d sum_ = Vector3d::Zero();
+  double areas_ = 0;
+  int count_ = 0;
+};
+
 }  // namespace
 
 std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& whole,
@@ -188,6 +204,11 @@ void NormalTransport::add_shares() {
   for (std::size_t k = 0; k < knots_.size(); ++k)
     for (Share& share : knots_[k].shares) share.of_rest /= areas[k];
   borrow_shares();
+  for (Knot& knot : knots_) {
+    MeetingFaces faces;
+    for (const Share& s : knot.shares) faces.add(cofactor(tangents(rest_[s.face], s.place)).col(2));
+    knot.bend_at_rest = faces.bend();
+  }
 }
 
 // A knot between slivers alone goes with the other knots of its faces.
@@ -240,8 +261,13 @@ NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
   const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
   if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
   Turn mean = Turn::Zero();
-  for (const Share& s : knot.shares)
-    mean.topRows<3>() += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
+  MeetingFaces faces;
+  for (const Share& s : knot.shares) {
+    const Matrix3d now = cofactor(tangents(deformed[s.face], s.place));
+    mean.topRows<3>() += now * s.of_rest;
+    faces.add(now.col(2));
+  }
+  mean(3, 0) = std::max(0.0, faces.bend() - knot.bend_at_rest);
   return mean;
 }
 
@@ -251,9 +277,9 @@ bool NormalTransport::at_rest(std::uint32_t face) const {
                      [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
 
-std::vector<Eigen::Matrix3f> NormalTransport::turns() const {
-  std::vector<Eigen::Matrix3f> all;
-  for (const Knot& knot : knots_) all.push_back(knot.turn.topRows<3>().cast<float>());
+std::vector<NormalTransport::FloatTurn> NormalTransport::turns() const {
+  std::vector<FloatTurn> all;
+  for (const Knot& knot : knots_) all.push_back(knot.turn.cast<float>());
   return all;
 }
 

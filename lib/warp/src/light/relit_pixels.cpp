@@ -285,7 +285,7 @@ void RelitSkin::add_film(const SkinPixels& skin, unsigned first, const SpanColor
       from_scope.at_rest.normals.of[c][i] = rest[c];
       from_scope.at_rest.places_mm.of[c][i] = place[c];
     }
-    from_scope.at_rest.bends[i] = rest[3];
+    from_scope.at_rest.bends[i] = rest[3] + normal[3];
   }
   shine_.add_film(from_scope, first, skin.count, colors);
 }

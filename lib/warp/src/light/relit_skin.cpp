@@ -154,16 +154,19 @@ void RelitSkin::light_face(std::uint32_t face) {
   const float step = 1 / static_cast<float>(n);
   const bool at_rest = turns_.at_rest(face);
   const NormalTransport::OnFace turns = turns_.on(face);
+  const bool breaks = lighting_.finish.relief_slope > WetFilm::kBreaks;
   turned_[face] = from_scope_;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
     Vector3f normal = rest_normals_[at];
+    float more_bent = 0;
     if (!at_rest) {
       const NormalTransport::FloatTurn turn =
           turns_.at(turns, step * static_cast<float>(i), step * static_cast<float>(j));
       normal = unit_vector((turn * normal).eval().head<3>());
+      if (!breaks) more_bent = positive(turn(3, 0));  // drops lie as at rest
     }
-    nodes_[at].normal.head<3>() = normal;
+    nodes_[at].normal << normal, more_bent;
     if (from_scope_) return;
     const Vector3f gain = light_on(normal.cast<double>()).cwiseQuotient(rest_light_[at]);
     nodes_[at].gain.head<3>() = gain.cwiseMin(kLargestGain);

@@ -59,7 +59,8 @@ class Gloss {
 // are enough: its knots are the vertices alone.
 class NormalTransport {
  public:
-  // Each column in a register of its own: the fourth row is zero.
+  // Each column in a register of its own. The fourth row begins with how much more sharply the skin
+  // bends there than at rest, rad a mm; the rest of it is zero.
   using Turn = Eigen::Matrix<double, 4, 3>;
   using FloatTurn = Eigen::Matrix<float, 4, 3>;
 
@@ -78,7 +79,7 @@ class NormalTransport {
   // A face's knots in use, the knots of all faces, and C at the knots.
   int knots_in_use() const { return places_; }
   const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const { return knots_of_face_; }
-  std::vector<Eigen::Matrix3f> turns() const;
+  std::vector<FloatTurn> turns() const;
   // C at a face's knots, gathered once for all of its nodes, and where it has the barycentric
   // coordinates b1, b2.
   using OnFace = std::array<FloatTurn, 6>;
@@ -96,6 +97,7 @@ class NormalTransport {
   // A vertex or an edge.
   struct Knot {
     std::vector<Share> shares;
+    double bend_at_rest = 0;
     Turn turn = Turn::Identity();  // mean cof F
   };
   std::span<const std::uint32_t> knots_of(std::size_t face) const {
@@ -188,7 +190,7 @@ class RelitSkin {
 
  private:
   // What light asks for at a node, in a line of the cache; of the fourth numbers that of the normal
-  // at rest is the bend, the others are unused.
+  // at rest is the bend, that of the normal what comes to it now, the others are unused.
   struct alignas(64) Node {
     Eigen::Vector4f gain{1, 1, 1, 0}, normal = Eigen::Vector4f::Zero();
     Eigen::Vector4f rest_normal = Eigen::Vector4f::Zero(), rest_mm = Eigen::Vector4f::Zero();

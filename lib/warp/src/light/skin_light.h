@@ -82,7 +82,8 @@ struct ScopeSkin {
 // Where that skin lies at rest.
 struct ScopeSkinAtRest {
   SkinDirections normals, places_mm;
-  alignas(64) float bends[kSpan];  // of the lattice's normals, rad a mm, the most of any way
+  // Of the lattice's normals, rad a mm, the most of any way; of a whole film, as it lies now.
+  alignas(64) float bends[kSpan];
 };
 
 // What is worked out for all pixels, and asked for again where gloss may show.

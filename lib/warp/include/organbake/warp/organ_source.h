@@ -138,7 +138,8 @@ struct OrganSource {
   // three, quadratic for six (corners, then the middles of the edges opposite to them).
   int knots = 0;
   std::span<const std::array<std::uint32_t, 6>> knots_of_face = {};
-  std::vector<Eigen::Matrix3f> turns = {};  // by knot
+  // By knot; below C how much more sharply skin bends there than at rest, rad a mm.
+  std::vector<Eigen::Matrix<float, 4, 3>> turns = {};
 };
 
 // A bend of more is as sharp as this, where 16 bits tell it.
