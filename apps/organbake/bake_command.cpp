@@ -253,7 +253,7 @@ void tell_end(const BakeFlags& flags, const std::vector<StepResult>& steps,
   if (flags.to.empty()) text += ". To play it: organplay " + shell_word(output);
   const fs::path breath = flags.output / kBreathFile;
   if (flags.to.empty() && fs::exists(breath))
-    text += ", as it breathes in the clip with --script " + shell_word(breath.string()) +
+    text += ", or, breathing as in the clip, with --script " + shell_word(breath.string()) +
             " --video breath.mp4";
   terminal.log(LogLevel::info, text);
 }

@@ -34,8 +34,8 @@ struct PictureSize {
 };
 
 // What the user asked for, what the window takes among it: several bundles are organs that push
-// each other, and light and solver that are not named the script's. How large the window is follows
-// from picture_size().
+// each other; where no light or solver is named, the script's counts. How large the window is
+// follows from picture_size().
 struct Command : WindowCommand {
   std::filesystem::path script, dataset, out_folder, video, report, sheet, frame_file, reference;
   std::filesystem::path lens;     // of a scope, that the pictures are shown through

@@ -80,6 +80,9 @@ expect 66 organbake export solid --format usd -o x --texture-px 64 --interaction
 sed 's/"poke"/"cut", "axis_mm": [0, -20, 0]/' press.json >cut.json
 expect 2 organbake export solid --format usd -o x --texture-px 64 --interaction cut.json
 expect_err "cuts"
+python3 -c 'import json; s = json.load(open("press.json")); s.update(instruments=[], vertices_mm=[[0, 0, 0]]); print(json.dumps(s))' >states.json
+expect 2 organbake export solid --format usd -o x --texture-px 64 --interaction states.json
+expect_err "vertices_mm"
 expect_gone x
 expect 0 organbake export organ --format gltf -o few --faces 100 --texture-px 512
 expect_err "a texture of 512 × 512 texels"

@@ -46,6 +46,7 @@ void Breath::move(const RigidTransform& now_from_before, double factor) {
 namespace {
 
 constexpr const char* kBreathSchema = "organbake/breath/1";
+constexpr double kMost = 1e6;  // mm; beyond it places would overflow
 
 template <class Matrix>
 Json columns_json(const Matrix& columns) {
@@ -54,11 +55,13 @@ Json columns_json(const Matrix& columns) {
   return json;
 }
 
-template <class Matrix>
-void read_columns(const JsonField& field, Matrix& columns) {
-  if (field.size() != std::size_t(columns.cols())) field.fail("has another count of vectors");
-  for (Eigen::Index k = 0; k < columns.cols(); ++k)
-    columns.col(k) = field.at(std::size_t(k)).vector3();
+std::vector<double> numbers_of(const JsonField& field, int count) {
+  if (field.size() != std::size_t(count))
+    field.fail("must hold " + std::to_string(count) + " entries");
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < field.size(); ++i)
+    numbers.push_back(field.at(i).number(-kMost, kMost));
+  return numbers;
 }
 
 }  // namespace
@@ -83,14 +86,15 @@ Breath breath_from_json(const std::string& text, const std::string& name) {
   constexpr double kLongest_frames = 1e5, kSmallest_mm = 1e-6;
   Breath breath;
   breath.period_frames = document["period_frames"].number(1, kLongest_frames);
-  for (int i = 0; i < Breath::kWaves; ++i)
-    breath.waves[i] = document["waves"].at(std::size_t(i)).number();
-  breath.rest = document["rest"].number();
-  read_columns(document["field_mm"], breath.field);
-  read_columns(document["axes"], breath.axes);
-  breath.axes.transposeInPlace();
-  breath.middle = document["middle_mm"].vector3();
-  breath.reach = document["reach_mm"].number(kSmallest_mm);
+  breath.waves = Breath::Waves(numbers_of(document["waves"], Breath::kWaves).data());
+  breath.rest = document["rest"].number(-kMost, kMost);
+  const JsonField field = document["field_mm"];
+  if (field.size() != Breath::kTerms) field.fail("must hold a vector for each term");
+  for (int k = 0; k < Breath::kTerms; ++k)
+    breath.field.col(k) = Eigen::Vector3d(numbers_of(field.at(std::size_t(k)), 3).data());
+  breath.axes = document["axes"].rotation();
+  breath.middle = Eigen::Vector3d(numbers_of(document["middle_mm"], 3).data());
+  breath.reach = document["reach_mm"].number(kSmallest_mm, kMost);
   return breath;
 }
 

@@ -35,18 +35,18 @@ vec3 under_blood(vec3 place, vec3 skin) {
     vec3 axis = to.xyz - from.xyz, way = place - from.xyz;
     float square = max(dot(axis, axis), 1e-12), along = clamp(dot(way, axis) / square, 0.0, 1.0);
     vec3 aside = way - along * axis, down_wall = texelFetch(solids, table_at(4 * k + 3), 0).xyz;
-    float radius = mix(from.w, to.w, along), down = dot(down_wall, aside), reach = radius;
+    float radius = mix(from.w, to.w, along), down = dot(down_wall, aside), farthest = radius;
     if (down > 0.0) {
       float cosine2 = down * down / dot(aside, aside), cosine4 = cosine2 * cosine2;
-      reach *= 1.0 + (1.0 / kBloodBelow - 1.0) * cosine4 * cosine4;
+      farthest *= 1.0 + (1.0 / kBloodBelow - 1.0) * cosine4 * cosine4;
     } else {
       aside -= (1.0 - kBloodAbove) * down * down_wall;
     }
-    float own = radius * (1.0 - dot(aside, aside) / (reach * reach));
+    float own = radius * (1.0 - dot(aside, aside) / (farthest * farthest));
     if (!(own > height)) continue;
     height = own;
     deep = down > kBloodPool_mm;
-    normal = normalize(texelFetch(solids, table_at(4 * k + 2), 0).xyz + kBloodBulge * aside / reach -
+    normal = normalize(texelFetch(solids, table_at(4 * k + 2), 0).xyz + kBloodBulge * aside / farthest -
                        (to.w - from.w) / square * axis);
   }
   float covers = 1.0 - exp(-height / kBloodClear_mm), shine = 0.0;

@@ -32,21 +32,21 @@ const Channel* ChannelImage::find(std::string_view name) const {
 }
 
 const std::vector<float>& ChannelImage::floats(std::string_view name,
-                                               const std::string& source) const& {
+                                               const std::string& source) const {
   return values_of<float>(*this, name, source);
 }
 
 const std::vector<std::uint32_t>& ChannelImage::uints(std::string_view name,
-                                                      const std::string& source) const& {
+                                                      const std::string& source) const {
   return values_of<std::uint32_t>(*this, name, source);
 }
 
-std::vector<float> ChannelImage::floats(std::string_view name, const std::string& source) && {
+std::vector<float> ChannelImage::take_floats(std::string_view name, const std::string& source) {
   return std::move(values_of<float>(*this, name, source));
 }
 
-std::vector<std::uint32_t> ChannelImage::uints(std::string_view name,
-                                               const std::string& source) && {
+std::vector<std::uint32_t> ChannelImage::take_uints(std::string_view name,
+                                                    const std::string& source) {
   return std::move(values_of<std::uint32_t>(*this, name, source));
 }
 

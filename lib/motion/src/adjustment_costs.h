@@ -18,7 +18,8 @@ constexpr double kNearest = 1e-9;  // before a camera
 Intrinsics with_free(Intrinsics lens, const double* free);
 
 // Pixels from a sighting to its landmark's place. Blocks: the pose (angle and axis, then the
-// translation), the place, the lens (focal length, k1).
+// translation), the place, the lens (focal length, k1). `lens` must outlive the cost, as it must
+// that of a breath.
 class SightingCost : public ceres::SizedCostFunction<2, kOfPose, kOfPlace, kOfLens> {
  public:
   SightingCost(const Eigen::Vector2d& pixel, const Intrinsics& lens,
@@ -40,7 +41,8 @@ ceres::CostFunction* breathing_cost(const Eigen::Vector2d& pixel, const Intrinsi
 // What all tissue does alike the scope may do as well, and sightings do not tell which. A hand does
 // not breathe: of all these ways the scope goes the one that bends the least between what is a
 // third of a breath before and after. Pixels, of the scope and of what lies ahead and beside it.
-// Blocks: the poses before, now and after; `time` is of the view, 0 before, 1 after.
+// Blocks: the poses before, now and after; `time` is of the view, 0 before, 1 after; `depth` is how
+// far away the tissue is, in the scene's unit.
 ceres::CostFunction* even_way_cost(double time, double depth, double weight_px);
 
 }  // namespace organbake

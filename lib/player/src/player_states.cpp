@@ -158,7 +158,9 @@ template <class Number>
 void copy_places(std::span<const Number> xyz_mm, const std::string& what, std::size_t count,
                  std::vector<Eigen::Vector3d>& places) {
   if (xyz_mm.size() != 3 * count) {
-    throw UsageError(std::to_string(xyz_mm.size() / 3) + " " + what + " for an organ of " +
+    const bool whole = xyz_mm.size() % 3 == 0;
+    throw UsageError(std::to_string(whole ? xyz_mm.size() / 3 : xyz_mm.size()) +
+                     (whole ? " " : " coordinates of ") + what + " for an organ of " +
                      std::to_string(count));
   }
   places.resize(count);

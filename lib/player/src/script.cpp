@@ -246,6 +246,8 @@ std::vector<std::vector<double>> states_from(const JsonField& field) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const JsonField state = field.at(i);
     for (std::size_t k = 0; k < state.size(); ++k) states[i].push_back(state.at(k).number());
+    if (state.size() % 3 != 0 || state.size() != states[0].size())
+      state.fail("must hold x, y and z of each vertex, of as many as the first state");
   }
   return states;
 }

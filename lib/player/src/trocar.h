@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// Trocars, through which tools come, and where a line crosses a triangle of skin.
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>

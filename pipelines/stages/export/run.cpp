@@ -129,9 +129,14 @@ void write_web(const Bundle& bundle, const fs::path& folder, const RunContext& c
   write_file_atomically(folder / kWebPageFile, web_page(bundle, player, context));
 }
 
-// What blades cut has another mesh from then on, which no layer of USD holds.
-Script script_without_blades(const fs::path& file) {
+// What blades cut has another mesh from then on, which no layer of USD holds; what another solver
+// moved needs no solver here.
+Script script_to_solve(const fs::path& file) {
   Script script = read_script(file);
+  if (!script.vertices_mm.empty())
+    throw UsageError(file.string() +
+                     " says where the vertices are (\"vertices_mm\"), and the export moves them by "
+                     "instruments alone; play it with organplay --script");
   for (const InstrumentPath& path : script.instruments) {
     if (has_blade(path.instrument.kind))
       throw UsageError(file.string() + " cuts, and a mesh in USD keeps its faces; leave out '" +
@@ -172,7 +177,7 @@ void write_usd(const Bundle& bundle, const ExportOptions& options, const fs::pat
                const RunContext& context) {
   constexpr int kUsualSide = 2048;
   std::optional<Script> script;
-  if (!options.interaction.empty()) script = script_without_blades(options.interaction);
+  if (!options.interaction.empty()) script = script_to_solve(options.interaction);
   const TexturedMesh mesh = surface_of(bundle, options, kUsualSide, context);
   UsdOptions usd{"organ.png", "organ_normal.png", options.vendor_names, {}};
   if (script) usd.motion = recorded(bundle, mesh, *script, context);

@@ -66,6 +66,9 @@ TEST(Breath, IsRefusedByKey) {
   EXPECT_NE(refusal("\"rest\"", "\"rset\"").find("rset"), std::string::npos);
   EXPECT_NE(refusal("\"field_mm\": [", "\"field_mm\": [[0, 0, 0],").find("/field_mm"),
             std::string::npos);
+  EXPECT_NE(refusal("\"waves\": [", "\"waves\": [0,").find("/waves"), std::string::npos);
+  EXPECT_NE(refusal("\"rest\": 0.4", "\"rest\": 1e300").find("/rest"), std::string::npos);
+  EXPECT_NE(refusal("\"axes\": [", "\"axes\": [[0, 0, 0],").find("/axes"), std::string::npos);
 }
 
 }  // namespace

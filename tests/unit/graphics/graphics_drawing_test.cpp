@@ -299,11 +299,11 @@ TEST_F(OrganTablesTest, KeepsTheSamplesOfTheLastViewsAlone) {
 TEST_F(OrganTablesTest, ACutThatGrowsIsDrawnAsOneThatWasThereBefore) {
   const Bundle& bundle = tested_organ();
   Warper whole(bundle);
-  // Faces all of whose edges are lips.
+  // Faces with a lip at one corner.
   const auto cut_at = [&](std::uint32_t from, std::uint32_t to) {
     CutOrgan::FaceParts parts;
     for (std::uint32_t face = from; face < to; ++face)
-      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {0, 0, 0}}};
+      parts[face] = {{face, {Eigen::Vector2d(0, 0), {1, 0}, {0, 1}}, {0, 3, 3}}};
     return whole.cut(bundle, parts);
   };
   Warper cut = cut_at(0, 120), elsewhere = cut_at(100, 200);

@@ -61,6 +61,8 @@ TEST(Script, MayMoveVerticesInTheToolsPlace) {
   EXPECT_NE(refused("[[0, 0, 0]]").find("/instruments: must be empty"), std::string::npos);
   EXPECT_NE(refused("[]").find("/vertices_mm"), std::string::npos);
   EXPECT_NE(refused("[[0, \"a\"]]").find("/vertices_mm/0/1"), std::string::npos);
+  EXPECT_NE(refused("[[0, 0, 0, 0]]").find("/vertices_mm/0: must hold"), std::string::npos);
+  EXPECT_NE(refused("[[0, 0, 0], []]").find("/vertices_mm/1: must hold"), std::string::npos);
 }
 
 TEST(Script, HostileOnesAreRefusedByKey) {

@@ -171,6 +171,7 @@ TEST(NormalTransport, TellsHowSharplyAFoldBendsTheSkin) {
   std::vector<std::uint8_t> turned(rest.faces.size());
   place(turns, folded, turned);
   double on_crest = 0, beside = 0;
+  int vertices_beside = 0;
   const double edge = std::sqrt(2 * surface_area(rest) / double(rest.faces.size()));
   for (std::uint32_t f = 0; f < rest.faces.size(); ++f) {
     for (int k = 0; k < 3; ++k) {
@@ -179,11 +180,14 @@ TEST(NormalTransport, TellsHowSharplyAFoldBendsTheSkin) {
       EXPECT_GE(bend, 0);
       if (at.z() < 0.7 * at.norm()) continue;
       if (std::abs(at.x()) < 0.3 * edge) on_crest = std::max(on_crest, bend);
-      if (std::abs(at.x()) > 1.3 * edge) beside = std::max(beside, bend);
+      if (std::abs(at.x()) <= 1.3 * edge) continue;
+      beside = std::max(beside, bend);
+      ++vertices_beside;
     }
   }
   EXPECT_GT(on_crest, 0.5 / edge);
   EXPECT_LT(on_crest, 2 / edge);
+  EXPECT_GT(vertices_beside, 0);
   EXPECT_LT(beside, 0.5 * on_crest);
 }
 

@@ -122,10 +122,10 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
   CameraMaps maps;
   maps.width = lens.width;
   maps.height = lens.height;
-  maps.depth_mm = std::move(depth).floats("Y", where + "/depth.exr");
-  maps.height_mm = std::move(micro).floats("Y", where + "/micro.exr");
-  maps.face = std::move(micro).uints("face", where + "/micro.exr");
-  maps.confidence = std::move(micro).floats("confidence", where + "/micro.exr");
+  maps.depth_mm = depth.take_floats("Y", where + "/depth.exr");
+  maps.height_mm = micro.take_floats("Y", where + "/micro.exr");
+  maps.face = micro.take_uints("face", where + "/micro.exr");
+  maps.confidence = micro.take_floats("confidence", where + "/micro.exr");
   const auto &r = color.floats("R", where + "/color.exr"),
              &g = color.floats("G", where + "/color.exr"),
              &b = color.floats("B", where + "/color.exr");

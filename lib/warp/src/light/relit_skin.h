@@ -97,8 +97,8 @@ class NormalTransport {
   // A vertex or an edge.
   struct Knot {
     std::vector<Share> shares;
-    double bend_at_rest = 0;
-    Turn turn = Turn::Identity();  // mean cof F
+    double bend_at_rest = 0;       // rad a mm
+    Turn turn = Turn::Identity();  // mean cof F, and below it how much more it bends
   };
   std::span<const std::uint32_t> knots_of(std::size_t face) const {
     return std::span(knots_of_face_[face]).first(static_cast<std::size_t>(places_));

@@ -101,9 +101,9 @@ class WetFilm {
   static constexpr float kCrease = 4;          // by how much a bend of 1 rad a mm dries drops
   static constexpr float kBridges_mm = 0.45f;  // over this, a whole film lies flat on a crease
   // The largest drop's squared radius, in squares of a drop's room, and how far it runs out to both
-  // sides, of its radius, both within what is asked of points. Where the lobe has fallen to kEnd no
-  // drop is lit; toward the mirror direction it grows to its own size, kGrows before that is
-  // reached.
+  // sides, of its radius, nearly always within what is asked of points. Where the lobe has fallen
+  // to kEnd no drop is lit; toward the mirror direction it grows to its own size, kGrows before
+  // that is reached.
   static constexpr float kDrop = 0.16f, kRun = 0.5f, kEnd = 0.001f, kGrows = 1.5f;
   static constexpr float kEdge = 0.06f;     // within this it ends,
   static constexpr float kSoftEnds = 1.5f;  // and within so many pixels at least

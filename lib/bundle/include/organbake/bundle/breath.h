@@ -10,7 +10,8 @@
 namespace organbake {
 
 // A breath that moves tissue to and fro, as a clip tells it: what is at p at rest is at
-// p + course(time) · push(p), one course in time times one smooth field in space.
+// p + course(time) · push(p), one course in time times one smooth field in space. Lengths are the
+// scene's own until its scale is known, then mm, as in the document; waves and rest have no unit.
 struct Breath {
   static constexpr int kWaves = 4, kTerms = 10;
   using Waves = Eigen::Matrix<double, kWaves, 1>;
@@ -25,7 +26,7 @@ struct Breath {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();    // of the tissue
   double reach = 1;                                    // of the tissue
 
-  static Waves waves_at(double angle_rad);
+  static Waves waves_at(double angle_rad);  // 2π · time / period
   double course(double time_frames) const;  // from the clip's first view
   Terms terms_at(const Eigen::Vector3d& place) const;
   Eigen::Vector3d push(const Eigen::Vector3d& place_at_rest) const;
@@ -40,7 +41,7 @@ Breath breath_from_json(const std::string& text, const std::string& name);
 inline constexpr const char* kBreathFile = "breath.json";  // in a bundle: its script
 
 // A script (interaction.schema.json) that moves these vertices, which lie at rest, through one
-// breath, frame by frame of the clip from its first view.
+// breath, frame by frame of the clip from its first view, 25 a second; to 0.1 µm.
 std::string breath_script(const Breath& breath, const std::vector<Eigen::Vector3d>& vertices_mm);
 
 }  // namespace organbake

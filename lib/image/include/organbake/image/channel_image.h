@@ -31,11 +31,11 @@ struct ChannelImage {
   std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }
   const Channel* find(std::string_view name) const;
   // Throws BadDataError naming `source` when the channel is missing or of the other kind.
-  const std::vector<float>& floats(std::string_view name, const std::string& source) const&;
-  const std::vector<std::uint32_t>& uints(std::string_view name, const std::string& source) const&;
-  // The same, taken out of an image that is done with.
-  std::vector<float> floats(std::string_view name, const std::string& source) &&;
-  std::vector<std::uint32_t> uints(std::string_view name, const std::string& source) &&;
+  const std::vector<float>& floats(std::string_view name, const std::string& source) const;
+  const std::vector<std::uint32_t>& uints(std::string_view name, const std::string& source) const;
+  // The same, which the image then no longer has.
+  std::vector<float> take_floats(std::string_view name, const std::string& source);
+  std::vector<std::uint32_t> take_uints(std::string_view name, const std::string& source);
 };
 
 // 8-bit sRGB pixels, 3 bytes each (R, G, B), top row first.

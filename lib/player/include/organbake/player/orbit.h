@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// A viewer on its orbit about an organ, and why it may see nothing: the eye is inside, or too near.
+
 #include <Eigen/Core>
 #include <cmath>
 #include <numbers>

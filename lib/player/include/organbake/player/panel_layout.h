@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// What a window shows beside the organ: where its panels lie, and the bundles that it may open.
+
 #include <Eigen/Core>
 #include <filesystem>
 #include <string>

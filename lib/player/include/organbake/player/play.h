@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+// Plays a script, and holds its frames against those of an earlier run.
+
 #include <algorithm>
 #include <filesystem>
 #include <functional>
