@@ -104,7 +104,7 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
                           [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
     RigidTransform pose = *scene.camera_from_world[nearest];
     if (view_frames[nearest] != frame) {
-      const double time = double(frame) - double(view_frames.front());
+      const double time = breath_time(view_frames, frame);
       const SeenPlaces seen =
           seen_in(clip, scene, motion.breath ? motion.breath->course(time) : 0, frame);
       const std::size_t agreeing = adjust_pose(scene.lens, seen, pose);

@@ -121,15 +121,18 @@ LensSpread lens_spread(const FreeLens& free, const Scene& scene, double focal_va
 // as in fewer than three breaths.
 double breath_period_frames(const std::vector<std::size_t>& view_frames, const Scene& scene);
 
+// A breath's time, frames: from the clip's first view.
+inline double breath_time(const std::vector<std::size_t>& view_frames, std::size_t frame) {
+  return static_cast<double>(frame) - static_cast<double>(view_frames.front());
+}
+
 // A breath while it is solved for.
 struct SolvedBreath : Breath {
   std::vector<std::size_t> view_frames;
   double depth = 1;  // of the tissue before the scope
 
   explicit SolvedBreath(const std::vector<std::size_t>& frames) : view_frames(frames) {}
-  double time_of(std::size_t view) const {  // frames
-    return static_cast<double>(view_frames[view]) - static_cast<double>(view_frames.front());
-  }
+  double time_of(std::size_t view) const { return breath_time(view_frames, view_frames[view]); }
 };
 
 // Tells a breath of this period, from the scope's own way, and moves the scene to its rest.
