@@ -13,9 +13,10 @@ uniform vec4 view_lens;  // fx, fy, cx, cy
 uniform vec4 hill_phase[4], hill_slope[4];  // the slope's w: the wave's length
 uniform vec4 hill_variance;
 uniform vec4 drops;                // per mm, lean, inverse lit², lean²; WetFilm::Drops
-uniform vec2 film, sheen[2];       // strength, alpha²
+uniform vec4 film;                 // strength, alpha², FilmReach
+uniform vec2 sheen[2];             // strength, alpha²
 uniform vec3 scope_light, scope_forward;
-uniform vec4 scope;                // full, inverse tan² half, inverse pixel, least cosine
+uniform vec3 scope;                // full, inverse tan² half, inverse pixel
 uniform vec3 softness, grain;
 uniform float rim, grain_mm;
 uniform highp isampler3D noise;
@@ -174,9 +175,9 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
              vec3(kSheenRed, kSheenGreen, kSheenBlue);
   }
   float shows = seen < 0.0 ? 0.0
-                           : at_most_1(positive((near - scope.w) / (kFade * (1.0 - scope.w)))) *
+                           : at_most_1(positive((near - film.z) * film.w)) *
                                  at_most_1(8.0 * positive(facing));
-  if (scope.w < 1.0 && shows > 0.0)
+  if (shows > 0.0)
     sum += shows * gloss_by_film(n, h, skin, depth, share) *
            max(white - (drops.z > 0.0 ? sum : vec3(0.0)), 0.0);
   return sum;

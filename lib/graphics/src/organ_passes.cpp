@@ -83,12 +83,12 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   program.set("hill_slope", std::span<const Eigen::Vector4f>(slope));
   program.set("hill_variance", variance);
   program.set("drops", Eigen::Vector4f(s.drops.data()));
-  program.set("film", Eigen::Vector2f(s.film.strength, s.film.alpha2));
+  program.set("film", Eigen::Vector4f(s.film.strength, s.film.alpha2, s.film_reach.least_cosine,
+                                      s.film_reach.inverse_fade));
   program.set("sheen", std::span<const Eigen::Vector2f>(sheen));
   program.set("scope_light", Eigen::Vector3f(s.light.data()));
   program.set("scope_forward", Eigen::Vector3f(s.forward.data()));
-  program.set("scope",
-              Eigen::Vector4f(s.full, s.inverse_tan2_half, s.inverse_pixel, s.least_cosine));
+  program.set("scope", Eigen::Vector3f(s.full, s.inverse_tan2_half, s.inverse_pixel));
   program.set("softness", Eigen::Vector3f(finish.softness.cast<float>()));
   program.set("grain", Eigen::Vector3f(finish.grain.cast<float>()));
   program.set("rim", static_cast<float>(finish.rim));

@@ -261,13 +261,22 @@ void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& tria
     depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
   }
   const float nearest = Eigen::Map<const Eigen::ArrayXf>(colors.depth_mm, colors.count).minCoeff();
-  if (shine_.grain_shows(nearest)) {
-    ShadedPosts posts;
+  ScopeSkinAtRest& at_rest = from_scope.at_rest;
+  ShadedPosts posts;
+  const auto find_places = [&] {
     mix<&Node::rest_mm>(triangles, skin.count, posts);
-    spread(posts, from_scope.at_rest.places_mm.planes());
-    shine_.add_grain(from_scope.skin, from_scope.at_rest, nearest, colors);
+    spread(posts, at_rest.places_mm.planes());
+  };
+  const bool grain = shine_.grain_shows(nearest);
+  if (grain) {
+    find_places();
+    shine_.add_grain(from_scope.skin, at_rest, nearest, colors);
   }
-  from_scope.film_shows = shine_.light(from_scope.skin, colors, from_scope.lit);
+  if (!shine_.light(from_scope.skin, colors, from_scope.lit)) return;
+  if (!grain) find_places();
+  mix<&Node::rest_normal>(triangles, skin.count, posts);
+  spread(posts, at_rest.normals.planes());
+  from_scope.film_shows = shine_.film_may_show(colors.count, from_scope);
 }
 
 // By the pixel: drops are narrower than the distance of knots, and knots move over the skin.

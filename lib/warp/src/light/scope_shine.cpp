@@ -93,8 +93,6 @@ std::array<float, 3> floats(const Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-// Gloss fades out over this share of what 1 − cosine it may show up to.
-constexpr float kFade = 0.3f;
 constexpr float kSurroundings = 0.2f;  // of the light on the skin, that comes back from around it
 constexpr float kNearest_mm2 = 1;      // of a light that touches the skin
 
@@ -133,9 +131,10 @@ namespace {
 ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float* __restrict depths,
                                          const float* __restrict whites,
                                          const ScopeShine::Frame& frame, const SkinFinish& finish,
-                                         const ShineLobe* sheen, float least_cosine, int x0, int y,
-                                         int count, ScopeLit& __restrict lit, float* __restrict red,
-                                         float* __restrict green, float* __restrict blue) {
+                                         const ShineLobe* sheen, const FilmReach& film, int x0,
+                                         int y, int count, ScopeLit& __restrict lit,
+                                         float* __restrict red, float* __restrict green,
+                                         float* __restrict blue) {
   const float row_x = frame.origin[0] + (static_cast<float>(y) + 0.5f) * frame.down[0];
   const float row_y = frame.origin[1] + (static_cast<float>(y) + 0.5f) * frame.down[1];
   const float row_z = frame.origin[2] + (static_cast<float>(y) + 0.5f) * frame.down[2];
@@ -144,7 +143,7 @@ ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float
   const float soft_b = static_cast<float>(finish.softness[2]);
   const float full_r = 1 / (1 + soft_r), full_g = 1 / (1 + soft_g), full_b = 1 / (1 + soft_b);
   const float rim = kSurroundings * static_cast<float>(finish.rim);
-  const float inverse_fade = 1 / (kFade * (1 - least_cosine));
+  const FilmReach reach = film;
   const ShineLobe wide = sheen[0], wider = sheen[1];
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
@@ -176,7 +175,7 @@ ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float
     const float facing = nx * lx + ny * ly + nz * lz;
     const float near = nx * hx + ny * hy + nz * hz;
     lit.share[i] = share;
-    lit.shows[i] = at_most_1(positive((near - least_cosine) * inverse_fade)) *
+    lit.shows[i] = at_most_1(positive((near - reach.least_cosine) * reach.inverse_fade)) *
                    at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
     lit.half_way.of[0][i] = hx, lit.half_way.of[1][i] = hy, lit.half_way.of[2][i] = hz;
 
@@ -204,8 +203,8 @@ ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float
 bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {
   const auto& [red, green, blue] = colors.planes;
   light_pixels(SkinVectors(skin.normals), skin.depth_mm, colors.white, frame_, finish_,
-               sheen_.data(), film_.least_cosine(), colors.x0, colors.y, colors.count, lit, red,
-               green, blue);
+               sheen_.data(), film_.reach(), colors.x0, colors.y, colors.count, lit, red, green,
+               blue);
   return any_shows(lit.shows, static_cast<unsigned>(colors.count));
 }
 
@@ -223,7 +222,6 @@ std::vector<ShaderConstant> ScopeShine::constants() {
   std::vector<ShaderConstant> all = {{"kSheenRed", kSheen[0]},
                                      {"kSheenGreen", kSheen[1]},
                                      {"kSheenBlue", kSheen[2]},
-                                     {"kFade", kFade},
                                      {"kSurroundings", kSurroundings},
                                      {"kNearest_mm2", kNearest_mm2},
                                      {"kOctaveStep", SkinGrain::kOctaveStep},

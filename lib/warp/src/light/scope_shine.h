@@ -75,10 +75,12 @@ class WetFilm {
   // Takes the lobes of gloss that are narrow, as one.
   explicit WetFilm(const Lighting& lighting);
 
-  // Of a normal to half-way, for the film to show; above 1: never.
-  float least_cosine() const { return least_cosine_; }
-  // Adds what whole vectors from pixel `first` on mirror. inverse_pixel: pixels to a mm at depth
-  // 1 mm.
+  const FilmReach& reach() const { return reach_; }
+  // Whether any of the pixels that the span shows gloss on may be lit; no longer shows those near
+  // which no drop can be. What the span says of skin may be mixed from knots. inverse_pixel: pixels
+  // to a mm at depth 1 mm.
+  bool may_show(float inverse_pixel, int count, ScopeSpan& span) const;
+  // Adds what whole vectors from pixel `first` on mirror.
   void add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
            const SpanColors& colors) const;
 
@@ -109,6 +111,8 @@ class WetFilm {
   static constexpr float kSoftEnds = 1.5f;  // and within so many pixels at least
   static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter
   static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
+  // A whole film fades out over this share of what 1 − cosine it may show up to.
+  static constexpr float kFade = 0.3f, kNoFade = 1e6f;
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
@@ -124,12 +128,13 @@ class WetFilm {
   };
 
  private:
-  void take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope);
+  void take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope,
+                  double steepest_hills);
 
   std::array<Wave, kHills> hills_{};
   Drops drops_;
   ShineLobe lobe_;
-  float least_cosine_ = 2;
+  FilmReach reach_;
 };
 
 // Lights skin by a ScopeLight with a SkinFinish, pixel by pixel:
@@ -158,6 +163,9 @@ class ScopeShine {
   // `colors` hold the albedo × weight before, and what is seen but for the
   // gloss after. Whether gloss may show anywhere.
   bool light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const;
+  bool film_may_show(int count, ScopeSpan& span) const {
+    return film_.may_show(frame_.inverse_pixel, count, span);
+  }
   // Whole vectors from pixel `first` on; their normals are each pixel's own here.
   void add_film(const ScopeSpan& span, unsigned first, int count, const SpanColors& colors) const {
     film_.add(span, frame_.inverse_pixel, first, count, colors);

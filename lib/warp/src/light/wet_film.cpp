@@ -95,14 +95,17 @@ WetFilm::WetFilm(const Lighting& lighting) {
   }
   drops_.per_mm = static_cast<float>(kBumps / finish.relief_mm);
   drops_.lean = static_cast<float>(kLean * finish.relief_slope * std::sqrt(1 - kHillShare));
-  take_lobes(lighting.gloss, finish.relief_slope);
+  // To a tetrahedron's corners, waves of height 1 add up to no more than 4 / √3 of one.
+  take_lobes(lighting.gloss, finish.relief_slope, 4 / std::sqrt(3) * hill);
 }
 
 // As bright as all narrow lobes together, and as wide as they are on average. It shows up to two
-// deviations of the relief from half-way and to where it hardly shows; drops, which end before
-// that, to less. How far a drop is lit does not depend on how much light there is: it would grow
-// while the scope comes near.
-void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope) {
+// deviations of the relief from half-way and to where it hardly shows, and fades out before that;
+// drops end by themselves, as far as the steepest hills and the one that leans most reach. How far
+// a drop is lit does not depend on how much light there is: it would grow while the scope comes
+// near.
+void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief_slope,
+                         double steepest_hills) {
   constexpr double kHardlyShows = 0.01;
   double strength = 0, energy = 0;
   for (const Lighting::Lobe& lobe : gloss) {
@@ -116,12 +119,14 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
   const double whole = 2.2 * relief_slope + std::sqrt(std::min(times, 4.0) * alpha2);
   const double lit2 = (std::sqrt(std::sqrt(std::max(1.0, strength) / kEnd)) - 1) * alpha2;
-  const double broken = 3 * relief_slope + std::sqrt(lit2);
-  if (relief_slope > kBreaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
+  const bool breaks = relief_slope > kBreaks;
+  if (breaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
-  drops_.farthest2 = static_cast<float>(std::pow(std::sqrt(lit2) + std::sqrt(3) * drops_.lean, 2));
-  const double reach = std::min(1.4, drops_.inverse_lit2 > 0 ? broken : whole);
-  least_cosine_ = static_cast<float>(std::cos(reach));
+  const double farthest = std::sqrt(lit2) + std::sqrt(3) * drops_.lean;
+  drops_.farthest2 = static_cast<float>(farthest * farthest);
+  const double reach = std::min(1.4, breaks ? std::atan(farthest + steepest_hills) : whole);
+  reach_.least_cosine = static_cast<float>(std::cos(reach));
+  reach_.inverse_fade = breaks ? kNoFade : 1 / (kFade * (1 - reach_.least_cosine));
 }
 
 namespace {
@@ -286,6 +291,23 @@ inline __attribute__((always_inline)) FilmPoint film_point(const FilmPlanes& in,
   return at;
 }
 
+// Puts shows to 0 where no drop can be lit; a pixel's own place and normals may differ from `in`'s
+// by as much as knots may be off.
+ORGANBAKE_MULTIVERSION void keep_lit(const FilmPlanes& planes, const WetFilm::Drops& drops,
+                                     const Wave* hills, float inverse_pixel, std::size_t first,
+                                     int count, float* __restrict shows) {
+  constexpr float kOff = 0.1f;
+  const FilmPlanes in = planes;
+  const float farthest = std::sqrt(drops.farthest2) + kOff, farthest2 = farthest * farthest;
+  ORGANBAKE_INDEPENDENT
+  for (unsigned j = 0; j < whole_vectors(count); ++j) {
+    const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);
+    const float shown = shows[first + j];
+    const float wet = wetness(at.hill.wet + kOff) > -1 ? shown : 0;
+    shows[first + j] = at.lacks.squared < farthest2 ? wet : 0;
+  }
+}
+
 // Some whole vectors from pixel `first` on; mirrored: the share of full exposure, of drops with
 // that of the pixel that they cover.
 ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm::Drops& of_drops,
@@ -343,19 +365,34 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
 
 }  // namespace
 
+namespace {
+
+FilmPlanes planes_of(const ScopeSpan& span) {
+  return {span.lit.share,
+          span.lit.shows,
+          span.skin.depth_mm,
+          span.at_rest.bends,
+          SkinVectors(span.skin.normals),
+          SkinVectors(span.lit.half_way),
+          SkinVectors(span.at_rest.normals),
+          SkinVectors(span.at_rest.places_mm)};
+}
+
+}  // namespace
+
+bool WetFilm::may_show(float inverse_pixel, int count, ScopeSpan& span) const {
+  if (drops_.inverse_lit2 > 0)
+    each_shown_part(span.lit.shows, count, [&](unsigned first, int in_part) {
+      keep_lit(planes_of(span), drops_, hills_.data(), inverse_pixel, first, in_part,
+               span.lit.shows);
+    });
+  return any_shows(span.lit.shows, whole_vectors(count));
+}
+
 void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
                   const SpanColors& colors) const {
-  const ScopeLit& lit = span.lit;
-  const FilmPlanes planes = {lit.share,
-                             lit.shows,
-                             span.skin.depth_mm,
-                             span.at_rest.bends,
-                             SkinVectors(span.skin.normals),
-                             SkinVectors(lit.half_way),
-                             SkinVectors(span.at_rest.normals),
-                             SkinVectors(span.at_rest.places_mm)};
   alignas(64) float mirrored[kSpan];
-  film_pixels(planes, drops_, hills_.data(), lobe_, inverse_pixel, first, count, mirrored);
+  film_pixels(planes_of(span), drops_, hills_.data(), lobe_, inverse_pixel, first, count, mirrored);
   const float* const white = colors.white + first;
   // The skin that a pixel shows beside a drop is all that adds to its light: a drop alone is blown.
   const float covers = drops_.inverse_lit2 > 0 ? 1 : 0;
@@ -376,7 +413,7 @@ void WetFilm::describe(ScopeShading& shading) const {
   }
   shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
   shading.film = {lobe_.strength, lobe_.alpha2};
-  shading.least_cosine = least_cosine_;
+  shading.film_reach = reach_;
 }
 
 std::vector<ShaderConstant> WetFilm::constants() {

@@ -145,6 +145,12 @@ struct OrganSource {
 // A bend of more is as sharp as this, where 16 bits tell it.
 inline constexpr double kSharpestBend = 16;  // rad a mm
 
+// The cosine of a normal to half-way from which on a film shows, above 1: never; and by what share
+// more for each more of it.
+struct FilmReach {
+  float least_cosine = 2, inverse_fade = 1;
+};
+
 // The light at the scope, in numbers as shaders take them.
 struct ScopeShading {
   struct Wave {
@@ -159,7 +165,7 @@ struct ScopeShading {
   std::array<float, 4> drops;  // WetFilm::Drops
   Lobe film;
   std::array<Lobe, 2> sheen;
-  float least_cosine = 2;
+  FilmReach film_reach;
   // World: toward the light from the eye (mm), the view's axis; full exposure in mm².
   std::array<float, 3> light, forward;
   float full = 1, inverse_tan2_half = 1, inverse_pixel = 1;

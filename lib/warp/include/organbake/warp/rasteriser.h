@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -89,37 +88,18 @@ struct EdgeWalk {
     }
   }
 
-  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds. Boxes of slivers
-  // are mostly empty, so a row is looked at eight pixels at a time.
+  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds.
   template <class Inside>
   void each(int width, int height, Inside&& inside) const {
     std::array<Int, 3> row = edge;
     for (int y = 0; y < height; ++y) {
-      for (int x0 = 0; x0 < width; x0 += kLanes) {
-        const int wanted = width - x0 < kLanes ? (1 << (width - x0)) - 1 : (1 << kLanes) - 1;
-        for (unsigned held = unsigned(holds(row, x0) & wanted); held != 0; held &= held - 1) {
-          const int x = x0 + std::countr_zero(held);
-          std::array<Int, 3> e;
-          for (int i = 0; i < 3; ++i) e[i] = row[i] + x * step_x[i];
-          inside(x, y, e);
-        }
+      std::array<Int, 3> e = row;
+      for (int x = 0; x < width; ++x) {
+        if ((e[0] | e[1] | e[2]) >= 0) inside(x, y, e);
+        for (int i = 0; i < 3; ++i) e[i] += step_x[i];
       }
       for (int i = 0; i < 3; ++i) row[i] += step_y[i];
     }
-  }
-
- private:
-  static constexpr int kLanes = 8;
-
-  // One bit for each of kLanes pixels from x0 on.
-  int holds(const std::array<Int, 3>& row, int x0) const {
-    int bits = 0;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      Int any = 0;
-      for (int i = 0; i < 3; ++i) any |= row[i] + (x0 + lane) * step_x[i];
-      bits |= int(any >= 0) << lane;
-    }
-    return bits;
   }
 };
 
