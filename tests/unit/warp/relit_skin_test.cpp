@@ -290,26 +290,26 @@ std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
   return {planes[1].begin(), planes[1].begin() + static_cast<std::ptrdiff_t>(depth.size())};
 }
 
-TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromThreeOfEight) {
+TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromFourOfSixteen) {
   int asked = 0;
   const auto number = [](int i) { return 0.5f + 0.25f * static_cast<float>(i); };
   const auto plane = mixed(std::vector<float>(kSpan, 300), number, &asked);
-  EXPECT_EQ(asked, kSpan * 3 / SparseShading::kGroup);
+  EXPECT_EQ(asked, kSpan * 4 / SparseShading::kGroup);
   for (int i = 0; i < kSpan; ++i) EXPECT_NEAR(plane[i], number(i), 1e-5) << i;
 }
 
 // Where the skin breaks off or falls away, and in a group that the span's end cuts, every pixel
 // is asked for, however its light jumps.
 TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
-  std::vector<float> depth(38, 300);
+  std::vector<float> depth(70, 300);
   depth[3] = 302;         // a step in the first group
-  depth[17] = kInfinity;  // a hole in the third
+  depth[33] = kInfinity;  // a hole in the third
   const auto number = [](int i) { return static_cast<float>(i % 3); };
   const auto plane = mixed(depth, number);
-  for (const int i : {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 15, 16, 18, 19, 23, 32, 33, 37})
+  for (const int i : {0, 1, 2, 3, 4, 5, 14, 15, 16, 21, 26, 31, 32, 34, 46, 47, 64, 65, 69})
     EXPECT_EQ(plane[i], number(i)) << i;
-  EXPECT_EQ(plane[17], -1) << "not skin";
-  EXPECT_EQ(plane[10], 0.5f * (number(8) + number(12)));
+  EXPECT_EQ(plane[33], -1) << "not skin";
+  EXPECT_NEAR(plane[18], number(16) + 0.4f * (number(21) - number(16)), 1e-6);
 }
 
 }  // namespace

@@ -25,34 +25,38 @@ Lighting wet_light() {
   return light;
 }
 
-// What the film alone mirrors of full light on a bulge, by pixels of that size; side × side of
-// them. Its other numbers are exact, so that all that flickers is the film's.
-// `bend`: of the lattice's normals, rad a mm.
+// Pixels of that size from column x0 on of row y of a picture, side × side of them, of a bulge in
+// full light. Its numbers are exact, so that all that flickers is the film's.
+ScopeSpan bulge_span(int y, int side, double pixel_mm, int x0 = 0, float bend = 0) {
+  constexpr double kRadius_mm = 60;
+  ScopeSpan span;
+  for (int i = 0; i < kSpan; ++i) {
+    const Vector3d across = pixel_mm * Vector3d(x0 + i + 0.5 - 0.5 * side, y + 0.5 - 0.5 * side, 0);
+    const double up = std::sqrt(std::max(0.0, kRadius_mm * kRadius_mm - across.squaredNorm()));
+    const Vector3f normal = ((across + Vector3d(0, 0, up)) / kRadius_mm).cast<float>();
+    for (int c = 0; c < 3; ++c) {
+      span.skin.normals.of[c][i] = normal[c];
+      span.at_rest.normals.of[c][i] = normal[c];
+      span.at_rest.places_mm.of[c][i] = float(kRadius_mm) * normal[c];
+      span.lit.half_way.of[c][i] = c == 2;
+    }
+    span.skin.depth_mm[i] = span.lit.share[i] = span.lit.shows[i] = 1;
+    span.at_rest.bends[i] = bend;
+  }
+  return span;
+}
+
+// What the film alone mirrors of it. `bend`: of the lattice's normals, rad a mm.
 std::vector<float> film_on_bulge(int side, double pixel_mm, float bend = 0,
                                  const Lighting& lighting = wet_light()) {
-  constexpr double kRadius_mm = 60;
   const WetFilm film(lighting);
   std::array<float, kSpan> white;
   white.fill(1);
   std::vector<float> light;
   for (int y = 0; y < side; ++y) {
     for (int x0 = 0; x0 < side; x0 += kSpan) {
-      ScopeSpan span;
+      const ScopeSpan span = bulge_span(y, side, pixel_mm, x0, bend);
       SkinDirections color{};
-      for (int i = 0; i < kSpan; ++i) {
-        const Vector3d across =
-            pixel_mm * Vector3d(x0 + i + 0.5 - 0.5 * side, y + 0.5 - 0.5 * side, 0);
-        const double up = std::sqrt(kRadius_mm * kRadius_mm - across.squaredNorm());
-        const Vector3f normal = ((across + Vector3d(0, 0, up)) / kRadius_mm).cast<float>();
-        for (int c = 0; c < 3; ++c) {
-          span.skin.normals.of[c][i] = normal[c];
-          span.at_rest.normals.of[c][i] = normal[c];
-          span.at_rest.places_mm.of[c][i] = float(kRadius_mm) * normal[c];
-          span.lit.half_way.of[c][i] = c == 2;
-        }
-        span.skin.depth_mm[i] = span.lit.share[i] = span.lit.shows[i] = 1;
-        span.at_rest.bends[i] = bend;
-      }
       const SpanColors colors{x0, y, kSpan, color.planes(), white.data(), span.skin.depth_mm};
       film.add(span, static_cast<float>(1 / pixel_mm), 0, kSpan, colors);
       light.insert(light.end(), color.of[0], color.of[0] + kSpan);
@@ -260,6 +264,36 @@ TEST(WetFilm, StaysWhereItIsWhenThePictureIsShifted) {
   EXPECT_GT(count, 200) << "nothing shines here";
   // 0.07 as it is; 5.7 where the film's normals and places are mixed, too.
   EXPECT_LT(std::sqrt(squares / count), 1) << "levels of 255, root mean square";
+}
+
+// Where drops are asked for is told by how far the film reaches, and by what lies between knots.
+TEST(WetFilm, IsAskedForWhereverADropIsLit) {
+  constexpr double kPixel_mm = 0.6;
+  constexpr float kInversePixel = 1 / kPixel_mm, kRounding = 1e-6f;
+  const WetFilm film(wet_light());
+  std::array<float, kSpan> white;
+  white.fill(1);
+  int lit = 0, left_out = 0;
+  for (int y = 0; y < kSpan; ++y) {
+    SkinDirections all{}, asked{};
+    for (SkinDirections* color : {&all, &asked}) {
+      ScopeSpan span = bulge_span(y, kSpan, kPixel_mm);
+      const SpanColors colors{0, y, kSpan, color->planes(), white.data(), span.skin.depth_mm};
+      if (color == &asked) {
+        for (int i = 0; i < kSpan; ++i)
+          if (span.skin.normals.of[2][i] < film.reach().least_cosine) span.lit.shows[i] = 0;
+        film.may_show(kInversePixel, kSpan, span);
+        left_out += int(std::count(span.lit.shows, span.lit.shows + kSpan, 0.f));
+      }
+      film.add(span, kInversePixel, 0, kSpan, colors);
+    }
+    for (int i = 0; i < kSpan; ++i) {
+      EXPECT_NEAR(all.of[0][i], asked.of[0][i], kRounding) << i << ", " << y;
+      lit += all.of[0][i] > 0;
+    }
+  }
+  EXPECT_GT(lit, 200);
+  EXPECT_GT(left_out, kSpan * kSpan / 2);
 }
 
 // A sample that reaches over its face's edge is lit as on the edge: its own lattice leans on where

@@ -28,31 +28,36 @@ struct LatticeTriangles {
 
 namespace {
 
-constexpr int kGroup = SparseShading::kGroup, kMiddle = 4;
+constexpr int kGroup = SparseShading::kGroup;
+constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a group that runs on
 
 // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
 // seen at a grazing angle.
 constexpr float kSmoothTexels = 4;
 
-// A group's numbers from those of its first, middle and last pixel, linear between them.
-inline void mix_group(float first, float middle, float last, float* __restrict group) {
-  constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
-  constexpr float kSecondHalf[kGroup] = {0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1};
+// How far each pixel of a group lies from knot k to the next.
+constexpr std::array<float, kGroup> way_on(std::size_t k) {
+  std::array<float, kGroup> ways{};
+  for (int i = 0; i < kGroup; ++i)
+    ways[i] = std::clamp(float(i - kKnots[k]) / float(kKnots[k + 1] - kKnots[k]), 0.0f, 1.0f);
+  return ways;
+}
+
+// A group's numbers from those of its knots, linear between them.
+inline void mix_group(const std::array<float, 4>& at, float* __restrict group) {
+  static constexpr std::array kWays = {way_on(0), way_on(1), way_on(2)};
   // Unrolled before it becomes a vector, its weights would be worked with one by one.
 #pragma GCC unroll 1
   for (int i = 0; i < kGroup; ++i)
-    group[i] = first + kFirstHalf[i] * (middle - first) + kSecondHalf[i] * (last - middle);
+    group[i] = at[0] + kWays[0][i] * (at[1] - at[0]) + kWays[1][i] * (at[2] - at[1]) +
+               kWays[2][i] * (at[3] - at[2]);
 }
 
-// Whether all eight pixels of a group run on to the next, the last wherever it goes.
+// Whether all pixels of a group run on to the next, the last wherever it goes.
 inline bool all_run_on(const std::uint8_t* runs_on) {
-  static_assert(kGroup == 8);
-  std::uint64_t bytes;
-  std::memcpy(&bytes, runs_on, sizeof bytes);
-  const std::uint8_t to_the_next[kGroup] = {1, 1, 1, 1, 1, 1, 1, 0};
-  std::uint64_t wanted;
-  std::memcpy(&wanted, to_the_next, sizeof wanted);
-  return (bytes & wanted) == wanted;
+  constexpr std::uint8_t kAll[] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+  static_assert(sizeof kAll == kGroup - 1);
+  return std::memcmp(runs_on, kAll, sizeof kAll) == 0;
 }
 
 // Less of a lamp of 1 is not seen: half a level where a picture is darkest.
@@ -104,7 +109,7 @@ SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) :
   for (int first = 0; first < count; first += kGroup) {
     smooth_[first / kGroup] = first + kGroup <= count && all_run_on(&runs_on[first]);
     if (smooth_[first / kGroup]) {
-      for (const int at : {0, kMiddle, kGroup - 1}) knots_[post_count_++] = first + at;
+      for (const int at : kKnots) knots_[post_count_++] = first + at;
       continue;
     }
     for (int i = first; i < std::min(first + kGroup, count); ++i) {
@@ -127,10 +132,10 @@ void ShadingInterpolation::operator()(const ShadedPosts& table,
   for (int g = 0; g < groups; ++g) {
     const std::int16_t* const row = &row_[std::size_t(g) * kGroup];
     if (span_.smooth(g)) {
-      const float *const begin = table.rows[row[0]], *const middle = table.rows[row[kMiddle]],
-                         *const end = table.rows[row[kGroup - 1]];
+      std::array<const float*, kKnots.size()> at;
+      for (std::size_t k = 0; k < at.size(); ++k) at[k] = table.rows[row[kKnots[k]]];
       for (int c = 0; c < 3; ++c)
-        mix_group(begin[c], middle[c], end[c], planes[c] + std::size_t(g) * kGroup);
+        mix_group({at[0][c], at[1][c], at[2][c], at[3][c]}, planes[c] + std::size_t(g) * kGroup);
       continue;
     }
     for (int i = 0; i < kGroup; ++i) {

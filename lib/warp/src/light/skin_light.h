@@ -129,13 +129,13 @@ void each_shown_part(const float* shows, int count, const Visit& visit) {
   }
 }
 
-// What light depends on changes slowly over skin that runs on: of each eight pixels of a row it is
-// worked out for three, and mixed between them; for every pixel where the skin breaks off or falls
-// away steeply. Groups lie at multiples of eight of the picture's columns, so that a pixel's light
-// does not depend on which part of the picture is drawn.
+// What light depends on changes slowly over skin that runs on: of each sixteen pixels of a row it
+// is worked out for four, and mixed between them; for every pixel where the skin breaks off or
+// falls away steeply. Groups lie at multiples of sixteen of the picture's columns, so that a
+// pixel's light does not depend on which part of the picture is drawn.
 class SparseShading {
  public:
-  static constexpr int kGroup = 8;
+  static constexpr int kGroup = 16;
 
   // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
   // of kGroup. texel_mm: of the cameras, on the surface.
@@ -145,7 +145,7 @@ class SparseShading {
   int knot_count() const { return post_count_; }
   int knot(int k) const { return knots_[k]; }
 
-  // Whether group g runs on: it has three knots, its first, middle and last pixel.
+  // Whether group g runs on: it has four knots, its first and last pixel among them.
   bool smooth(int g) const { return smooth_[g]; }
   int count() const { return count_; }  // pixels
 
