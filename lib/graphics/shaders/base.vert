@@ -35,11 +35,9 @@ void main() {
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   if (weighs == 0 && !s.two_sided && !cut) return;
   sides = s.two_sided ? 2 : 1;
-  float b1 = float(own.x) / float(steps), b2 = float(own.y) / float(steps);
-  float h = uintBitsToFloat(node.x);
-  vec3 p = s.m[0] + b1 * (s.m[1] + b1 * s.m[6] + b2 * s.m[7]) + b2 * (s.m[2] + b2 * s.m[8]) +
-           h * (s.m[3] + b1 * s.m[4] + b2 * s.m[5]);
-  place = vec3(b1, b2, p.z);
-  vec3 pixel = projected(p);
+  vec2 b = vec2(own) / float(steps);
+  vec3 p = shell_point(s.plane, s.outward, s.bend, b, uintBitsToFloat(node.x));
+  place = vec3(b, p.z);
+  vec3 pixel = projection() * p;
   gl_Position = vec4(2.0 * pixel.xy / picture - p.z, p.z - 2.0 * near_mm, p.z);
 }

@@ -6,7 +6,8 @@ uniform int first_patch;
 uniform vec2 picture;  // its size
 uniform float near_mm;
 
-out vec4 matrix0, matrix1, matrix2, matrix3, matrix4, matrix5, matrix6;
+// The face's for this patch, in pixels: from its samples' coordinates instead of b1, b2 and h.
+out mat3 plane, outward, bend;
 out vec4 texel_per_pixel;  // offset by pixel: u_x, u_y, v_x, v_y
 out vec4 splat;            // depth by offset: z_u, z_v; columns and rows, 0: not drawn
 
@@ -18,9 +19,9 @@ vec2 interval(float center, float extent, float z0, float z1, float focal, float
               middle + focal * (to / (to > 0.0 ? z0 : z1)) + grow + 1.0);
 }
 
-bool faces_away(vec3 center, vec3 extent, float bend, vec3 normal, float sine, float cosine) {
+bool faces_away(vec3 center, vec3 extent, float turn, vec3 normal, float sine, float cosine) {
   float along = dot(normal, center), distance2 = dot(center, center);
-  float radius = length(extent) + (bend > 0.0 ? bend * sqrt(distance2) : 0.0);
+  float radius = length(extent) + (turn > 0.0 ? turn * sqrt(distance2) : 0.0);
   float tangent2 = distance2 - radius * radius, tangent = sqrt(max(tangent2, 0.0));
   float wide_sine = sine * tangent + cosine * radius;
   float wide_cosine = cosine * tangent - sine * radius;
@@ -31,20 +32,19 @@ bool faces_away(vec3 center, vec3 extent, float bend, vec3 normal, float sine, f
 void main() {
   Patch p = patch_of(samples, first_patch, gl_VertexID);
   Shell s = shell_of(p.face);
-  float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
-  vec3 e = p.extent;
-  vec3 by_h = s.m[3] + s.m[4] * b1 + s.m[5] * b2;
-  vec3 bend1 = s.m[6] * b1 + s.m[7] * b2, bend2 = s.m[8] * b2;
-  vec3 more1 = bend1 + s.m[6] * b1, more2 = 2.0 * bend2 + s.m[7] * b1;
-  vec3 flat1 = s.m[1] + s.m[4] * h, flat2 = s.m[2] + s.m[5] * h;
-  vec3 by_b1 = flat1 + more1, by_b2 = flat2 + more2;
-  vec3 center = s.m[0] + (s.m[1] + bend1) * b1 + (s.m[2] + bend2) * b2 + by_h * h;
+  vec2 b = p.center.xy;
+  float h = p.center.z;
+  vec3 e = p.extent, aside1 = s.outward[1], aside2 = s.outward[2];
+  vec3 of_11 = s.bend[0], of_12 = s.bend[1], of_22 = s.bend[2];
+  vec3 more1 = 2.0 * b.x * of_11 + b.y * of_12, more2 = b.x * of_12 + 2.0 * b.y * of_22;
+  vec3 flat1 = s.plane[1] + aside1 * h, flat2 = s.plane[2] + aside2 * h;
+  vec3 by_b1 = flat1 + more1, by_b2 = flat2 + more2, by_h = s.outward * vec3(1.0, b);
+  vec3 center = shell_point(s.plane, s.outward, s.bend, b, h);
   vec3 extent = abs(flat1) * e.x + abs(flat2) * e.y + abs(by_h) * e.z +
-              (abs(s.m[4]) * e.x + abs(s.m[5]) * e.y) * e.z + abs(more1) * e.x + abs(more2) * e.y +
-              abs(s.m[6]) * (e.x * e.x) + abs(s.m[7]) * (e.x * e.y) + abs(s.m[8]) * (e.y * e.y);
-  vec3 turn1 = abs(s.m[6]) * (2.0 * e.x) + abs(s.m[7]) * e.y;
-  vec3 turn2 = abs(s.m[7]) * e.x + abs(s.m[8]) * (2.0 * e.y);
-  float bend = length(turn1) / max(length(by_b1), 1e-30) + length(turn2) / max(length(by_b2), 1e-30);
+                (abs(aside1) * e.x + abs(aside2) * e.y) * e.z + abs(more1) * e.x + abs(more2) * e.y +
+                abs(of_11) * (e.x * e.x) + abs(of_12) * (e.x * e.y) + abs(of_22) * (e.y * e.y);
+  float turn = length(abs(of_11) * (2.0 * e.x) + abs(of_12) * e.y) / max(length(by_b1), 1e-30) +
+               length(abs(of_12) * e.x + abs(of_22) * (2.0 * e.y)) / max(length(by_b2), 1e-30);
   vec3 s_u = by_b1 * p.along_u.x + by_b2 * p.along_u.y + by_h * p.along_u.z;
   vec3 s_v = by_b1 * p.along_v.x + by_b2 * p.along_v.y + by_h * p.along_v.z;
 
@@ -56,7 +56,7 @@ void main() {
   float exact = by_u.x * by_v.y - by_v.x * by_u.y, least = 1e-3 * size * size;
   float determinant = abs(exact) < least ? (exact < 0.0 ? -least : least) : exact;
   texel_per_pixel = vec4(by_v.y, -by_v.x, -by_u.y, by_u.x) / (determinant * kReach);
-  vec2 cells = clamp(ceil(abs(by_u) + abs(by_v)), 1.0, kMostSplat);
+  vec2 cells = clamp(ceil(abs(by_u) + abs(by_v)), 1.0, float(kMostSplat));
 
   float z0 = max(center.z - extent.z, near_mm), z1 = center.z + extent.z;
   vec2 x = interval(center.x, extent.x, z0, z1, lens.x, lens.z, cells.x);
@@ -64,18 +64,13 @@ void main() {
   bool seen = z1 >= near_mm && floor(clamp(x.y, 0.0, picture.x)) > floor(clamp(x.x, 0.0, picture.x)) &&
               floor(clamp(y.y, 0.0, picture.y)) > floor(clamp(y.x, 0.0, picture.y));
   vec3 normal = cross(s_v, s_u);
-  if (!s.two_sided && faces_away(center, extent, bend, normal, p.sine, p.cosine)) seen = false;
+  if (!s.two_sided && faces_away(center, extent, turn, normal, p.sine, p.cosine)) seen = false;
   bool left_to_base = !s.two_sided && dot(normal, center) > 0.0 && is_near(s);
   splat = vec4(kReach * s_u.z, kReach * s_v.z, seen && !left_to_base ? cells : vec2(0.0));
 
-  // The face's matrix for this patch: from its samples' coordinates instead of b1, b2 and h.
   vec3 f = e / kFullCoordinate;
-  vec3 c0 = projected(center), c1 = projected(by_b1) * f.x, c2 = projected(by_b2) * f.y;
-  vec3 c3 = projected(by_h) * f.z, c4 = projected(s.m[4]) * (f.z * f.x);
-  vec3 c5 = projected(s.m[5]) * (f.z * f.y), c6 = projected(s.m[6]) * (f.x * f.x);
-  vec3 c7 = projected(s.m[7]) * (f.x * f.y), c8 = projected(s.m[8]) * (f.y * f.y);
-  matrix0 = vec4(c0, c1.x), matrix1 = vec4(c1.yz, c2.xy), matrix2 = vec4(c2.z, c3);
-  matrix3 = vec4(c4, c5.x), matrix4 = vec4(c5.yz, c6.xy), matrix5 = vec4(c6.z, c7);
-  matrix6 = vec4(c8, 0.0);
+  plane = projection() * mat3(center, by_b1 * f.x, by_b2 * f.y);
+  outward = projection() * mat3(by_h, aside1 * f.x, aside2 * f.y) * f.z;
+  bend = projection() * mat3(of_11 * (f.x * f.x), of_12 * (f.x * f.y), of_22 * (f.y * f.y));
   gl_Position = vec4(0.0);
 }

@@ -2,14 +2,6 @@
 // What instruments do to skin before they are drawn: they darken what they nearly touch and the dents
 // that they press, and by the light at the scope they throw shadows and are mirrored in its wet film:
 // finishing/tool_shadows.cpp.
-uniform highp sampler2D solids;  // as solids.frag has them
-uniform int solid_count;
-uniform vec4 solid_box;  // pixels, with their shadows
-uniform vec4 view_lens;
-uniform int at_scope;
-uniform vec3 light_mm;  // from the eye, the view's frame
-uniform float reach;
-
 struct Skin {
   vec3 place, normal;  // the normal is 0 where the skin breaks off
 };
@@ -19,9 +11,7 @@ struct Capsule {
   vec3 pressed;
 };
 
-vec3 place_at(ivec2 at) {
-  return depth_at(at) * reach * vec3((vec2(at) + 0.5 - view_lens.zw) / view_lens.xy, 1.0);
-}
+vec3 place_at(ivec2 at) { return depth_at(at) * reach * sight_at(vec2(at) + 0.5); }
 
 vec3 normal_at(ivec2 at) {
   float here = depth_at(at);
@@ -46,35 +36,33 @@ vec2 passing(vec3 p, vec3 d, float length_mm, Capsule capsule) {
   return vec2(length(r + s * d - t * axis) - capsule.radius, s);
 }
 
-float rising(float low, float high, float value) {
-  float t = clamp((value - low) / (high - low), 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
+// From its axis, at the point nearest to a place, to that.
+vec3 way_to(vec3 place, Capsule capsule) {
+  vec3 axis = capsule.to - capsule.from, way = place - capsule.from;
+  return way - clamp(dot(way, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0) * axis;
 }
 
-float kept_in_dent(vec3 place, Capsule capsule, float gap) {
-  float depth = length(capsule.pressed), along = dot(capsule.to - capsule.from, capsule.to - capsule.from);
-  vec3 inward = capsule.pressed / depth, axis = capsule.to - capsule.from;
-  float t = along > 0.0 ? clamp(dot(place - capsule.from, axis) / along, 0.0, 1.0) : 0.0;
-  vec3 way = place - (capsule.from + t * axis);
-  float below = clamp((dot(way, inward) - capsule.radius) / depth + 1.0, 0.0, 1.0);
+float kept_in_dent(vec3 way, Capsule capsule, float gap) {
+  float depth = length(capsule.pressed);
+  float below = clamp((dot(way, capsule.pressed) / depth - capsule.radius) / depth + 1.0, 0.0, 1.0);
   float shade = kDarkestDent * depth / (depth + 0.5 * capsule.radius) * below * (2.0 - below);
   return 1.0 - shade * rising(kDentReach * (capsule.radius + depth), 0.0, gap);
 }
 
 // What is kept of the skin's light (x), and what is mirrored in it (y); what a dent keeps (z).
 void shade_by(Capsule capsule, Skin skin, inout vec3 shade) {
-  float gap = max(0.0, passing(skin.place, vec3(0.0), 0.0, capsule).x);
-  if (capsule.pressed != vec3(0.0)) shade.z = min(shade.z, kept_in_dent(skin.place, capsule, gap));
+  vec3 way = way_to(skin.place, capsule), toward = light_mm - skin.place;
+  float gap = max(0.0, length(way) - capsule.radius);
+  if (capsule.pressed != vec3(0.0)) shade.z = min(shade.z, kept_in_dent(way, capsule, gap));
   if (gap >= kShadeReach_mm) return;
-  vec3 way = light_mm - skin.place;
-  float range = max(length(way), 1.0);
-  vec2 shadow = passing(skin.place, way / range, range, capsule);
+  float range = max(length(toward), 1.0);
+  vec2 shadow = passing(skin.place, toward / range, range, capsule);
   float soft = kLeastSoft_mm + kLampRadius_mm * shadow.y / range;
   float touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
-  float kept = at_scope == 1 ? 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x) : 1.0;
+  float kept = at_scope ? 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x) : 1.0;
   float near = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
   shade.x = min(shade.x, kept * (1.0 - kOccluded * touches * exp(-gap / near)));
-  if (at_scope == 0) return;
+  if (!at_scope) return;
   vec3 sight = normalize(skin.place);
   float facing = -dot(sight, skin.normal);
   if (!(facing > 0.0)) return;
@@ -85,14 +73,12 @@ void shade_by(Capsule capsule, Skin skin, inout vec3 shade) {
 }
 
 void finish(ivec2 at) {
-  if (any(lessThan(gl_FragCoord.xy, solid_box.xy)) || any(greaterThan(gl_FragCoord.xy, solid_box.zw))) return;
-  if (is_open(shown) || depth_at(at) >= 1.0) return;
+  if (!in_tool_box() || is_open(shown) || depth_at(at) >= 1.0) return;
   Skin skin = Skin(place_at(at), normal_at(at));
   vec3 shade = vec3(1.0, 0.0, 1.0);
-  for (int k = 0; k < solid_count; ++k) {
-    vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
-    vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
-    vec3 steel = texelFetch(solids, table_at(4 * k + 3), 0).rgb;
+  for (int k = 0; k < tool_count; ++k) {
+    vec4 a = tool(k, 0), b = tool(k, 1), c = tool(k, 2);
+    vec3 steel = tool(k, 3).rgb;
     float color = kSteelLit * dot(steel, steel) / 3.0;
     shade_by(Capsule(a.xyz, b.xyz, a.w, color, b.w == 0.0 ? c.xyz : vec3(0.0)), skin, shade);
     if (b.w == 0.0) continue;
@@ -101,6 +87,6 @@ void finish(ivec2 at) {
   }
   shade.xy *= shade.z;
   if (shade.x > 0.995 && shade.y < 0.001) return;
-  vec3 kept = shade.x / (1.0 - vec3(kTissueRed, kTissueGreen, kTissueBlue) * (1.0 - shade.x));
+  vec3 kept = shade.x / (1.0 - kTissueMirrored * (1.0 - shade.x));
   shown.rgb = floor(srgb_of(kept * linear_of(shown.rgb) + shade.y) * 255.0 + 0.5) / 255.0;
 }

@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Instruments, lit from the eye, hidden where tissue is nearer: finishing/solids.cpp, four rays a
 // pixel.
-uniform highp sampler2D solids;  // four texels each, in the view's frame, mm
-uniform int solid_count;
-uniform vec4 solid_box;  // pixels
-uniform vec4 view_lens;
-uniform float near_mm, reach;
-uniform bool at_scope;
-
 struct Hit {
   float along;
   vec3 normal;
@@ -64,7 +57,7 @@ vec3 shade(Hit hit, vec3 d) {
   float shine = sqrt(dot(hit.color, vec3(1.0 / 3.0)));
   if (at_scope)
     return min(hit.color * hit.color * (0.03 + kSteelLit * middle * squared * facing) +
-                   shine * aside * squared * vec3(kTissueRed, kTissueGreen, kTissueBlue) +
+                   shine * aside * squared * kTissueMirrored +
                    (0.25 + shine) * (by_32 * by_32) * (by_32 * by_32) * bright,
                1.0);
   float lamp = 0.06 + (0.35 + 0.55 * facing) * middle * squared + 0.35 * aside * aside * aside;
@@ -72,20 +65,16 @@ vec3 shade(Hit hit, vec3 d) {
 }
 
 void finish(ivec2 at) {
-  float tissue = depth_at(at);
-  vec2 place = gl_FragCoord.xy;
-  if (any(lessThan(place, solid_box.xy)) || any(greaterThan(place, solid_box.zw))) return;
-  float tissue_mm = tissue < 1.0 ? tissue * reach : 1e30, depth = 1e30;
+  if (!in_tool_box()) return;
+  float tissue = depth_at(at), tissue_mm = tissue < 1.0 ? tissue * reach : 1e30, depth = 1e30;
   vec3 sum = vec3(0.0);
   float rays = 0.0;
   for (int ray = 0; ray < 4; ++ray) {
-    vec2 pixel = floor(place) + 0.25 + 0.5 * vec2(float(ray & 1), float(ray >> 1));
-    vec3 d = vec3((pixel - view_lens.zw) / view_lens.xy, 1.0);
+    vec3 d = sight_at(vec2(at) + 0.25 + 0.5 * vec2(ray & 1, ray >> 1));
     Hit hit = Hit(1e30, vec3(0.0), 1.0, vec3(0.0));
-    for (int k = 0; k < solid_count; ++k) {
-      vec4 a = texelFetch(solids, table_at(4 * k), 0), b = texelFetch(solids, table_at(4 * k + 1), 0);
-      vec4 c = texelFetch(solids, table_at(4 * k + 2), 0);
-      vec3 color = texelFetch(solids, table_at(4 * k + 3), 0).rgb;
+    for (int k = 0; k < tool_count; ++k) {
+      vec4 a = tool(k, 0), b = tool(k, 1), c = tool(k, 2);
+      vec3 color = tool(k, 3).rgb;
       hit_capsule(d, a.xyz, b.xyz, a.w, color, hit);
       if (b.w == 0.0) continue;
       hit_capsule(d, b.xyz, c.xyz, a.w, color, hit);

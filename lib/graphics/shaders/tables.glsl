@@ -20,6 +20,12 @@ Patch patch_of(highp usampler2D samples, int first_patch, int number) {
 // Of a texel that holds two slots.
 uvec2 one_of_two(uvec4 texel, int slot) { return (slot & 1) == 0 ? texel.xy : texel.zw; }
 
+// A place of the shell, by a face's numbers or a patch's.
+vec3 shell_point(mat3 plane, mat3 outward, mat3 bend, vec2 b, float h) {
+  vec3 at = vec3(1.0, b);
+  return plane * at + h * (outward * at) + bend * vec3(b.x * b, b.y * b.y);
+}
+
 int signed_low(uint word) { return int(word << 16) >> 16; }
 int signed_high(uint word) { return int(word) >> 16; }
 

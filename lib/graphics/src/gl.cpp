@@ -83,32 +83,30 @@ constexpr const char* kEmbedded =
     "precision highp float;\n"
     "precision highp int;\n";
 
-std::string line(const std::string& name, const std::string& value) {
-  return "#define " + name + " " + value + "\n";
-}
-
-std::string number(double value) {
+std::string glsl(int value) { return std::to_string(value); }
+std::string glsl(double value) {
   std::array<char, 40> text;
   std::snprintf(text.data(), text.size(), "%.9e", value);
   return text.data();
 }
+std::string glsl(const std::array<float, 3>& v) {
+  return "vec3(" + glsl(double{v[0]}) + "," + glsl(double{v[1]}) + "," + glsl(double{v[2]}) + ")";
+}
 
 std::string constants() {
+  std::vector<ShaderConstant> all = shader_constants();
+  all.insert(all.end(), {{"kSlots", int(kChunk)},
+                         {"kTableBits", Table::kBits},
+                         {"kTableColumns", Table::kColumns},
+                         {"kColorRoot", kColorRoot},
+                         {"kCoverSamples", double(Cover::samples)},
+                         {"kCoverBase", double(Cover::base)},
+                         {"kCoverFilled", double(Cover::filled)},
+                         {"kCoverSolid", double(Cover::solid)}});
   std::string text;
-  for (const ShaderConstant& constant : shader_constants()) {
-    const std::string_view name = constant.name;
-    const bool whole = name == "kGrainSide" || name == "kNormalReach";
-    text +=
-        line(constant.name, whole ? std::to_string(int(constant.value)) : number(constant.value));
-  }
-  text += line("kSlots", std::to_string(kChunk));
-  text += line("kTableBits", std::to_string(Table::kBits));
-  text += line("kTableColumns", std::to_string(Table::kColumns));
-  text += line("kColorRoot", number(kColorRoot));
-  text += line("kCoverSamples", number(double(Cover::samples)));
-  text += line("kCoverBase", number(double(Cover::base)));
-  text += line("kCoverFilled", number(double(Cover::filled)));
-  text += line("kCoverSolid", number(double(Cover::solid)));
+  for (const auto& [name, number] : all)
+    text += "#define " + std::string(name) + " " +
+            std::visit([](const auto& value) { return glsl(value); }, number) + "\n";
   return text;
 }
 
@@ -122,6 +120,15 @@ std::string text_of(const std::string& name) {
   throw std::out_of_range("there is no shader " + name);
 }
 #endif
+
+std::vector<std::string> words_in(std::string_view text) {
+  std::vector<std::string> words;
+  while (!text.empty()) {
+    words.emplace_back(text.substr(0, text.find(' ')));
+    text.remove_prefix(std::min(text.size(), words.back().size() + 1));
+  }
+  return words;
+}
 
 using Log = std::array<char, 4096>;  // what a driver says, as far as anybody reads
 
@@ -180,15 +187,6 @@ void Targets::resize(int new_width, int new_height) {
   bind_targets(edge_picture, edges, nullptr);
 }
 
-std::vector<std::string> words_in(std::string_view text) {
-  std::vector<std::string> words;
-  while (!text.empty()) {
-    words.emplace_back(text.substr(0, text.find(' ')));
-    text.remove_prefix(std::min(text.size(), words.back().size() + 1));
-  }
-  return words;
-}
-
 std::string shader_text(ShaderDialect dialect, std::string_view files) {
   static const std::string of_all = constants();
   std::string text = (dialect == ShaderDialect::desktop ? kDesktop : kEmbedded) + of_all;
@@ -199,7 +197,7 @@ std::string shader_text(ShaderDialect dialect, std::string_view files) {
 std::span<const ProgramFiles> program_files() {
   static constexpr std::array<ProgramFiles, 13> kFiles = {{
       {"place", "tables.glsl shell.glsl place.vert", "place.frag",
-       "matrix0 matrix1 matrix2 matrix3 matrix4 matrix5 matrix6 texel_per_pixel splat"},
+       "plane outward bend texel_per_pixel splat"},
       {"splat", "tables.glsl splat.vert", "splat.frag"},
       {"base", "tables.glsl shell.glsl weight.glsl base.vert", "base.frag"},
       {"resolve", "screen.vert", "tables.glsl weight.glsl skin.glsl light.glsl resolve.frag"},
@@ -207,19 +205,13 @@ std::span<const ProgramFiles> program_files() {
       {"slits", "screen.vert", "finish.glsl pass.glsl slits.frag"},
       {"across", "screen.vert", "finish.glsl across.frag"},
       {"fade", "screen.vert", "finish.glsl pass.glsl fade.frag"},
-      {"shadows", "screen.vert", "tables.glsl finish.glsl pass.glsl shadows.frag"},
-      {"wounds", "screen.vert", "tables.glsl finish.glsl pass.glsl wounds.frag"},
-      {"solids", "screen.vert", "tables.glsl finish.glsl pass.glsl solids.frag"},
+      {"shadows", "screen.vert", "tables.glsl tools.glsl finish.glsl pass.glsl shadows.frag"},
+      {"wounds", "screen.vert", "tables.glsl tools.glsl finish.glsl pass.glsl wounds.frag"},
+      {"solids", "screen.vert", "tables.glsl tools.glsl finish.glsl pass.glsl solids.frag"},
       {"edges", "screen.vert", "finish.glsl edges.frag"},
       {"outline", "screen.vert", "finish.glsl pass.glsl outline.frag"},
   }};
   return kFiles;
-}
-
-const ProgramFiles& files_of(std::string_view program) {
-  const auto all = program_files();
-  return *std::find_if(all.begin(), all.end(),
-                       [&](const auto& one) { return one.name == program; });
 }
 
 Program::Program(ShaderDialect dialect, const ProgramFiles& files) {
@@ -281,6 +273,17 @@ void Program::upload(std::string_view name, const float* numbers, int size, int 
 void Program::upload(std::string_view name, const int* numbers, int size, int count) const {
   if (size == 2) glUniform2iv(at(name), count, numbers);
   if (size == 3) glUniform3iv(at(name), count, numbers);
+}
+
+Programs::Programs(ShaderDialect dialect) {
+  for (const ProgramFiles& files : program_files())
+    programs_.try_emplace(files.name, dialect, files);
+}
+
+const Program& Programs::use(std::string_view name) const {
+  const Program& program = programs_.at(name);
+  program.use();
+  return program;
 }
 
 }  // namespace organbake

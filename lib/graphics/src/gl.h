@@ -82,11 +82,11 @@ class Table {
   explicit Table(Texel texel) : texel_(texel) {}
   // Room for so many texels. Where there was less, what was in it is lost.
   void reserve(std::size_t texels);
-  // Four numbers a texel, floats or words, into the room from a texel on.
+  // Floats or words, or whole texels of them, into the room from a texel on.
   template <class Number>
   void put(std::size_t first, const std::vector<Number>& numbers) {
-    static_assert(sizeof(Number) == 4);
-    upload(first, numbers.data(), numbers.size() / 4);
+    static_assert(sizeof(Number) == 4 || sizeof(Number) == 16);
+    upload(first, numbers.data(), numbers.size() * sizeof(Number) / 16);
   }
   template <class Number>
   void fill(const std::vector<Number>& numbers) {
@@ -166,9 +166,6 @@ struct ProgramFiles {
   const char *name, *vertex, *fragment, *captured = "";
 };
 std::span<const ProgramFiles> program_files();
-const ProgramFiles& files_of(std::string_view program);  // by its name
-
-std::vector<std::string> words_in(std::string_view text);
 
 // A compiled program, and its uniforms by name. A name that the program does not use is passed
 // over: compilers leave out what does not count.
@@ -187,7 +184,7 @@ class Program {
     upload(name, value.data(), size, 1);
   }
   template <class Number, int size>
-  void set(std::string_view name, std::span<const Eigen::Matrix<Number, size, 1>> values) const {
+  void set(std::string_view name, const std::vector<Eigen::Matrix<Number, size, 1>>& values) const {
     if (!values.empty()) upload(name, values.front().data(), size, static_cast<int>(values.size()));
   }
   // Binds a texture to a unit of its own, and the sampler to that. Before the program first draws
@@ -207,6 +204,17 @@ class Program {
   // Those that were asked for.
   mutable std::map<std::string, Uniform, std::less<>> uniforms_;
   mutable int units_ = 0;
+};
+
+// All programs, by their names.
+class Programs {
+ public:
+  explicit Programs(ShaderDialect dialect);
+  // That draws from now on.
+  const Program& use(std::string_view name) const;
+
+ private:
+  std::map<std::string_view, Program> programs_;
 };
 
 inline Eigen::Vector4f lens_of(const Intrinsics& k) {

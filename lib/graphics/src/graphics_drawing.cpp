@@ -15,172 +15,151 @@
 #include "organbake/warp/solids.h"
 
 namespace organbake {
-Finishing::Finishing(ShaderDialect dialect)
-    : open_(dialect, files_of("open")),
-      slits_(dialect, files_of("slits")),
-      across_(dialect, files_of("across")),
-      fade_(dialect, files_of("fade")),
-      shadows_(dialect, files_of("shadows")),
-      solids_(dialect, files_of("solids")),
-      wounds_(dialect, files_of("wounds")),
-      edges_(dialect, files_of("edges")),
-      outline_(dialect, files_of("outline")) {}
+namespace {
 
-const Targets::Picture& Finishing::apply(const View& view, const DrawOptions& options,
-                                         PictureScale scale, Targets& targets) {
-  last_ = &targets.resolved;
-  glDepthFunc(GL_ALWAYS);
-  fill_slits(scale, targets);
-  if (options.smooth_outline && scale.fade_px > 1)
-    fade_borders(scale.fade_px, options.background, targets);
-  draw_blood(view, options.blood, scale, targets);
-  if (!options.solids.empty()) draw_solids(view, options.solids, scale, targets);
-  draw_smoke(view, options.smoke, scale, targets);
-  if (options.smooth_outline) smooth_outlines(scale, targets);
-  return *last_;
-}
+// The passes over a whole picture, each of which makes the next one from the last one.
+struct Finishing {
+  const View& view;
+  const DrawOptions& options;
+  const PictureScale& scale;
+  const Programs& programs;
+  Table& tools;
+  Targets& targets;
+  const Targets::Picture* last = &targets.resolved;
+  int next = 0;  // of targets.finished
+  const RigidTransform& pose = view.camera.camera_from_world;
 
-void Finishing::set_common(const Program& program, const Targets::Picture& from, Targets& targets) {
-  program.use();
-  program.set("picture", Eigen::Vector2f(float(targets.width), float(targets.height)));
-  program.set_texture("colors", GL_TEXTURE_2D, from.color.texture());
-  program.set_texture("depths", GL_TEXTURE_2D, from.depth.texture());
-}
-
-void Finishing::pass(const Program& program, Targets& targets) {
-  set_common(program, *last_, targets);
-  const Targets::Picture& to = targets.finished[next_];
-  next_ = 1 - next_;
-  glBindFramebuffer(GL_FRAMEBUFFER, to.framebuffer.name());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  last_ = &to;
-}
-
-void Finishing::fill_slits(PictureScale scale, Targets& targets) {
-  open_.use();
-  open_.set("texel", scale.texel_mm / scale.reach_mm);
-  pass(open_, targets);
-  for (const Eigen::Vector2i& back : {Eigen::Vector2i(0, -1), Eigen::Vector2i(-1, 0)}) {
-    slits_.use();
-    slits_.set("back", back);
-    pass(slits_, targets);
+  const Targets::Picture& apply() {
+    glDepthFunc(GL_ALWAYS);
+    fill_slits();
+    if (options.smooth_outline && scale.fade_px > 1) fade_borders();
+    draw_blood();
+    if (!options.solids.empty()) draw_solids();
+    draw_smoke();
+    if (options.smooth_outline) smooth_outlines();
+    return *last;
   }
-}
 
-void Finishing::fade_borders(int width_px, const std::array<std::uint8_t, 3>& background,
-                             Targets& targets) {
-  set_common(across_, *last_, targets);
-  across_.set("fade", width_px);
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_picture.name());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  fade_.use();
-  fade_.set_texture("across", GL_TEXTURE_2D, targets.edges.texture());
-  fade_.set("fade", width_px);
-  const auto& [red, green, blue] = background;
-  fade_.set("background", Eigen::Vector3f(Eigen::Vector3f(red, green, blue) / 255));
-  pass(fade_, targets);
-}
+ private:
+  // With a program that is in use and set.
+  void draw_into(const FramebufferName& framebuffer, const Program& program) const {
+    program.set("picture", Eigen::Vector2f(float(targets.width), float(targets.height)));
+    program.set_texture("colors", GL_TEXTURE_2D, last->color.texture());
+    program.set_texture("depths", GL_TEXTURE_2D, last->depth.texture());
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  void pass(const Program& program) {
+    const Targets::Picture& to = targets.finished[next];
+    draw_into(to.framebuffer, program);
+    next = 1 - next;
+    last = &to;
+  }
 
-// What a shader knows of a solid, a bead of blood or a puff of smoke.
-struct Finishing::TableRows {
-  struct Texel {
-    Eigen::Vector3d place;
-    double more = 0;
-  };
-  std::array<Texel, 4> texels;
-};
+  void fill_slits() {
+    const Program& open = programs.use("open");
+    open.set("texel", scale.texel_mm / scale.reach_mm);
+    pass(open);
+    const Program& slits = programs.use("slits");
+    for (const Eigen::Vector2i& back : {Eigen::Vector2i(0, -1), Eigen::Vector2i(-1, 0)}) {
+      slits.set("back", back);
+      pass(slits);
+    }
+  }
 
-void Finishing::pass_table(const Program& program, const View& view,
-                           const std::vector<TableRows>& table, const PixelBox& box,
-                           PictureScale scale, Targets& targets) {
-  if (box.empty()) return;
-  std::vector<float> numbers;
-  for (const TableRows& rows : table)
-    for (const auto& [at, more] : rows.texels)
+  void fade_borders() {
+    const Program& across = programs.use("across");
+    across.set("fade", scale.fade_px);
+    draw_into(targets.edge_picture, across);
+    const Program& fade = programs.use("fade");
+    fade.set_texture("across", GL_TEXTURE_2D, targets.edges.texture());
+    fade.set("fade", scale.fade_px);
+    const auto& [red, green, blue] = options.background;
+    fade.set("background", Eigen::Vector3f(Eigen::Vector3f(red, green, blue) / 255));
+    pass(fade);
+  }
+
+  // What a shader knows of a solid, a bead of blood or a puff of smoke: four texels each.
+  struct Rows {
+    std::vector<float> numbers;
+
+    void add(const Eigen::Vector3d& at, double more = 0) {
       for (const double number : {at.x(), at.y(), at.z(), more})
         numbers.push_back(static_cast<float>(number));
-  solid_table_.fill(numbers);
-  program.use();
-  program.set_texture("solids", GL_TEXTURE_2D, solid_table_.texture());
-  program.set("solid_count", static_cast<int>(table.size()));
-  program.set("solid_box",
-              Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
-  program.set("view_lens", lens_of(view.camera.intrinsics));
-  program.set("near_mm", static_cast<float>(view.near_mm));
-  program.set("reach", scale.reach_mm);
-  program.set("at_scope", scale.scope_light_mm ? 1 : 0);
-  program.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
-  pass(program, targets);
-}
-
-void Finishing::draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
-                            Targets& targets) {
-  const auto box_round = [&](const std::vector<Solid>& all) {
-    PixelBox box;
-    for (const SolidBlock& block : solid_blocks(all, view)) box = united(box, block.box);
-    return box;
+    }
   };
-  const RigidTransform& pose = view.camera.camera_from_world;
-  std::vector<TableRows> table;
-  for (const Solid& solid : solids) {
-    const Eigen::Vector3d third =
-        solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm);
-    table.push_back({{{{pose * solid.from, solid.radius_mm},
-                       {pose * solid.to, solid.corner ? 1.0 : 0.0},
-                       {third},
-                       {solid.color.cast<double>()}}}});
+
+  // In a box of the picture, with a program that draws what a table holds.
+  void pass_tools(const char* name, const Rows& rows, const PixelBox& box, bool smoke = false) {
+    if (box.empty()) return;
+    tools.fill(rows.numbers);
+    const Program& program = programs.use(name);
+    program.set_texture("tools", GL_TEXTURE_2D, tools.texture());
+    program.set("tool_count", static_cast<int>(rows.numbers.size() / 16));
+    program.set("tool_box",
+                Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
+    program.set("view_lens", lens_of(view.camera.intrinsics));
+    program.set("near_mm", static_cast<float>(view.near_mm));
+    program.set("reach", scale.reach_mm);
+    program.set("at_scope", int(scale.scope_light_mm.has_value()));
+    program.set("light_mm", scale.scope_light_mm.value_or(Eigen::Vector3f::Zero()));
+    program.set("smoke", int(smoke));
+    pass(program);
   }
-  if (scale.relit)
-    pass_table(shadows_, view, table, box_round(with_shadows(solids)), scale, targets);
-  pass_table(solids_, view, table, box_round(solids), scale, targets);
-}
 
-void Finishing::draw_blood(const View& view, const std::vector<BloodLine>& blood,
-                           PictureScale scale, Targets& targets) {
-  const RigidTransform& pose = view.camera.camera_from_world;
-  PixelBox box;
-  std::vector<TableRows> table;
-  for (const BloodLine& line : blood) {
-    table.push_back({{{{pose * line.from_mm, line.from_radius_mm},
-                       {pose * line.to_mm, line.to_radius_mm},
-                       {pose.rotation * line.outward},
-                       {pose.rotation * line.down_wall}}}});
-    box = united(box, box_round(line, view));
+  void draw_solids() {
+    const auto box_of = [&](const std::vector<Solid>& all) {
+      PixelBox box;
+      for (const PictureBlock& block : solid_blocks(all, view)) box = united(box, block.box);
+      return box;
+    };
+    Rows rows;
+    for (const Solid& solid : options.solids) {
+      rows.add(pose * solid.from, solid.radius_mm);
+      rows.add(pose * solid.to, solid.corner ? 1 : 0);
+      rows.add(solid.corner ? pose * *solid.corner
+                            : Eigen::Vector3d(pose.rotation * solid.pressed_mm));
+      rows.add(solid.color.cast<double>());
+    }
+    if (scale.relit) pass_tools("shadows", rows, box_of(with_shadows(options.solids)));
+    pass_tools("solids", rows, box_of(options.solids));
   }
-  wounds_.use();
-  wounds_.set("smoke", 0);
-  pass_table(wounds_, view, table, box, scale, targets);
-}
 
-void Finishing::draw_smoke(const View& view, const std::vector<SmokePuff>& smoke,
-                           PictureScale scale, Targets& targets) {
-  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-  PixelBox box;
-  std::vector<TableRows> table;
-  for (const SmokePuff& puff : smoke) {
-    table.push_back({{{{view.camera.camera_from_world * puff.middle_mm, puff.radius_mm},
-                       {none, puff.share},
-                       {none},
-                       {none}}}});
-    box = united(box, box_round(puff, view));
+  void draw_blood() {
+    Rows rows;
+    PixelBox box;
+    for (const BloodLine& line : options.blood) {
+      rows.add(pose * line.from_mm, line.from_radius_mm);
+      rows.add(pose * line.to_mm, line.to_radius_mm);
+      rows.add(pose.rotation * line.outward);
+      rows.add(pose.rotation * line.down_wall);
+      box = united(box, box_round(line, view));
+    }
+    pass_tools("wounds", rows, box);
   }
-  wounds_.use();
-  wounds_.set("smoke", 1);
-  pass_table(wounds_, view, table, box, scale, targets);
-}
 
-void Finishing::smooth_outlines(PictureScale scale, Targets& targets) {
-  set_common(edges_, *last_, targets);
-  edges_.set("texel", scale.texel_mm / scale.reach_mm);
-  edges_.set_texture("skin_depths", GL_TEXTURE_2D, targets.resolved.depth.texture());
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_picture.name());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  outline_.use();
-  outline_.set_texture("edges", GL_TEXTURE_2D, targets.edges.texture());
-  pass(outline_, targets);
-}
+  void draw_smoke() {
+    Rows rows;
+    PixelBox box;
+    for (const SmokePuff& puff : options.smoke) {
+      rows.add(pose * puff.middle_mm, puff.radius_mm);
+      rows.add(Eigen::Vector3d::Zero(), puff.share);
+      for (int unused = 2; unused < 4; ++unused) rows.add(Eigen::Vector3d::Zero());
+      box = united(box, box_round(puff, view));
+    }
+    pass_tools("wounds", rows, box, true);
+  }
 
-namespace {
+  void smooth_outlines() {
+    const Program& edges = programs.use("edges");
+    edges.set("texel", scale.texel_mm / scale.reach_mm);
+    edges.set_texture("skin_depths", GL_TEXTURE_2D, targets.resolved.depth.texture());
+    draw_into(targets.edge_picture, edges);
+    const Program& outline = programs.use("outline");
+    outline.set_texture("edges", GL_TEXTURE_2D, targets.edges.texture());
+    pass(outline);
+  }
+};
 
 ShaderDialect dialect_of_context() {
   current_graphics_device();
@@ -247,7 +226,9 @@ GraphicsDevice current_graphics_device() {
 
 struct GraphicsDrawing::Impl {
   ShaderDialect dialect = dialect_of_context();
-  OrganPasses passes{dialect};
+  Programs programs{dialect};
+  OrganPasses passes{dialect, programs};
+  Table tools{Table::Texel::floats};
   std::vector<std::uint8_t> pixels;          // read back
   LastDrawing last{std::uint64_t{1} << 63};  // a module of its own counts the processor's
   bool agreed;                               // with the processor, or that was not asked
@@ -285,7 +266,7 @@ void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const DrawOpti
   if (!options.keep_depth) return;
   glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, frame.depth_mm.data());
   for (float& depth : frame.depth_mm)
-    depth = depth < 1 ? depth * passes.reach_mm() : std::numeric_limits<float>::infinity();
+    depth = depth < 1 ? depth * passes.scale().reach_mm : std::numeric_limits<float>::infinity();
 }
 
 GraphicsDrawing::GraphicsDrawing(FirstPicture first, Pictures pictures)
@@ -311,7 +292,10 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   if (still)
     if (const auto report = impl_->last.unchanged(view, options, frame)) return *report;
   Stopwatch watch;
-  const Targets::Picture& picture = impl_->passes.draw(organs, view, options);
+  Targets& targets = impl_->passes.draw(organs, view, options);
+  const Targets::Picture& picture =
+      Finishing{view, options, impl_->passes.scale(), impl_->programs, impl_->tools, targets}
+          .apply();
   DrawReport report = impl_->report();
   const bool shown = shows_pictures();
   if (!shown || !impl_->agreed) impl_->read(picture, options, frame, report);
@@ -325,7 +309,5 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   impl_->last.remember(view, options, report, still, frame);
   return report;
 }
-
-std::size_t GraphicsDrawing::table_bytes() const { return impl_->passes.table_bytes(); }
 
 }  // namespace organbake

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 
 #include "gl.h"
 #include "organbake/warp/organ_source.h"
@@ -12,8 +13,9 @@
 namespace organbake {
 namespace {
 
-constexpr int kPlacedNumbers = 36;  // that place.vert captures of a patch
-constexpr int kGuard_px = 64;       // kMostSplat: round the picture, so that no splat is lost there
+// What place.vert captures of a patch: three matrices column by column, and two vectors.
+constexpr std::array<int, 11> kPlacedSizes = {3, 3, 3, 3, 3, 3, 3, 3, 3, 4, 4};
+constexpr int kGuard_px = 64;  // kMostSplat: round the picture, so that no splat is lost there
 
 // From now on into these targets, in which nothing is nearer than the farthest.
 void begin_depths(const FramebufferName& framebuffer) {
@@ -34,58 +36,23 @@ void set_active(const Program& program, const PlacedOrgan& organ) {
   program.set("active_shares", shares);
 }
 
-}  // namespace
-
-void SkinLightUniforms::set(const Program& program, const Warper& warper, const Lighting* lighting,
-                            const View& view, DrawnLight light, double reference_mm) {
-  program.set("light", lighting ? static_cast<int>(light) : 0);
-  program.set_texture("noise", GL_TEXTURE_3D, noise_.name());
-  if (!lighting || light == DrawnLight::baked) return;
-  program.set("view_lens", lens_of(view.camera.intrinsics));
-  program.set("world_from_view",
-              Eigen::Matrix3f(view.camera.camera_from_world.rotation.transpose().cast<float>()));
-  program.set("above", Eigen::Vector3f(lighting->ambient_above.cast<float>()));
-  program.set("below", Eigen::Vector3f(lighting->ambient_below.cast<float>()));
-  program.set("up", Eigen::Vector3f(lighting->up.cast<float>()));
-  constexpr std::size_t kMostLamps = 16, kMostLobes = 4;  // that a bundle may have
-  std::array<Eigen::Vector3f, kMostLamps> toward, color;
-  const std::size_t lamps = std::min(kMostLamps, lighting->lamps.size());
-  for (std::size_t i = 0; i < lamps; ++i) {
-    toward[i] = lighting->lamps[i].toward.cast<float>();
-    color[i] = lighting->lamps[i].color.cast<float>();
-  }
-  std::array<Eigen::Vector2f, kMostLobes> lobes;
-  const std::size_t lobe_count = std::min(kMostLobes, lighting->gloss.size());
-  for (std::size_t i = 0; i < lobe_count; ++i)
-    lobes[i] = {float(lighting->gloss[i].strength), float(lighting->gloss[i].exponent)};
-  program.set("lamps", static_cast<int>(lamps));
-  program.set("lamp_toward", std::span<const Eigen::Vector3f>(toward).first(lamps));
-  program.set("lamp_color", std::span<const Eigen::Vector3f>(color).first(lamps));
-  program.set("lobes", static_cast<int>(lobe_count));
-  program.set("lobe", std::span<const Eigen::Vector2f>(lobes).first(lobe_count));
-  if (light == DrawnLight::scope)
-    set_scope(program, warper.scope_shading(view, reference_mm), lighting->finish);
-}
-
-void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
-                                  const SkinFinish& finish) {
-  std::array<Eigen::Vector4f, 4> phase, slope;
+void set_scope_light(const Program& program, const ScopeShading& s, const SkinFinish& finish) {
+  std::vector<Eigen::Vector4f> phase, slope;
   Eigen::Vector4f variance;
-  for (int i = 0; i < 4; ++i) {
-    const ScopeShading::Wave& hill = s.hills[i];
-    phase[i] = Eigen::Vector4f(hill.phase.data());
-    slope[i] = {hill.slope[0], hill.slope[1], hill.slope[2], hill.length_mm};
-    variance[i] = hill.variance;
+  for (const ScopeShading::Wave& hill : s.hills) {
+    variance[Eigen::Index(phase.size())] = hill.variance;
+    phase.emplace_back(hill.phase.data());
+    slope.emplace_back(hill.slope[0], hill.slope[1], hill.slope[2], hill.length_mm);
   }
-  std::array<Eigen::Vector2f, 2> sheen;
-  for (int i = 0; i < 2; ++i) sheen[i] = {s.sheen[i].strength, s.sheen[i].alpha2};
-  program.set("hill_phase", std::span<const Eigen::Vector4f>(phase));
-  program.set("hill_slope", std::span<const Eigen::Vector4f>(slope));
+  std::vector<Eigen::Vector2f> sheen;
+  for (const ScopeShading::Lobe& lobe : s.sheen) sheen.emplace_back(lobe.strength, lobe.alpha2);
+  program.set("hill_phase", phase);
+  program.set("hill_slope", slope);
   program.set("hill_variance", variance);
   program.set("drops", Eigen::Vector4f(s.drops.data()));
   program.set("film", Eigen::Vector4f(s.film.strength, s.film.alpha2, s.film_reach.least_cosine,
                                       s.film_reach.inverse_fade));
-  program.set("sheen", std::span<const Eigen::Vector2f>(sheen));
+  program.set("sheen", sheen);
   program.set("scope_light", Eigen::Vector3f(s.light.data()));
   program.set("scope_forward", Eigen::Vector3f(s.forward.data()));
   program.set("scope", Eigen::Vector3f(s.full, s.inverse_tan2_half, s.inverse_pixel));
@@ -95,7 +62,67 @@ void SkinLightUniforms::set_scope(const Program& program, const ScopeShading& s,
   program.set("grain_mm", static_cast<float>(finish.grain_mm));
 }
 
-SkinLightUniforms::SkinLightUniforms() {
+// The light that an organ is drawn in, for the shaders (light.glsl); reference_mm: of full
+// exposure.
+void set_light(const Program& program, const PlacedOrgan& organ, const View& view,
+               double reference_mm) {
+  program.set("light", static_cast<int>(organ.light));
+  if (organ.light == DrawnLight::baked) return;
+  const Lighting& lighting = *organ.source.lighting;
+  program.set("view_lens", lens_of(view.camera.intrinsics));
+  program.set("world_from_view",
+              Eigen::Matrix3f(view.camera.camera_from_world.rotation.transpose().cast<float>()));
+  program.set("above", Eigen::Vector3f(lighting.ambient_above.cast<float>()));
+  program.set("below", Eigen::Vector3f(lighting.ambient_below.cast<float>()));
+  program.set("up", Eigen::Vector3f(lighting.up.cast<float>()));
+  constexpr std::size_t kMostLamps = 16, kMostLobes = 4;  // that a bundle may have
+  const auto first_of = [](const auto& all, std::size_t most) {
+    return std::span(all).first(std::min(most, all.size()));
+  };
+  std::vector<Eigen::Vector3f> toward, color;
+  for (const Lighting::Lamp& lamp : first_of(lighting.lamps, kMostLamps)) {
+    toward.push_back(lamp.toward.cast<float>());
+    color.push_back(lamp.color.cast<float>());
+  }
+  std::vector<Eigen::Vector2f> lobes;
+  for (const Lighting::Lobe& lobe : first_of(lighting.gloss, kMostLobes))
+    lobes.emplace_back(float(lobe.strength), float(lobe.exponent));
+  program.set("lamps", static_cast<int>(toward.size()));
+  program.set("lamp_toward", toward);
+  program.set("lamp_color", color);
+  program.set("lobes", static_cast<int>(lobes.size()));
+  program.set("lobe", lobes);
+  if (organ.light == DrawnLight::scope)
+    set_scope_light(program, organ.organ->warper.scope_shading(view, reference_mm),
+                    lighting.finish);
+}
+
+}  // namespace
+
+void OrganPasses::PlacedPatches::reserve(int patches) {
+  if (patches <= room) return;
+  room = patches;
+  const int stride = std::accumulate(kPlacedSizes.begin(), kPlacedSizes.end(), 0) * 4;  // bytes
+  glBindVertexArray(array.name());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+  glBufferData(GL_ARRAY_BUFFER, GLsizeiptr{stride} * room, nullptr, GL_DYNAMIC_COPY);
+  std::uintptr_t at = 0;
+  for (unsigned i = 0; i < kPlacedSizes.size(); at += 4 * kPlacedSizes[i++]) {
+    glEnableVertexAttribArray(i);
+    glVertexAttribPointer(i, kPlacedSizes[i], GL_FLOAT, GL_FALSE, stride,
+                          reinterpret_cast<const void*>(at));
+    glVertexAttribDivisor(i, 1);
+  }
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+}
+
+OrganPasses::OrganPasses(ShaderDialect dialect, const Programs& programs)
+    : dialect_(dialect), programs_(programs) {
+  std::array<float, 2> sizes{};
+  glGetFloatv(GL_ALIASED_POINT_SIZE_RANGE, sizes.data());
+  if (sizes[1] < kGuard_px)
+    throw GraphicsError("this graphics hardware draws no points as large as " +
+                        std::to_string(kGuard_px) + " pixels");
   glBindTexture(GL_TEXTURE_3D, noise_.name());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R8I, kGrainSide, kGrainSide, kGrainSide, 0, GL_RED_INTEGER,
@@ -104,73 +131,40 @@ SkinLightUniforms::SkinLightUniforms() {
   set_nearest(GL_TEXTURE_3D);
 }
 
-void OrganPasses::PlacedPatches::reserve(int patches) {
-  if (patches <= room) return;
-  room = patches;
-  constexpr GLsizei kStride = kPlacedNumbers * sizeof(float);
-  glBindVertexArray(array.name());
-  glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
-  glBufferData(GL_ARRAY_BUFFER, GLsizeiptr{kStride} * room, nullptr, GL_DYNAMIC_COPY);
-  for (unsigned i = 0; i < kPlacedNumbers / 4; ++i) {
-    glEnableVertexAttribArray(i);
-    glVertexAttribPointer(i, 4, GL_FLOAT, GL_FALSE, kStride,
-                          reinterpret_cast<const void*>(std::uintptr_t{16} * i));
-    glVertexAttribDivisor(i, 1);
-  }
-  glBindBuffer(GL_ARRAY_BUFFER, 0);
-}
-
-OrganPasses::OrganPasses(ShaderDialect dialect)
-    : dialect_(dialect),
-      place_(dialect, files_of("place")),
-      splat_(dialect, files_of("splat")),
-      base_(dialect, files_of("base")),
-      resolve_(dialect, files_of("resolve")),
-      finishing_(dialect) {
-  std::array<float, 2> sizes{};
-  glGetFloatv(GL_ALIASED_POINT_SIZE_RANGE, sizes.data());
-  if (sizes[1] < kGuard_px)
-    throw GraphicsError("this graphics hardware draws no points as large as " +
-                        std::to_string(kGuard_px) + " pixels");
-}
-
 PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view,
-                              const DrawOptions& options) {
+                              const DrawOptions& options, OrganTables& tables) {
   const DrawnLight light =
       organ.warper.can_relight() ? options.light.value_or(DrawnLight::baked) : DrawnLight::baked;
   const bool lit = light != DrawnLight::baked;
   PlacedOrgan placed{.organ = &organ,
                      .source = organ.warper.pose(organ.positions_mm, lit, options.folds),
-                     .tables = nullptr,
+                     .tables = &tables,
                      .weights = {},
                      .layers = {},
                      .light = light};
-  OrganTables& own = tables_.try_emplace(placed.source.whole_id, placed.source).first->second;
-  placed.tables = &own;
   placed.weights = drawn_shares(placed.source.manifold, view);
-  own.pose(placed.source, organ.positions_mm, lit);
+  tables.pose(placed.source, organ.positions_mm, lit);
   double sum = 0, shares = 0;  // of texels' sizes: ActiveCameras::texel_mm()
   for (int i = 0; i < Targets::kLayers; ++i) {
     const auto share = static_cast<float>(placed.weights.weights[i]);
     if (!(share > 0)) continue;
-    const SampleTable& samples = own.samples(organ.warper, placed.weights.cameras[i]);
-    placed.layers[placed.layer_count++] = {&samples, share};
+    const SampleTable& samples = tables.samples(organ.warper, placed.weights.cameras[i]);
+    placed.layers.push_back({&samples, share});
     if (samples.patches > 0) sum += double(share) * samples.texel_mm, shares += share;
   }
   placed.texel_mm = shares > 0 ? sum / shares : 1;
   return placed;
 }
 
-const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all,
-                                          const View& view, const DrawOptions& options) {
+Targets& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all, const View& view,
+                           const DrawOptions& options) {
   view.check();
   targets_.resize(view.camera.intrinsics.width, view.camera.intrinsics.height);
   organs_.clear();
-  for (const JointDrawing::Organ& organ : all) organs_.push_back(take(organ, view, options));
-  std::erase_if(tables_, [&](const auto& one) {
-    return std::none_of(organs_.begin(), organs_.end(),
-                        [&](const PlacedOrgan& organ) { return organ.tables == &one.second; });
-  });
+  while (tables_.size() > all.size()) tables_.pop_back();
+  while (tables_.size() < all.size()) tables_.emplace_back();
+  for (std::size_t o = 0; o < all.size(); ++o)
+    organs_.push_back(take(all[o], view, options, tables_[o]));
   set_scale(view);
   begin(options);
   const double reference_mm = metered_mm(all, view, options);
@@ -181,7 +175,7 @@ const Targets::Picture& OrganPasses::draw(const std::vector<JointDrawing::Organ>
     if (has_base) draw_base(organ, view);
     resolve_layers(organ, view, reference_mm);
   }
-  return finishing_.apply(view, options, scale_, targets_);
+  return targets_;
 }
 
 void OrganPasses::set_scale(const View& view) {
@@ -227,16 +221,16 @@ void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
 }
 
 void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
-  place_.use();
-  set_view(place_, organ, view);
+  const Program& place = programs_.use("place");
+  set_view(place, organ, view);
   glEnable(GL_RASTERIZER_DISCARD);
-  for (int l = 0; l < organ.layer_count; ++l) {
+  for (std::size_t l = 0; l < organ.layers.size(); ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
     if (samples.patches == 0) continue;
     placed_[l].reserve(samples.patches);
     glBindVertexArray(nothing_.name());
-    place_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
-    place_.set("first_patch", samples.first_patch);
+    place.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
+    place.set("first_patch", samples.first_patch);
     glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, placed_[l].buffer.name());
     glBeginTransformFeedback(GL_POINTS);
     glDrawArrays(GL_POINTS, 0, samples.patches);
@@ -251,17 +245,17 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
   glDepthFunc(GL_LESS);
   glViewport(-kGuard_px, -kGuard_px, targets_.width + 2 * kGuard_px,
              targets_.height + 2 * kGuard_px);
-  splat_.use();
-  splat_.set("picture", Eigen::Vector2f(float(targets_.width), float(targets_.height)));
-  splat_.set("near_mm", static_cast<float>(view.near_mm));
-  splat_.set("skip_nearest", int(skip_nearest));
-  splat_.set("texel_mm", static_cast<float>(organ.texel_mm));
-  splat_.set("inverse_reach", 1 / scale_.reach_mm);
-  for (int l = 0; l < organ.layer_count; ++l) {
+  const Program& splat = programs_.use("splat");
+  splat.set("picture", Eigen::Vector2f(float(targets_.width), float(targets_.height)));
+  splat.set("near_mm", static_cast<float>(view.near_mm));
+  splat.set("skip_nearest", int(skip_nearest));
+  splat.set("texel_mm", static_cast<float>(organ.texel_mm));
+  splat.set("inverse_reach", 1 / scale_.reach_mm);
+  for (std::size_t l = 0; l < organ.layers.size(); ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
     begin_depths(targets_.layers[l]);
     if (samples.patches == 0) continue;
-    splat_.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
+    splat.set_texture("samples", GL_TEXTURE_2D, samples.table.texture());
     glBindVertexArray(placed_[l].array.name());
     glDrawArraysInstanced(GL_POINTS, 0, kChunk, samples.patches);
   }
@@ -271,50 +265,49 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
 
 void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   begin_depths(targets_.base);
-  base_.use();
-  set_view(base_, organ, view);
-  set_active(base_, organ);
-  organ.tables->bind_nodes(base_);
-  base_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
-  base_.set("layers", organ.layer_count);
-  base_.set("cut", int(!organ.source.parted.empty()));
-  base_.set("inverse_reach", 1 / scale_.reach_mm);
+  const Program& base = programs_.use("base");
+  set_view(base, organ, view);
+  set_active(base, organ);
+  organ.tables->bind_nodes(base);
+  base.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
+  base.set("layers", int(organ.layers.size()));
+  base.set("cut", int(organ.source.cut));
+  base.set("inverse_reach", 1 / scale_.reach_mm);
   const int steps = organ.tables->steps();
   glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());
 }
 
 void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
-  resolve_.use();
+  const Program& resolve = programs_.use("resolve");
   Eigen::Vector3i first_patch(0, 0, 0), first_color(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
   constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
-  for (int l = 0; l < Targets::kLayers; ++l) {
-    const Layer& layer = organ.layers[l < organ.layer_count ? l : 0];
-    if (!layer.samples) continue;
-    resolve_.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
+  for (std::size_t l = 0; l < Targets::kLayers; ++l) {
+    const Layer& layer = organ.layers[l < organ.layers.size() ? l : 0];
+    resolve.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
     first_patch[l] = layer.samples->first_patch, first_color[l] = layer.samples->first_color;
     shares[l] = layer.share;
   }
   // Of equal shares the first layer comes last, and stands: DominantSamples.
-  std::sort(by_share.data(), by_share.data() + organ.layer_count,
+  std::sort(by_share.data(), by_share.data() + organ.layers.size(),
             [&](int a, int b) { return shares[a] != shares[b] ? shares[a] < shares[b] : a > b; });
-  set_active(resolve_, organ);
-  organ.tables->bind_nodes(resolve_);
-  skin_light_.set(resolve_, organ.organ->warper, organ.source.lighting, view, organ.light,
-                  reference_mm);
-  resolve_.set_texture("keys", GL_TEXTURE_2D_ARRAY, targets_.keys.texture());
-  resolve_.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
-  resolve_.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
-  resolve_.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
-  resolve_.set("first_patch", first_patch);
-  resolve_.set("first_color", first_color);
-  resolve_.set("shares", shares);
-  resolve_.set("by_share", by_share);
-  resolve_.set("layers", organ.layer_count);
-  resolve_.set("base_drawn", int(organ.tables->steps() > 0));
-  resolve_.set("reach", scale_.reach_mm);
-  resolve_.set("texel_mm", static_cast<float>(organ.texel_mm));
+  set_active(resolve, organ);
+  organ.tables->bind_nodes(resolve);
+  resolve.set_texture("noise", GL_TEXTURE_3D, noise_.name());
+  set_light(resolve, organ, view, reference_mm);
+  resolve.set_texture("keys", GL_TEXTURE_2D_ARRAY, targets_.keys.texture());
+  resolve.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
+  resolve.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
+  resolve.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
+  resolve.set("first_patch", first_patch);
+  resolve.set("first_color", first_color);
+  resolve.set("shares", shares);
+  resolve.set("by_share", by_share);
+  resolve.set("layers", int(organ.layers.size()));
+  resolve.set("base_drawn", int(organ.tables->steps() > 0));
+  resolve.set("reach", scale_.reach_mm);
+  resolve.set("texel_mm", static_cast<float>(organ.texel_mm));
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
@@ -325,12 +318,6 @@ bool OrganPasses::shows(const std::vector<JointDrawing::Organ>& all) const {
         !organs_[o].tables->shows(all[o].warper.id(), all[o].positions_mm))
       return false;
   return true;
-}
-
-std::size_t OrganPasses::table_bytes() const {
-  std::size_t sum = 0;
-  for (const auto& [id, one] : tables_) sum += one.bytes();
-  return sum;
 }
 
 }  // namespace organbake

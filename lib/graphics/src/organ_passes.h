@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <span>
@@ -18,20 +19,6 @@
 
 namespace organbake {
 
-// The light that an organ is drawn in, for the shaders (light.glsl).
-class SkinLightUniforms {
- public:
-  SkinLightUniforms();
-  // options.light, or as baked where the organ knows no other; reference_mm: of full exposure.
-  void set(const Program& program, const Warper& warper, const Lighting* lighting, const View& view,
-           DrawnLight light, double reference_mm);
-
- private:
-  void set_scope(const Program& program, const ScopeShading& shading, const SkinFinish& finish);
-
-  TextureName noise_;
-};
-
 // One camera's samples in one table, texel by texel: the slots' places, two a texel, their colours,
 // and the patches, four texels each.
 struct SampleTable {
@@ -39,14 +26,7 @@ struct SampleTable {
   int first_color = 0, first_patch = 0, patches = 0;
   double texel_mm = 0;
 
-  // Uploads what it has not: of an organ that is cut further, the patches on parted faces.
-  void take(const SampleSet& source, std::span<const std::uint8_t> parted);
-
- private:
-  void put(const SampleSet& source, std::size_t first, std::size_t last);
-
-  std::size_t room_ = 0;              // patches
-  std::vector<std::uint8_t> parted_;  // by patch
+  void take(const SampleSet& source);
 };
 
 // What graphics hardware holds of an organ, whole or as blades have cut it.
@@ -54,7 +34,7 @@ class OrganTables {
  public:
   // Of samples: those of a view are there in any case, and others that fit stay for the next views.
   static constexpr std::size_t kKept_bytes = 48'000'000;
-  explicit OrganTables(const OrganSource& source, std::size_t kept_bytes = kKept_bytes);
+  explicit OrganTables(std::size_t kept_bytes = kKept_bytes) : kept_bytes_(kept_bytes) {}
 
   const Eigen::Vector3d& origin() const { return origin_; }
   int faces() const { return faces_; }
@@ -63,8 +43,9 @@ class OrganTables {
   bool shows(std::uint64_t id, const std::vector<Eigen::Vector3d>& positions) const {
     return id_ == id && posed_ == positions;
   }
-  // Begins a picture, whose samples() are asked for next. Uploads what is cut since the last one,
-  // and the pose unless it is the last one; how normals turn only where they are lit.
+  // Begins a picture, whose samples() are asked for next. Uploads an organ that is another or cut
+  // since the last one, and the pose unless it is the last one; how normals turn only where they
+  // are lit.
   void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
   // Until the next picture.
   const SampleTable& samples(Warper& warper, std::size_t camera);
@@ -76,15 +57,11 @@ class OrganTables {
  private:
   void make_room();
   void take_nodes(const OrganSource& source);
-  void put_nodes(const OrganSource& source, std::size_t first, std::size_t last);
   void fill_shells(const OrganSource& source);
 
   std::uint64_t id_ = 0;
   Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
-  int faces_ = 0, steps_, knots_ = 3, first_knot_ = 0;
-  std::size_t node_room_ = 0;              // faces
-  std::vector<std::uint8_t> node_parted_;  // by face
-  std::span<const std::uint8_t> parted_;   // of the picture
+  int faces_ = 0, steps_ = 0, knots_ = 3, first_knot_ = 0;
   Table nodes_{Table::Texel::words}, shells_{Table::Texel::floats}, turns_{Table::Texel::floats};
   struct Camera {
     SampleTable samples;
@@ -108,39 +85,6 @@ struct PictureScale {
   std::optional<Eigen::Vector3f> scope_light_mm;
 };
 
-// The passes over the whole picture, after the organs are in it.
-class Finishing {
- public:
-  explicit Finishing(ShaderDialect dialect);
-
-  // Of targets.resolved; returns the picture that is finished.
-  const Targets::Picture& apply(const View& view, const DrawOptions& options, PictureScale scale,
-                                Targets& targets);
-
- private:
-  // Draws the next picture from the last one with a program that is in use and set.
-  void pass(const Program& program, Targets& targets);
-  void fill_slits(PictureScale scale, Targets& targets);
-  void fade_borders(int width_px, const std::array<std::uint8_t, 3>& background, Targets& targets);
-  void draw_solids(const View& view, const std::vector<Solid>& solids, PictureScale scale,
-                   Targets& targets);
-  void draw_blood(const View& view, const std::vector<BloodLine>& blood, PictureScale scale,
-                  Targets& targets);
-  void draw_smoke(const View& view, const std::vector<SmokePuff>& smoke, PictureScale scale,
-                  Targets& targets);
-  struct TableRows;
-  // With a program of what a table holds, in a box of the picture.
-  void pass_table(const Program& program, const View& view, const std::vector<TableRows>& table,
-                  const PixelBox& box, PictureScale scale, Targets& targets);
-  void smooth_outlines(PictureScale scale, Targets& targets);
-  static void set_common(const Program& program, const Targets::Picture& from, Targets& targets);
-
-  Program open_, slits_, across_, fade_, shadows_, solids_, wounds_, edges_, outline_;
-  Table solid_table_{Table::Texel::floats};
-  const Targets::Picture* last_ = nullptr;
-  int next_ = 0;  // of targets.finished
-};
-
 // A camera of a view, and its share there.
 struct Layer {
   const SampleTable* samples = nullptr;
@@ -153,29 +97,28 @@ struct PlacedOrgan {
   OrganSource source;
   OrganTables* tables;
   ViewWeights weights;
-  std::array<Layer, Targets::kLayers> layers;
-  int layer_count = 0;
+  std::vector<Layer> layers;
   DrawnLight light = DrawnLight::baked;
   double texel_mm = 1;
 };
 
-// The passes that graphics_drawing.h names, over all organs of a picture.
+// The passes that graphics_drawing.h names up to the last, over all organs of a picture.
 class OrganPasses {
  public:
-  explicit OrganPasses(ShaderDialect dialect);
+  OrganPasses(ShaderDialect dialect, const Programs& programs);
 
-  // Throws what Warper::draw() does, and GraphicsError.
-  const Targets::Picture& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
-                               const DrawOptions& options);
+  // Into Targets::resolved. Throws what Warper::draw() does, and GraphicsError.
+  Targets& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
+                const DrawOptions& options);
   // Of the last picture.
   const std::vector<PlacedOrgan>& organs() const { return organs_; }
   bool shows(const std::vector<JointDrawing::Organ>& all) const;  // these organs, as they lie
-  float reach_mm() const { return scale_.reach_mm; }              // depths are shares of it
+  const PictureScale& scale() const { return scale_; }
   const Targets& targets() const { return targets_; }
-  std::size_t table_bytes() const;
 
  private:
-  PlacedOrgan take(const JointDrawing::Organ& organ, const View& view, const DrawOptions& options);
+  static PlacedOrgan take(const JointDrawing::Organ& organ, const View& view,
+                          const DrawOptions& options, OrganTables& tables);
   void set_scale(const View& view);
   void begin(const DrawOptions& options);
   void set_view(const Program& program, const PlacedOrgan& organ, const View& view) const;
@@ -194,13 +137,12 @@ class OrganPasses {
   };
 
   ShaderDialect dialect_;
-  Program place_, splat_, base_, resolve_;
-  Finishing finishing_;
+  const Programs& programs_;
   VertexArrayName nothing_;  // for what is drawn by its vertices' numbers
   std::array<PlacedPatches, Targets::kLayers> placed_;
   Targets targets_;
-  SkinLightUniforms skin_light_;
-  std::map<std::uint64_t, OrganTables> tables_;  // by OrganSource::whole_id
+  TextureName noise_;               // the grain's
+  std::deque<OrganTables> tables_;  // of the organs, in their order
   std::vector<PlacedOrgan> organs_;
   PictureScale scale_;
 };

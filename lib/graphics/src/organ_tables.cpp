@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packs an organ's samples, nodes and faces into the textures that the shaders read, and puts only
-// what has changed there: all of it once, after a cut the faces beside it, and in each pose the
-// shell.
+// Packs an organ's samples, nodes and faces into the textures that the shaders read: all of it
+// once, and after each cut, and in each pose the shell.
 #include "organ_passes.h"
 
 #include <algorithm>
@@ -44,88 +43,35 @@ void add_patch(const Patch& patch, std::vector<std::uint32_t>& words) {
   words.insert(words.end(), {bits_of(patch.cone.sine), bits_of(patch.cone.cosine), patch.face, 0});
 }
 
-// Hands put(first, last) the runs of what is not as it was: parted now, or before, or new.
-template <class Put>
-void put_changed(std::vector<std::uint8_t>& before, std::vector<std::uint8_t> now, bool anew,
-                 const Put& put) {
-  const auto changed = [&](std::size_t i) {
-    return anew || i >= before.size() || before[i] || now[i];
-  };
-  for (std::size_t first = 0, last = 0; first < now.size(); first = ++last) {
-    for (last = first; last < now.size() && changed(last);) ++last;
-    if (last > first) put(first, last);
-  }
-  before = std::move(now);
-}
-
-// Leaves room for what a cut that goes on will add, so that not each step makes a new table.
-std::size_t with_room(std::size_t count, bool cut) { return cut ? count + count / 8 : count; }
-
 }  // namespace
 
-void SampleTable::take(const SampleSet& source, std::span<const std::uint8_t> parted) {
-  const std::size_t count = source.chunks.size();
-  std::vector<std::uint8_t> now(count, 0);
-  if (!parted.empty())
-    for (std::size_t p = 0; p < count; ++p) now[p] = parted[source.chunks[p].patch.face];
-  const bool anew = count > room_;
-  if (anew) {
-    room_ = with_room(count, !parted.empty());
-    first_color = static_cast<int>(room_ * kChunk / 2);
-    first_patch = 3 * first_color;
-    table.reserve(first_patch + 4 * room_);
-  }
-  put_changed(parted_, std::move(now), anew,
-              [&](std::size_t first, std::size_t last) { put(source, first, last); });
-  patches = static_cast<int>(count);
+void SampleTable::take(const SampleSet& source) {
+  const std::size_t slots = kChunk * source.chunks.size();
+  first_color = static_cast<int>(slots / 2), first_patch = 3 * first_color;
+  patches = static_cast<int>(source.chunks.size());
   texel_mm = source.texel_mm;
-}
-
-void SampleTable::put(const SampleSet& source, std::size_t first, std::size_t last) {
-  std::vector<std::uint32_t> words;
-  words.reserve(4 * kChunk * (last - first));
-  for (std::size_t i = kChunk * first; i < kChunk * last; ++i) {
+  table.reserve(first_patch + 4 * source.chunks.size());
+  std::vector<std::uint32_t> words(2 * slots);
+  for (std::size_t i = 0; i < slots; ++i) {
     const bool used = i % kChunk < source.chunks[i / kChunk].count;
-    words.insert(words.end(),
-                 {two_words(source.b1[i], source.b2[i]), two_words(source.h[i], used)});
+    words[2 * i] = two_words(source.b1[i], source.b2[i]);
+    words[2 * i + 1] = two_words(source.h[i], used);
   }
-  table.put(kChunk / 2 * first, words);
+  table.put(0, words);
+  table.put(first_color, source.colors);
   words.clear();
-  for (std::size_t i = kChunk * first; i < kChunk * last; ++i)
-    words.insert(words.end(), source.colors[i].begin(), source.colors[i].end());
-  table.put(first_color + kChunk * first, words);
-  words.clear();
-  for (std::size_t p = first; p < last; ++p) add_patch(source.chunks[p].patch, words);
-  table.put(first_patch + 4 * first, words);
-}
-
-OrganTables::OrganTables(const OrganSource& source, std::size_t kept_bytes)
-    : origin_(source.at_rest.center()),
-      steps_(source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0),
-      kept_bytes_(kept_bytes) {}
-
-void OrganTables::take_nodes(const OrganSource& source) {
-  const std::size_t count = source.base.face_count;
-  const bool anew = count > node_room_;
-  if (anew) {
-    node_room_ = with_room(count, !source.parted.empty());
-    first_knot_ = static_cast<int>(2 * node_room_ * source.base.nodes_per_face());
-    nodes_.reserve(first_knot_ + 2 * node_room_);
-  }
-  std::vector<std::uint8_t> now(source.parted.begin(), source.parted.end());
-  now.resize(count);
-  put_changed(node_parted_, std::move(now), anew,
-              [&](std::size_t first, std::size_t last) { put_nodes(source, first, last); });
-  knots_ = source.knots;
+  for (const Chunk& chunk : source.chunks) add_patch(chunk.patch, words);
+  table.put(first_patch, words);
 }
 
 // Each node: height, seen by, normal, red and green; place at rest, blue and bend. Apart, each
 // face's knots.
-void OrganTables::put_nodes(const OrganSource& source, std::size_t first, std::size_t last) {
+void OrganTables::take_nodes(const OrganSource& source) {
   const BaseLayer& base = source.base;
   const bool lit = source.lighting != nullptr;
   std::vector<std::uint32_t> words;
-  for (std::size_t f = first; f < last; ++f) {
+  words.reserve(8 * base.height_mm.size() + 8 * base.face_count);
+  for (std::size_t f = 0; f < base.face_count; ++f) {
     each_node(base.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       const std::size_t at = f * base.nodes_per_face() + node;
       const Eigen::Vector3f& color = base.color[at];
@@ -144,23 +90,23 @@ void OrganTables::put_nodes(const OrganSource& source, std::size_t first, std::s
                     bits_of(place.y()), bits_of(place.z()), root_of(color[2]) | bend << 16});
     });
   }
-  nodes_.put(2 * first * base.nodes_per_face(), words);
-  if (!lit) return;
-  words.clear();
-  for (const auto& knots : source.knots_of_face.subspan(first, last - first)) {
+  first_knot_ = static_cast<int>(words.size() / 4);
+  knots_ = source.knots;
+  for (const auto& knots : source.knots_of_face) {
     words.insert(words.end(), knots.begin(), knots.end());
     words.insert(words.end(), {0, 0});
   }
-  nodes_.put(first_knot_ + 2 * first, words);
+  nodes_.fill(words);
 }
 
 void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions,
                        bool lit) {
   ++picture_;
-  parted_ = source.parted;
   const bool moved = id_ != source.id || pose_ != source.pose;
   if (id_ != source.id) {
     id_ = source.id;
+    origin_ = source.at_rest.center();
+    steps_ = source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0;
     faces_ = static_cast<int>(source.shells.size());
     take_nodes(source);
   }
@@ -196,7 +142,7 @@ const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
   Camera& one = cameras_[camera];
   one.used_in = picture_;
   if (one.of == id_) return one.samples;
-  one.samples.take(warper.samples(camera), parted_);
+  one.samples.take(warper.samples(camera));
   one.of = id_;
   make_room();
   return one.samples;

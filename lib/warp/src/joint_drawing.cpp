@@ -8,7 +8,6 @@
 #include <cmath>
 #include <utility>
 
-#include "finishing/edges.h"
 #include "finishing/post_process.h"
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
@@ -67,26 +66,6 @@ void take_nearer(const Frame& layer, std::uint8_t organ, std::size_t begin, std:
   }
 }
 
-void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame& frame) {
-  const int width = frame.color.width, height = frame.color.height;
-  float reach_mm = deeper_mm;
-  for (const float depth : depth_mm)
-    if (std::isfinite(depth)) reach_mm = std::max(reach_mm, depth);
-  SkinDepth depth;
-  depth.resize(width, height, reach_mm);
-  std::vector<float> row(whole_vectors(width));
-  for (int y = 0; y < height; ++y) {
-    std::copy_n(&depth_mm[std::size_t(y) * width], width, row.begin());
-    depth.put(0, y, width, row.data());
-  }
-  CoverMask skin;
-  skin.read({0, 0, width, height}, frame);
-  FrontEdges edges;
-  edges.find(skin, &depth, deeper_mm);
-  KeptPixels kept;
-  Outline().soften(edges, frame, kept);
-}
-
 // The sums of what was drawn, the largest texels; the cameras are the first organ's.
 DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {
   DrawReport sum = reports.front();
@@ -133,7 +112,10 @@ void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& fram
     for (std::size_t o = 1; o < pictures_.size(); ++o)
       take_nearer(pictures_[o], static_cast<std::uint8_t>(o), begin, end, frame, depth_mm);
   });
-  if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
+  if (options.smooth_outline) {
+    const SkinDepth depth = SkinDepth::of(depth_mm, frame.color.width, deeper_mm);
+    smooth_outlines(frame, &depth, deeper_mm);
+  }
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
 }
 

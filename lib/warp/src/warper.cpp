@@ -44,18 +44,15 @@ void count_pixels(const Frame& frame, const PixelBox& box, DrawReport& report) {
 }  // namespace
 
 struct Warper::Impl {
-  const std::uint64_t id = next_id(), whole_id;
+  const std::uint64_t id = next_id();
   // The organ.
   PosedShell shell;
-  Bounds organ;  // at rest
-  ViewManifold manifold;
+  Bounds organ = bounds(shell.at_rest());
   std::vector<ShellMatrix> rest;
   std::shared_ptr<SampleStore> store;
-  std::optional<RelitSkin> relit;   // when the bundle knows its light
-  std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
+  std::optional<RelitSkin> relit;  // when the bundle knows its light
   std::optional<Lighting> lighting;
-  // By face, once blades have cut: tissue beside cuts opens gaps between samples anywhere.
-  std::vector<std::uint8_t> parted;
+  const bool cut;  // by blades: tissue beside cuts opens gaps between samples anywhere
   LastDrawing last;
   // What the passes of a frame make; the next frame goes on with it, or takes its memory.
   ActiveCameras active;
@@ -66,7 +63,7 @@ struct Warper::Impl {
   TileDrawing tiles;
   PostProcess post_process;
   // The organ over fewer faces, until a blade cuts it; and what draws it, by halvings of its maps.
-  std::vector<PosedCamera> cameras;
+  CameraSet cameras;
   std::shared_ptr<CoarserOrgans> coarser;
   std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings> coarse;
   const CoarserOrgan* drawn_for = nullptr;  // of whom this is one
@@ -90,26 +87,19 @@ struct Warper::Impl {
 
 Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
                    const CutOrgan::FaceParts& parts)
-    : whole_id(whole ? whole->id : id),
-      shell(bundle.shell()),
-      manifold(bundle.cameras.manifold),
+    : shell(bundle.shell()),
       rest(shell.matrices()),
       store(std::move(samples)),
       lighting(bundle.lighting),
-      parted(whole ? parted_faces(rest, whole->rest, parts) : std::vector<std::uint8_t>{}),
+      cut(whole != nullptr),
       base(bundle.base, rest),
-      post_process((bundle.lighting ? bundle.lighting->scope : std::nullopt)
-                       .value_or(ScopeLight())
-                       .offset_mm,
-                   bundle.lighting ? bundle.lighting->finish : SkinFinish()),
-      cameras(bundle.cameras.cameras) {
-  organ = bounds(shell.at_rest());
+      post_process(bundle.lighting.value_or(Lighting())),
+      cameras(bundle.cameras) {
   if (bundle.lighting && bundle.base.face_count > 0) {
     const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
     if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
-    scope = bundle.lighting->scope;
   }
 }
 
@@ -133,8 +123,7 @@ Bundle Warper::Impl::without_maps() const {
   Bundle bundle;
   bundle.proxy = shell.shell().proxy();
   bundle.skin = shell.shell().skin();
-  bundle.cameras.cameras = cameras;
-  bundle.cameras.manifold = manifold;
+  bundle.cameras = cameras;
   bundle.base = base.layer();
   bundle.lighting = lighting;
   return bundle;
@@ -143,7 +132,7 @@ Bundle Warper::Impl::without_maps() const {
 // The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
 DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                               const DrawOptions& options, Frame& frame) {
-  const bool continued = last.continues(view, options, frame), cut = !parted.empty();
+  const bool continued = last.continues(view, options, frame);
   const Intrinsics& lens = view.camera.intrinsics;
   frame.resize(lens.width, lens.height, options.needs_depth(), options.keep_bound);
   frame.bound_as_drawn = options.bind_as_drawn;
@@ -151,7 +140,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   DrawReport report;
   PhaseClock clock(options.measure);
   shell.pose(positions, options.folds);
-  report.weights = drawn_shares(manifold, view);
+  report.weights = drawn_shares(cameras.manifold, view);
   store->require(used_cameras(report.weights));
   active.choose(*store, report.weights);
   report.texel_mm = active.texel_mm();
@@ -162,9 +151,9 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
   const std::array proxies = {&shell.shell().proxy()};
-  parallel_both(
-      [&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
-      [&] { reference_mm = metered_mm(scope.value_or(ScopeLight()), proxies, view, options); });
+  const ScopeLight scope = lighting && lighting->scope ? *lighting->scope : ScopeLight();
+  parallel_both([&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
+                [&] { reference_mm = metered_mm(scope, proxies, view, options); });
   if (options.relights())
     relit->light_faces(view, *options.light, reference_mm, shell, visibility.shown);
   clock.lap(report.times.base, report.critical_path.base);
@@ -277,12 +266,11 @@ OrganSource Warper::pose(const std::vector<Eigen::Vector3d>& positions, bool lit
   impl_->shell.pose(positions, folds);
   OrganSource source{.id = impl_->id,
                      .pose = impl_->shell.poses(),
-                     .whole_id = impl_->whole_id,
-                     .manifold = impl_->manifold,
+                     .manifold = impl_->cameras.manifold,
                      .at_rest = impl_->organ,
                      .shells = impl_->shell.matrices(),
                      .two_sided = impl_->shell.two_sided(),
-                     .parted = impl_->parted,
+                     .cut = impl_->cut,
                      .base = impl_->base.layer()};
   if (!impl_->relit) return source;
   RelitSkin& relit = *impl_->relit;
@@ -312,7 +300,7 @@ bool Warper::can_relight() const { return impl_->relit.has_value(); }
 
 DrawnLight Warper::default_light() const {
   if (!impl_->relit) return DrawnLight::baked;
-  return impl_->scope ? DrawnLight::scope : DrawnLight::world;
+  return impl_->lighting->scope ? DrawnLight::scope : DrawnLight::world;
 }
 const std::vector<ShellMatrix>& Warper::shell_matrices() const {
   if (const Impl* drawn = impl_->last_drawn)  // which posed the organ instead

@@ -26,7 +26,6 @@ void soften(const PixelBox& box, Frame& frame) {
   KeptPixels kept;
   soften(box, outline, frame, kept);
 }
-void soften(Frame& frame) { soften(whole(frame), frame); }
 
 double true_share(const Inside& inside, int x, int y) {
   constexpr int kRays = 32;
@@ -70,7 +69,7 @@ TEST(Outline, OfDiscsHasNearlyTheTrueShares) {
     const Inside inside = disc(radius, 100.2, 100.9);
     Frame frame = white_on_black(201, 203, inside);
     const ShareErrors sharp = share_errors(frame, inside, 0);
-    soften(frame);
+    smooth_outlines(frame);
     const ShareErrors soft = share_errors(frame, inside, 0);
     EXPECT_LT(soft.rms, 0.45 * sharp.rms) << radius;
     EXPECT_LT(std::abs(soft.mean), 0.045) << radius;
@@ -84,7 +83,7 @@ TEST(Outline, OfLinesOnWholeStepsIsExact) {
     // Through the middles of the steps' risers.
     const Inside below = [=](double x, double y) { return (x - run / 2.0) / run + 40 < y; };
     Frame frame = white_on_black(120, 120, below);
-    soften(frame);
+    smooth_outlines(frame);
     EXPECT_LT(share_errors(frame, below, kMargin).largest, kRounding) << run;
   }
 }
@@ -97,7 +96,7 @@ TEST(Outline, IsTheSameMirroredAndTransposed) {
   Frame mirrored = white_on_black(61, 52, [&](double x, double y) { return inside(61 - x, y); });
   Frame upside_down = white_on_black(61, 52, [&](double x, double y) { return inside(x, 52 - y); });
   Frame transposed = white_on_black(52, 61, [&](double x, double y) { return inside(y, x); });
-  for (Frame* each : {&frame, &mirrored, &upside_down, &transposed}) soften(*each);
+  for (Frame* each : {&frame, &mirrored, &upside_down, &transposed}) smooth_outlines(*each);
   for (int y = 0; y < 52; ++y) {
     for (int x = 0; x < 61; ++x) {
       const int value = frame.color.at(x, y)[0];
@@ -126,7 +125,7 @@ TEST(Outline, IsTakenBack) {
 TEST(Outline, DoesNotDependOnTheBox) {
   Frame frame = white_on_black(300, 80, disc(30.2, 140.4, 41.3));
   Frame tight = frame, shifted = frame;
-  soften(frame);
+  smooth_outlines(frame);
   soften({110, 11, 171, 72}, tight);
   soften({33, 2, 288, 80}, shifted);
   EXPECT_EQ(tight.color.pixels, frame.color.pixels);
@@ -138,7 +137,7 @@ TEST(Outline, AgainstToolsStaysAsItIs) {
   for (auto& cover : frame.cover)
     if (cover == Cover::background) cover = Cover::solid;
   const auto before = frame.color.pixels;
-  soften(frame);
+  smooth_outlines(frame);
   EXPECT_EQ(frame.color.pixels, before);
 }
 
@@ -147,7 +146,7 @@ TEST(Outline, OfNothingAllOrOnePixelIsNothing) {
     for (const bool all : {false, true}) {
       Frame frame = white_on_black(width, height, [&](double, double) { return all; });
       const auto before = frame.color.pixels;
-      soften(frame);
+      smooth_outlines(frame);
       EXPECT_EQ(frame.color.pixels, before);
     }
   }
@@ -161,7 +160,7 @@ TEST(Outline, TakesTheBackgroundsColour) {
   for (std::size_t i = 0; i < frame.cover.size(); ++i)
     if (frame.cover[i] == Cover::background)
       std::copy(blue.begin(), blue.end(), &frame.color.pixels[3 * i]);
-  soften(frame);
+  smooth_outlines(frame);
   int mixed = 0;
   for (std::size_t i = 0; i < frame.cover.size(); ++i) {
     const std::uint8_t* rgb = &frame.color.pixels[3 * i];
@@ -178,19 +177,11 @@ constexpr float kDeeper_mm = 2;
 // The skin of the frame, by its depth.
 void soften_by_depth(Frame& frame, const DepthAt& depth_at) {
   const int width = frame.color.width, height = frame.color.height;
-  SkinDepth depth;
-  depth.resize(width, height, 400);
-  std::vector<float> row(whole_vectors(width));
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) row[x] = depth_at(x, y);
-    depth.put(0, y, width, row.data());
-  }
-  CoverMask skin;
-  skin.read(whole(frame), frame);
-  FrontEdges edges;
-  edges.find(skin, &depth, kDeeper_mm);
-  KeptPixels kept;
-  Outline().soften(edges, frame, kept);
+  std::vector<float> depth_mm;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) depth_mm.push_back(depth_at(x, y));
+  const SkinDepth depth = SkinDepth::of(depth_mm, width, 400);
+  smooth_outlines(frame, &depth, kDeeper_mm);
 }
 // All of it skin.
 void soften_inside(Frame& frame, const DepthAt& depth_at) {
@@ -202,7 +193,7 @@ TEST(Outline, BeforeFartherSkinIsAsBeforeTheBackground) {
   const Inside inside = disc(40.3, 60.4, 50.2);
   Frame before_open = white_on_black(150, 110, inside);
   Frame before_skin = before_open;
-  soften(before_open);
+  smooth_outlines(before_open);
   soften_inside(before_skin, [&](int x, int y) { return inside(x + 0.5, y + 0.5) ? 100 : 140; });
   EXPECT_EQ(before_skin.color.pixels, before_open.color.pixels);
 }
@@ -214,7 +205,7 @@ TEST(Outline, OfABallBeforeAWallIsFound) {
   const Inside inside = disc(kRadius, kX, kY);
   Frame before_open = white_on_black(150, 110, inside);
   Frame before_wall = before_open;
-  soften(before_open);
+  smooth_outlines(before_open);
   soften_inside(before_wall, [&](int x, int y) {
     const double px = x + 0.5 - kX, py = y + 0.5 - kY, gone = px * px + py * py;
     const double ball = kRadius * kRadius - gone;
@@ -228,7 +219,7 @@ TEST(Outline, BeforeTheBackgroundIsAllThatABallHas) {
   constexpr double kRadius = 40.3, kX = 60.4, kY = 50.2;
   Frame by_cover = white_on_black(150, 110, disc(kRadius, kX, kY));
   Frame by_depth = by_cover;
-  soften(by_cover);
+  smooth_outlines(by_cover);
   soften_by_depth(by_depth, [&](int x, int y) {
     const double px = x + 0.5 - kX, py = y + 0.5 - kY;
     const double ball = kRadius * kRadius - px * px - py * py;

@@ -77,10 +77,10 @@ TEST(DrawSolids, BlocksHoldAllThatCanBeSeen) {
       if (random.uniform(0, 1) < 0.8) solid.to = place();
       solid.radius_mm = random.uniform(0.2, 40);
     }
-    SolidBlock all{{0, 0, kWidth, kHeight}, {}};
-    for (std::uint32_t s = 0; s < solids.size(); ++s) all.solids.push_back(s);
+    std::vector<NumberedBox> all;
+    for (std::uint32_t s = 0; s < solids.size(); ++s) all.push_back({s, {0, 0, kWidth, kHeight}});
     Frame blocks = empty_frame(), whole = empty_frame();
-    draw_solids(solids, {all}, view, false, whole);
+    draw_solids(solids, blocks_of(all, view), view, false, whole);
     EXPECT_EQ(draw(solids, view, blocks), solid_pixels(whole));
     EXPECT_EQ(blocks.color.pixels, whole.color.pixels) << "scene " << scene;
     EXPECT_EQ(blocks.depth_mm, whole.depth_mm) << "scene " << scene;
@@ -91,7 +91,7 @@ TEST(DrawSolids, BlocksFollowAThinShaftAcrossThePicture) {
   Solid shaft = shaft_to({100, 60, 200});
   shaft.from = {-100, -60, 200};
   std::ptrdiff_t pixels = 0;
-  for (const SolidBlock& block : solid_blocks({shaft}, straight_view()))
+  for (const PictureBlock& block : solid_blocks({shaft}, straight_view()))
     pixels += std::ptrdiff_t(block.box.width()) * block.box.height();
   Frame frame = empty_frame();
   const std::ptrdiff_t touched = draw({shaft}, straight_view(), frame);
@@ -190,7 +190,7 @@ TEST(ToolShadows, LieWhereTheWayToTheLightIsBarred) {
 TEST(Wounds, ChangeColoursAlone) {
   const Frame dry = wall_of_skin();
   const View view = straight();
-  const auto keep = [](PixelBox) {};
+  KeptPixels kept;
   const std::vector<BloodLine> blood = {{{-4, 0, kSkin_mm},
                                          {4, 0, kSkin_mm},
                                          -Eigen::Vector3d::UnitZ(),
@@ -198,7 +198,7 @@ TEST(Wounds, ChangeColoursAlone) {
                                          2,
                                          2}};
   Frame frame = dry;
-  draw_blood(blood, view, std::nullopt, keep, frame);
+  draw_blood(blood, view, std::nullopt, frame, kept);
   EXPECT_EQ(frame.depth_mm, dry.depth_mm);
   EXPECT_EQ(frame.cover, dry.cover);
   EXPECT_LT(red_at(frame, 0), red_at(dry, 0));
@@ -216,16 +216,16 @@ TEST(Wounds, ChangeColoursAlone) {
   two[0].to_mm.x() = two[1].from_mm.x() = 0;
   two[0].down_wall = Eigen::Vector3d(-0.2, 1, 0).normalized();
   two[1].down_wall = Eigen::Vector3d(0.2, 1, 0).normalized();
-  draw_blood(two, view, std::nullopt, keep, frame);
+  draw_blood(two, view, std::nullopt, frame, kept);
   EXPECT_TRUE(darker_below(15));
   frame = dry;
-  draw_smoke({{{0, 0, kSkin_mm - 8}, 4, 0.5}}, view, keep, frame);
+  draw_smoke({{{0, 0, kSkin_mm - 8}, 4, 0.5}}, view, frame, kept);
   EXPECT_EQ(frame.depth_mm, dry.depth_mm);
   EXPECT_EQ(frame.cover, dry.cover);
   EXPECT_NE(green_at(frame, 0), green_at(dry, 0));
   EXPECT_EQ(green_at(frame, 7), green_at(dry, 7));
   frame = dry;
-  draw_smoke({{{0, 0, kSkin_mm + 8}, 4, 0.5}}, view, keep, frame);
+  draw_smoke({{{0, 0, kSkin_mm + 8}, 4, 0.5}}, view, frame, kept);
   EXPECT_EQ(frame.color.pixels, dry.color.pixels);
 }
 

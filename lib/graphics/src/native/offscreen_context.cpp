@@ -6,7 +6,6 @@
 #include <epoxy/egl.h>
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "organbake/graphics/graphics_drawing.h"
@@ -48,45 +47,37 @@ EGLContext context_on(EGLDisplay display, bool embedded) {
 
 }  // namespace
 
-struct OffscreenContext::Impl {
-  EGLDisplay display = EGL_NO_DISPLAY;
-  EGLContext context = EGL_NO_CONTEXT;
+std::optional<GraphicsDevice> OffscreenContext::open(EGLDisplay display, bool embedded) {
+  display_ = display;
+  context_ = context_on(display, embedded);
+  if (context_ == EGL_NO_CONTEXT) return {};
+  if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+    return current_graphics_device();
+  close();
+  return {};
+}
 
-  // Whether it is a context now, and of hardware or not.
-  std::optional<GraphicsDevice> open(EGLDisplay on, bool embedded) {
-    display = on;
-    context = context_on(on, embedded);
-    if (context == EGL_NO_CONTEXT) return {};
-    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context))
-      return current_graphics_device();
-    close();
-    return {};
-  }
-  void close() {
-    if (context == EGL_NO_CONTEXT) return;
-    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    eglDestroyContext(display, context);
-    context = EGL_NO_CONTEXT;
-  }
-  ~Impl() { close(); }
-};
+void OffscreenContext::close() {
+  if (context_ == EGL_NO_CONTEXT) return;
+  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(display_, context_);
+  context_ = EGL_NO_CONTEXT;
+}
 
-OffscreenContext::OffscreenContext(Kind kind) : impl_(std::make_unique<Impl>()) {
+OffscreenContext::OffscreenContext(Kind kind) {
   const bool embedded = kind == Kind::embedded;
   const std::vector<EGLDisplay> displays = headless_displays();
   std::optional<EGLDisplay> software;
   for (const EGLDisplay display : displays) {
-    const auto device = impl_->open(display, embedded);
+    const auto device = open(display, embedded);
     if (device && !device->software) return;
     if (device && !software) software = display;
-    impl_->close();
+    close();
   }
-  if (software && impl_->open(*software, embedded)) return;
+  if (software && open(*software, embedded)) return;
   throw GraphicsError(
       "no graphics hardware answers without a display: EGL and a driver of OpenGL 3.3 are needed "
       "(on Debian libegl1 and libgl1-mesa-dri); draw with --draw cpu");
 }
-
-OffscreenContext::~OffscreenContext() = default;
 
 }  // namespace organbake

@@ -24,43 +24,44 @@ Linear linear_color(const std::uint8_t* rgb) {
   return {table[rgb[0]], table[rgb[1]], table[rgb[2]]};
 }
 
-}  // namespace
+// By how much more of a pixel, or less, the skin in front covers than its centre says.
+struct Change {
+  std::uint32_t at;
+  std::int8_t steps;
+};
 
 // The skin in front beside what lies behind, from one pair of pixels on to the right or down.
-struct Outline::Border {
-  PixelAt first;            // of the pixels on the left or upper side
-  bool to_right;            // the border runs along a row; else down a column
+struct Border {
+  const FrontEdges& edges;
+  FrontEdges::Along pair;   // of pairs in a column the border runs along a row; else down a column
   FrontEdges::Front front;  // the side that is in front
+  PixelAt first;            // of the pixels on the left or upper side
 
-  FrontEdges::Along pair() const { return to_right ? FrontEdges::column : FrontEdges::row; }
+  bool to_right() const { return pair == FrontEdges::column; }
   bool skin_first() const { return front == FrontEdges::first; }
-
   PixelAt near(int i) const {
-    return to_right ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
+    return to_right() ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
   }
   PixelAt far(int i) const {
     const PixelAt side = near(i);
-    return to_right ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
+    return to_right() ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
   }
   PixelAt skin(int i) const { return skin_first() ? near(i) : far(i); }
   PixelAt open(int i) const { return skin_first() ? far(i) : near(i); }
-};
+  bool goes_on(int i) const { return edges.has(pair, front, near(i)); }
 
-void Outline::change(const Change& change) {
-  // Aslant, a border has stretches both ways: the longer ones tell more.
-  if (std::abs(int{change.steps}) <= std::abs(int{change_[change.at]})) return;
-  if (change_[change.at] == 0) softened_.push_back({change.at, {}});
-  change_[change.at] = change.steps;
-}
+  double rise(int length, BorderStep ends) const;
+  void follow(int width, std::vector<Change>& changes) const;
+};
 
 // How far the outline of a stretch rises whose ends both step to one side, by the stretches that
 // the border goes on with.
-double Outline::rise_of(const Border& border, int length, BorderStep ends) const {
-  Border next = border;
-  (border.to_right ? next.first.y : next.first.x) += border.skin_first() ? ends : -ends;
-  const auto count = [&](int first, int direction) {
+double Border::rise(int length, BorderStep ends) const {
+  Border next = *this;
+  (to_right() ? next.first.y : next.first.x) += skin_first() ? ends : -ends;
+  const auto count = [&](int from, int direction) {
     int n = 0;
-    while (is_border(next, first + direction * n)) ++n;
+    while (next.goes_on(from + direction * n)) ++n;
     return n;
   };
   double sum = 0;
@@ -77,60 +78,56 @@ double Outline::rise_of(const Border& border, int length, BorderStep ends) const
   return sides > 0 ? std::min(sum / sides, kMost) : kUnknown;
 }
 
-bool Outline::is_border(const Border& border, int i) const {
-  return edges_->has(border.pair(), border.front, border.near(i));
-}
-
-// A stretch without a step, from its first pixel on.
-void Outline::follow(const Border& border, std::vector<Change>& changes) const {
+// A stretch without a step, from its first pixel on. width: of the picture.
+void Border::follow(int width, std::vector<Change>& changes) const {
   int length = 1;
-  while (is_border(border, length)) ++length;
+  while (goes_on(length)) ++length;
   // Beyond the stretch's last pair, i, lies the pair `next`.
   const auto step = [&](int i, int next) {
-    return static_cast<BorderStep>(int{edges_->in_front(border.open(next), border.open(i))} -
-                                   int{edges_->in_front(border.skin(i), border.skin(next))});
+    return static_cast<BorderStep>(int{edges.in_front(open(next), open(i))} -
+                                   int{edges.in_front(skin(i), skin(next))});
   };
   const BorderStep before = step(0, -1), after = step(length - 1, length);
   if (before == no_step && after == no_step) return;
   const bool bow = before == after;
-  const double rise = bow ? rise_of(border, length, before) : 0;
+  const double height = bow ? rise(length, before) : 0;
   const auto change = [&](PixelAt pixel, double share) {
     const int steps = static_cast<int>(kSteps * share);
     if (steps == 0) return;
-    const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+    const auto at = static_cast<std::uint32_t>(pixel.y * width + pixel.x);
     changes.push_back({at, static_cast<std::int8_t>(steps)});
   };
   for (int i = 0; i < length; ++i) {
     const OutlineAreas areas =
-        bow ? areas_of_bow(length, before, rise, i) : areas_of_slope(length, before, after, i);
-    change(border.open(i), areas.of_open);
-    change(border.skin(i), -areas.of_skin);
+        bow ? areas_of_bow(length, before, height, i) : areas_of_slope(length, before, after, i);
+    change(open(i), areas.of_open);
+    change(skin(i), -areas.of_skin);
   }
 }
 
 // The borders of some pairs that begin in a row: those that run along it, or down from it.
-void Outline::follow_row(FrontEdges::Along pair, FrontEdges::Front front, int y,
-                         std::vector<Change>& changes) const {
-  const CoverMask& bits = edges_->skin();
+void follow_row(const FrontEdges& edges, FrontEdges::Along pair, FrontEdges::Front front, int y,
+                int width, std::vector<Change>& changes) {
+  const CoverMask& bits = edges.skin();
   const bool to_right = pair == FrontEdges::column;
-  const std::uint64_t* const borders = edges_->of_row(pair, front, y);
+  const std::uint64_t* const borders = edges.of_row(pair, front, y);
   const std::uint64_t* const above =
-      !to_right && y > bits.box().y0 ? edges_->of_row(pair, front, y - 1) : nullptr;
+      !to_right && y > bits.box().y0 ? edges.of_row(pair, front, y - 1) : nullptr;
   for (int word = 0; word < bits.words(); ++word) {
     const std::uint64_t before = to_right ? bits.right_of(borders, word)
                                  : above  ? above[word]
                                           : std::uint64_t{0};
     bits.for_each(borders[word] & ~before, word, y, [&](PixelAt first) {
-      follow({first, to_right, front}, changes);
+      Border{edges, pair, front, first}.follow(width, changes);
     });
   }
 }
 
-// Some rows at a time, at once, and what they change one after the other, as if all rows had been
-// followed from the first to the last.
-void Outline::follow_all() {
+// Some rows at a time, at once: what they change is in the order of rows, first of pairs in
+// columns.
+std::vector<std::vector<Change>> follow_all(const FrontEdges& edges, int width) {
   constexpr int kRows = 32;
-  const PixelBox& box = edges_->skin().box();
+  const PixelBox& box = edges.skin().box();
   const int pieces = (box.height() + kRows - 1) / kRows;
   std::vector<std::vector<Change>> changes(std::size_t{3} * pieces);
   using enum FrontEdges::Along;
@@ -139,34 +136,32 @@ void Outline::follow_all() {
     const int begin = box.y0 + i % pieces * kRows, end = std::min(begin + kRows, box.y1);
     for (int y = begin; y < end; ++y) {
       if (i >= pieces) {
-        follow_row(row, i < 2 * pieces ? first : second, y, changes[i]);
+        follow_row(edges, row, i < 2 * pieces ? first : second, y, width, changes[i]);
       } else if (y + 1 < box.y1) {
         for (const FrontEdges::Front front : {first, second})
-          follow_row(column, front, y, changes[i]);
+          follow_row(edges, column, front, y, width, changes[i]);
       }
     }
   });
-  for (const std::vector<Change>& of_piece : changes)
-    for (const Change& one : of_piece) change(one);
+  return changes;
 }
 
 // A pixel takes the colours beside it of what covers more of it than its centre says: of the skin
 // in front of it, or of what lies behind it.
-Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
-  const PixelAt at{static_cast<int>(pixel.at) % width_, static_cast<int>(pixel.at) / width_};
-  const double share = change_[pixel.at] / kSteps;
+std::array<std::uint8_t, 3> blended(const FrontEdges& edges, const Frame& frame, PixelAt at,
+                                    double share) {
   Linear others{};
   int count = 0;
   for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
     const PixelAt beside{at.x + dx, at.y + dy};
-    if (!(share > 0 ? edges_->in_front(beside, at) : edges_->in_front(at, beside))) continue;
+    if (!(share > 0 ? edges.in_front(beside, at) : edges.in_front(at, beside))) continue;
     const Linear color = linear_color(frame.color.at(beside.x, beside.y));
     for (int c = 0; c < 3; ++c) others[c] += color[c];
     ++count;
   }
   const Linear own = linear_color(frame.color.at(at.x, at.y));
   const double weight = std::abs(share) / count;
-  Color mixed;
+  std::array<std::uint8_t, 3> mixed;
   for (int c = 0; c < 3; ++c) {
     const double light = weight * others[c] + (1 - std::abs(share)) * own[c];
     mixed[c] = srgb8_from_linear(static_cast<float>(light));
@@ -174,24 +169,45 @@ Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
   return mixed;
 }
 
+}  // namespace
+
 void Outline::soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept) {
-  softened_.clear();
   if (edges.empty()) return;
-  width_ = frame.color.width;
+  const int width = frame.color.width;
   change_.resize(frame.cover.size());
-  edges_ = &edges;
-  follow_all();
+  struct Pixel {
+    std::uint32_t at;
+    std::array<std::uint8_t, 3> softened;  // sRGB
+  };
+  std::vector<Pixel> pixels;
+  for (const std::vector<Change>& of_piece : follow_all(edges, width))
+    for (const auto& [at, steps] : of_piece) {
+      // Aslant, a border has stretches both ways: the longer ones tell more.
+      if (std::abs(int{steps}) <= std::abs(int{change_[at]})) continue;
+      if (change_[at] == 0) pixels.push_back({at, {}});
+      change_[at] = steps;
+    }
   constexpr std::size_t kGrain = 128;
-  parallel_each(std::size_t{0}, softened_.size(), kGrain,
-                [&](std::size_t i) { softened_[i].softened = blended(softened_[i], frame); });
+  parallel_each(std::size_t{0}, pixels.size(), kGrain, [&](std::size_t i) {
+    const int at = static_cast<int>(pixels[i].at);
+    pixels[i].softened =
+        blended(edges, frame, {at % width, at / width}, change_[pixels[i].at] / kSteps);
+  });
   // Only now: each takes its neighbours' colours as they were.
-  for (const Pixel& pixel : softened_) {
-    kept.keep(pixel.at, frame);
-    std::copy(pixel.softened.begin(), pixel.softened.end(),
-              &frame.color.pixels[3 * std::size_t{pixel.at}]);
-    change_[pixel.at] = 0;
+  for (const auto& [at, softened] : pixels) {
+    kept.keep(at, frame);
+    std::copy(softened.begin(), softened.end(), &frame.color.pixels[3 * std::size_t{at}]);
+    change_[at] = 0;
   }
-  edges_ = nullptr;
+}
+
+void smooth_outlines(Frame& frame, const SkinDepth* depth, float deeper_mm) {
+  CoverMask skin;
+  skin.read({0, 0, frame.color.width, frame.color.height}, frame);
+  FrontEdges edges;
+  edges.find(skin, depth, deeper_mm);
+  KeptPixels kept;
+  Outline().soften(edges, frame, kept);
 }
 
 OutlineAreas areas_of_slope(int length, BorderStep before, BorderStep after, int i) {
@@ -236,13 +252,12 @@ void KeptPixels::restore(Frame& frame) const {
 void PostProcess::draw_tools(const View& view, const DrawOptions& options, Frame& frame) {
   const bool at_scope = options.light == DrawnLight::scope;
   const auto light_mm = at_scope ? std::optional(light_mm_) : std::nullopt;
-  const auto keep = [&](PixelBox box) { kept_.keep(box, frame); };
-  draw_blood(options.blood, view, light_mm, keep, frame);
-  const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
-  for (const SolidBlock& block : blocks) keep(block.box);
+  draw_blood(options.blood, view, light_mm, frame, kept_);
+  const std::vector<PictureBlock> blocks = solid_blocks(options.solids, view);
+  for (const PictureBlock& block : blocks) kept_.keep(block.box, frame);
   if (options.relights()) shade_skin_by_solids(options.solids, view, light_mm, frame, kept_);
   draw_solids(options.solids, blocks, view, at_scope, frame);
-  draw_smoke(options.smoke, view, keep, frame);
+  draw_smoke(options.smoke, view, frame, kept_);
 }
 
 void PostProcess::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,

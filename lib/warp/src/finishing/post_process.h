@@ -93,32 +93,20 @@ class Outline {
   void soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept);
 
  private:
-  using Color = std::array<std::uint8_t, 3>;  // sRGB
-  struct Pixel {
-    std::uint32_t at;
-    Color softened;
-  };
-  struct Border;
-  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
-  // of 1/254.
-  struct Change {
-    std::uint32_t at;
-    std::int8_t steps;
-  };
-  void follow_all();
-  void follow_row(FrontEdges::Along pair, FrontEdges::Front front, int y,
-                  std::vector<Change>& changes) const;
-  void follow(const Border& border, std::vector<Change>& changes) const;
-  bool is_border(const Border& border, int i) const;
-  double rise_of(const Border& border, int length, BorderStep ends) const;
-  void change(const Change& change);
-  Color blended(const Pixel& pixel, const Frame& frame) const;
-
-  const FrontEdges* edges_ = nullptr;  // while softening
-  int width_ = 0;
-  std::vector<std::int8_t> change_;  // by pixel; 0 between calls
-  std::vector<Pixel> softened_;
+  std::vector<std::int8_t> change_;  // by pixel, in steps; 0 between calls
 };
+// All outlines of a picture: against the background and, where depths are known, against skin that
+// lies deeper.
+void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deeper_mm = 0);
+
+// The pixels that a ball in the camera's frame may touch, by the box round it.
+PixelBox box_round(const Eigen::Vector3d& middle, double radius, const View& view);
+// All blocks of the picture that boxes touch; those of one number follow on each other.
+struct NumberedBox {
+  std::uint32_t number;
+  PixelBox box;
+};
+std::vector<PictureBlock> blocks_of(const std::vector<NumberedBox>& boxes, const View& view);
 
 // From which on a solid does nothing to skin: most of a shaft.
 inline constexpr double kShadeReach_mm = 8;
@@ -154,13 +142,12 @@ inline constexpr std::array<float, 3> kBlood = {0.42f, 0.018f, 0.014f};
 inline constexpr double kBloodDull = 0.984, kBloodShiny = 0.996, kBloodShine = 0.8;
 inline constexpr std::array<float, 3> kSmokeLight = {0.42f, 0.43f, 0.45f};
 
-// Colours the skin that blood lies on; light_mm and keep as above. Before tools are drawn.
+// Colours the skin that blood lies on; light_mm as above. Before tools are drawn.
 void draw_blood(const std::vector<BloodLine>& blood, const View& view,
-                const std::optional<Eigen::Vector3d>& light_mm,
-                const std::function<void(PixelBox)>& keep, Frame& frame);
+                const std::optional<Eigen::Vector3d>& light_mm, Frame& frame, KeptPixels& kept);
 // Over all that is drawn behind it.
-void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
-                const std::function<void(PixelBox)>& keep, Frame& frame);
+void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view, Frame& frame,
+                KeptPixels& kept);
 
 struct DrawOptions;
 struct DrawReport;
@@ -170,9 +157,8 @@ struct DrawReport;
 // and draws the tiles that changed alone.
 class PostProcess {
  public:
-  // light_mm: of the light at the scope, from the eye, camera axes: by it tools throw shadows.
-  explicit PostProcess(const Eigen::Vector3d& light_mm, const SkinFinish& finish = {})
-      : light_mm_(light_mm), finish_(finish) {}
+  explicit PostProcess(const Lighting& lighting)
+      : light_mm_(lighting.scope.value_or(ScopeLight()).offset_mm), finish_(lighting.finish) {}
 
   // drawn: everything but the background. depth: of its skin. deeper_mm: skin at least so far
   // behind other skin is not one surface with it.
@@ -184,7 +170,7 @@ class PostProcess {
  private:
   void draw_tools(const View& view, const DrawOptions& options, Frame& frame);
 
-  Eigen::Vector3d light_mm_;
+  Eigen::Vector3d light_mm_;  // at the scope, from the eye, camera axes: tools throw shadows by it
   SkinFinish finish_;
   KeptPixels kept_;
   CoverMask skin_;    // with a border

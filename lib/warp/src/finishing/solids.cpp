@@ -11,10 +11,9 @@
 #include <limits>
 #include <optional>
 
+#include "finishing/post_process.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
-#include "picture/spans.h"
-#include "picture/tiles.h"
 
 namespace organbake {
 namespace {
@@ -82,7 +81,7 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 // Rays with z = 1, the first of eight pixels side by side, the second of each, and so on, and what
 // each meets first: how far along (× ray: depth), the normal there, the cosine to the eye that
-// normals reach all round the axis, the solid's colour, and its number.
+// normals reach all round the axis, the solid's number, and its colour.
 struct Rays {
   template <class Number>
   using Each = std::array<Number, kRays>;
@@ -102,26 +101,20 @@ struct Rays {
       }
     }
     along.fill(kFar);
+    solid.fill(0);
   }
 };
 static_assert(kRays % kLanes == 0);
 
-// Of what a ray meets, as it is a solid's.
-struct Paint {
-  std::int32_t solid;
-  float red, green, blue;
-};
-
 // First hits with a capsule: of the rod round its axis between its ends, and of the balls there.
-ORGANBAKE_MULTIVERSION void hit_capsule(const PlacedCapsule& capsule, const Paint& of, float near,
-                                        Rays& __restrict rays) {
+ORGANBAKE_MULTIVERSION void hit_capsule(const PlacedCapsule& capsule, std::int32_t solid,
+                                        float near, Rays& __restrict rays) {
   const float from_x = capsule.from.x(), from_y = capsule.from.y(), from_z = capsule.from.z();
   const float to_x = capsule.to.x(), to_y = capsule.to.y(), to_z = capsule.to.z();
   const float axis_x = capsule.axis.x(), axis_y = capsule.axis.y(), axis_z = capsule.axis.z();
   const float eye_x = capsule.from_eye.x(), eye_y = capsule.from_eye.y();
   const float eye_z = capsule.from_eye.z(), length = capsule.length, begin = capsule.along;
   const float radius2 = capsule.radius * capsule.radius, inverse_radius = 1 / capsule.radius;
-  const Paint paint = of;
   for (unsigned i = 0; i < kRays; ++i) {
     const float x = rays.x[i], y = rays.y[i], a = x * x + y * y + 1, inverse = 1 / a;
     // Of what is round a place or an axis: `b` of the way there lies along the ray's part (u, v, w)
@@ -154,14 +147,13 @@ ORGANBAKE_MULTIVERSION void hit_capsule(const PlacedCapsule& capsule, const Pain
     take(rays.normal_y, inverse_radius * (t * y - from_y - up * axis_y));
     take(rays.normal_z, inverse_radius * (t - from_z - up * axis_z));
     take(rays.most_facing, side < ends ? std::sqrt(square * inverse) : 1);
-    take(rays.red, paint.red), take(rays.green, paint.green), take(rays.blue, paint.blue);
-    rays.solid[i] = nearer ? paint.solid : rays.solid[i];
+    rays.solid[i] = nearer ? solid : rays.solid[i];
     take(rays.along, t);
   }
 }
 
 // The same with that of a plate's sides which faces the eye.
-void hit_plate(const PlacedPlate& plate, const Paint& paint, float near, Rays& rays) {
+void hit_plate(const PlacedPlate& plate, std::int32_t solid, float near, Rays& rays) {
   for (unsigned i = 0; i < kRays; ++i) {
     const Vector3f ray(rays.x[i], rays.y[i], 1);
     const float facing = plate.normal.dot(ray), side = facing < 0 ? 1.f : -1.f;
@@ -169,10 +161,9 @@ void hit_plate(const PlacedPlate& plate, const Paint& paint, float near, Rays& r
     if (facing == 0 || !(t > near && t < rays.along[i])) continue;
     const auto beyond = [&](int k) { return t * plate.inwards[k].dot(ray) < plate.begins[k]; };
     if (beyond(0) || beyond(1) || beyond(2)) continue;
-    rays.along[i] = t, rays.most_facing[i] = 1, rays.solid[i] = paint.solid;
+    rays.along[i] = t, rays.most_facing[i] = 1, rays.solid[i] = solid;
     rays.normal_x[i] = side * plate.normal.x(), rays.normal_y[i] = side * plate.normal.y();
     rays.normal_z[i] = side * plate.normal.z();
-    rays.red[i] = paint.red, rays.green[i] = paint.green, rays.blue[i] = paint.blue;
   }
 }
 
@@ -189,13 +180,18 @@ struct PlacedSolids {
   // Whether any ray does.
   bool hit(const std::vector<std::uint32_t>& numbers, Rays& rays) const {
     for (const std::uint32_t s : numbers) {
-      const Vector3f& color = solids[s].color;
-      const Paint paint{static_cast<std::int32_t>(s), color.x(), color.y(), color.z()};
+      const auto solid = static_cast<std::int32_t>(s);
       for (const PlacedCapsule& capsule : placed[s].capsules)
-        hit_capsule(capsule, paint, near_mm, rays);
-      if (placed[s].plate) hit_plate(*placed[s].plate, paint, near_mm, rays);
+        hit_capsule(capsule, solid, near_mm, rays);
+      if (placed[s].plate) hit_plate(*placed[s].plate, solid, near_mm, rays);
     }
     return std::any_of(rays.along.begin(), rays.along.end(), [](float t) { return t < kFar; });
+  }
+  void paint(Rays& rays) const {
+    for (unsigned i = 0; i < kRays; ++i) {
+      const Vector3f& color = solids[rays.solid[i]].color;
+      rays.red[i] = color.x(), rays.green[i] = color.y(), rays.blue[i] = color.z();
+    }
   }
 };
 
@@ -239,24 +235,6 @@ double reach_of(const Solid& solid) {
          std::min((*solid.corner - solid.from).norm(), (*solid.corner - solid.to).norm());
 }
 
-// The pixels that a ball in the camera's frame may touch, by the box round it.
-PixelBox pixels_of(const Vector3d& middle, double radius, const View& view) {
-  const Intrinsics& k = view.camera.intrinsics;
-  const double z0 = std::max(middle.z() - radius, view.near_mm), z1 = middle.z() + radius;
-  if (z1 < view.near_mm) return {};
-  const auto along = [&](int axis, double focal, double center, int size) {
-    const double low = middle[axis] - radius, high = middle[axis] + radius;
-    const auto pixel = [&](double at) {
-      return static_cast<int>(std::clamp(at, 0.0, double(size)));
-    };
-    return std::array{pixel(center + focal * low / (low < 0 ? z0 : z1)),
-                      pixel(center + focal * high / (high > 0 ? z0 : z1) + 1)};
-  };
-  const auto [x0, x1] = along(0, k.fx, k.cx, k.width);
-  const auto [y0, y1] = along(1, k.fy, k.cy, k.height);
-  return {x0, y0, x1, y1};
-}
-
 // Eight pixels at most of a row: blends what their rays met before tissue into the picture.
 void draw_pixels(const Rays& rays, int x, int y, int count, Frame& frame) {
   for (int p = 0; p < count; ++p) {
@@ -281,13 +259,47 @@ void draw_pixels(const Rays& rays, int x, int y, int count, Frame& frame) {
 
 }  // namespace
 
-// A solid lies in balls along it, as far apart as they are large: where a long shaft leads across
-// the picture, they follow it.
-std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
-  constexpr double kMostBalls = 1000;
+PixelBox box_round(const Vector3d& middle, double radius, const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const double z0 = std::max(middle.z() - radius, view.near_mm), z1 = middle.z() + radius;
+  if (z1 < view.near_mm) return {};
+  const auto along = [&](int axis, double focal, double center, int size) {
+    const double low = middle[axis] - radius, high = middle[axis] + radius;
+    const auto pixel = [&](double at) {
+      return static_cast<int>(std::clamp(at, 0.0, double(size)));
+    };
+    return std::array{pixel(center + focal * low / (low < 0 ? z0 : z1)),
+                      pixel(center + focal * high / (high > 0 ? z0 : z1) + 1)};
+  };
+  const auto [x0, x1] = along(0, k.fx, k.cx, k.width);
+  const auto [y0, y1] = along(1, k.fy, k.cy, k.height);
+  return {x0, y0, x1, y1};
+}
+
+std::vector<PictureBlock> blocks_of(const std::vector<NumberedBox>& boxes, const View& view) {
+  if (boxes.empty()) return {};
   const Intrinsics& k = view.camera.intrinsics;
   const int columns = (k.width + kBlock - 1) / kBlock, rows = (k.height + kBlock - 1) / kBlock;
-  std::vector<SolidBlock> blocks(std::size_t(columns) * rows);
+  std::vector<PictureBlock> blocks(std::size_t(columns) * rows);
+  for (const auto& [number, box] : boxes)
+    each_block(box, kBlock, kBlock, [&, number = number](int column, int row) {
+      auto& in_block = blocks[std::size_t(row) * columns + column].numbers;
+      if (in_block.empty() || in_block.back() != number) in_block.push_back(number);
+    });
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const int x = static_cast<int>(b) % columns * kBlock,
+              y = static_cast<int>(b) / columns * kBlock;
+    blocks[b].box = {x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)};
+  }
+  std::erase_if(blocks, [](const PictureBlock& block) { return block.numbers.empty(); });
+  return blocks;
+}
+
+// A solid lies in balls along it, as far apart as they are large: where a long shaft leads across
+// the picture, they follow it.
+std::vector<PictureBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
+  constexpr double kMostBalls = 1000;
+  std::vector<NumberedBox> boxes;
   for (std::uint32_t s = 0; s < solids.size(); ++s) {
     const Vector3d from = view.camera.camera_from_world * solids[s].from;
     const Vector3d way = view.camera.camera_from_world * solids[s].to - from;
@@ -295,32 +307,22 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
     const double pieces = std::clamp(std::ceil(way.norm() / reach), 1.0, kMostBalls);
     const double radius = std::hypot(reach, 0.5 * way.norm() / pieces);
     for (int i = 0; i <= int(pieces); ++i)
-      each_block(pixels_of(from + i / pieces * way, radius, view), kBlock, kBlock,
-                 [&](int column, int row) {
-                   auto& in_block = blocks[std::size_t(row) * columns + column].solids;
-                   if (in_block.empty() || in_block.back() != s) in_block.push_back(s);
-                 });
+      boxes.push_back({s, box_round(from + i / pieces * way, radius, view)});
   }
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const int x = static_cast<int>(b) % columns * kBlock,
-              y = static_cast<int>(b) / columns * kBlock;
-    blocks[b].box = {x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)};
-  }
-  std::erase_if(blocks, [](const SolidBlock& block) { return block.solids.empty(); });
-  return blocks;
+  return blocks_of(boxes, view);
 }
 
 void trace_solids(const std::vector<Solid>& solids, const View& view,
                   const std::function<void(int, int, const SolidSeen&)>& visit) {
   const PlacedSolids placed(solids, view);
-  const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
+  const std::vector<PictureBlock> blocks = solid_blocks(solids, view);
   constexpr std::array<std::array<float, 2>, kEach> kRows = {
       {{0.5f, 0.5f}, {0.5f, 1.5f}, {0.5f, 2.5f}, {0.5f, 3.5f}}};
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const PixelBox& box = blocks[b].box;
     for (int first = box.y0; first < box.y1; first += int(kEach)) {
       Rays rays(view.camera.intrinsics, box.x0, first, kRows);
-      if (!placed.hit(blocks[b].solids, rays)) continue;
+      if (!placed.hit(blocks[b].numbers, rays)) continue;
       for (unsigned i = 0; i < kRays; ++i) {
         const int x = box.x0 + int(i % kBlock), y = first + int(i / kBlock);
         if (x >= box.x1 || y >= box.y1 || !(rays.along[i] < kFar)) continue;
@@ -333,7 +335,7 @@ void trace_solids(const std::vector<Solid>& solids, const View& view,
   });
 }
 
-void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+void draw_solids(const std::vector<Solid>& solids, const std::vector<PictureBlock>& blocks,
                  const View& view, bool in_cavity, Frame& frame) {
   const PlacedSolids placed(solids, view);
   constexpr std::array<std::array<float, 2>, kEach> kWithin = {
@@ -341,12 +343,11 @@ void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const PixelBox& box = blocks[b].box;
     for (int y = box.y0; y < box.y1; ++y) {
-      for (int x = box.x0; x < box.x1; x += kBlock) {
-        Rays rays(view.camera.intrinsics, x, y, kWithin);
-        if (!placed.hit(blocks[b].solids, rays)) continue;
-        shade(in_cavity, rays);
-        draw_pixels(rays, x, y, std::min(kBlock, box.x1 - x), frame);
-      }
+      Rays rays(view.camera.intrinsics, box.x0, y, kWithin);
+      if (!placed.hit(blocks[b].numbers, rays)) continue;
+      placed.paint(rays);
+      shade(in_cavity, rays);
+      draw_pixels(rays, box.x0, y, box.width(), frame);
     }
   });
 }

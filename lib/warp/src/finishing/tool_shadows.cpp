@@ -130,21 +130,21 @@ class Shading {
   }
 
   // Drops of a block the solids that reach none of its skin: most blocks of a shaft.
-  void keep_near(SolidBlock& block) const {
+  void keep_near(PictureBlock& block) const {
     const Ball skin = ball_of(block.box);
-    std::erase_if(block.solids, [&](std::uint32_t s) {
+    std::erase_if(block.numbers, [&](std::uint32_t s) {
       return std::none_of(capsules_[s].begin(), capsules_[s].end(), [&](const Capsule& capsule) {
         return capsule.way_to(skin.middle).norm() < skin.radius + capsule.radius + capsule.reach;
       });
     });
   }
-  void shade(const SolidBlock& block) {
+  void shade(const PictureBlock& block) {
     const PixelBox& box = block.box;
     for (int y = box.y0; y < box.y1; ++y)
       for (int x = box.x0; x < box.x1; ++x) {
         const Cover cover = frame_.cover[std::size_t(y) * frame_.color.width + x];
         if (cover == Cover::background || !std::isfinite(depth(x, y))) continue;
-        const ToolShade shade = shade_at(x, y, block.solids);
+        const ToolShade shade = shade_at(x, y, block.numbers);
         const auto kept = static_cast<float>(shade.kept * shade.in_dent);
         const auto mirrored = static_cast<float>(shade.mirrored * shade.in_dent);
         if (kept > 0.995f && mirrored < 0.001f) continue;
@@ -236,10 +236,10 @@ std::vector<Solid> with_shadows(std::vector<Solid> solids) {
 void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
                           const std::optional<Vector3d>& light_mm, Frame& frame, KeptPixels& kept) {
   Shading shading(solids, view, light_mm, frame);
-  std::vector<SolidBlock> blocks = solid_blocks(with_shadows(solids), view);
+  std::vector<PictureBlock> blocks = solid_blocks(with_shadows(solids), view);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.keep_near(blocks[b]); });
-  std::erase_if(blocks, [](const SolidBlock& block) { return block.solids.empty(); });
-  for (const SolidBlock& block : blocks) kept.keep(block.box, frame);
+  std::erase_if(blocks, [](const PictureBlock& block) { return block.numbers.empty(); });
+  for (const PictureBlock& block : blocks) kept.keep(block.box, frame);
   parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) { shading.shade(blocks[b]); });
 }
 

@@ -17,40 +17,27 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kWoundBlock = 8;  // pixels that are drawn at once, and each way
-
 // In the blocks that some wounds' boxes touch: light(x, y, rgb, depth, numbers), where `numbers`
 // are those of a block's wounds.
 template <class Wound, class Light>
-void draw_blocks(const std::vector<Wound>& wounds, const View& view,
-                 const std::function<void(PixelBox)>& keep, Frame& frame, const Light& light) {
-  const int columns = (frame.color.width + kWoundBlock - 1) / kWoundBlock;
-  const int rows = (frame.color.height + kWoundBlock - 1) / kWoundBlock;
-  std::vector<std::vector<std::uint32_t>> numbers(std::size_t(columns) * rows);
-  for (std::uint32_t n = 0; n < wounds.size(); ++n)
-    each_block(box_round(wounds[n], view), kWoundBlock, kWoundBlock, [&](int column, int row) {
-      numbers[std::size_t(row) * columns + column].push_back(n);
-    });
-  std::vector<int> used;
-  const auto box_at = [&](int block) {
-    const int x = block % columns * kWoundBlock, y = block / columns * kWoundBlock;
-    return PixelBox{x, y, std::min(x + kWoundBlock, frame.color.width),
-                    std::min(y + kWoundBlock, frame.color.height)};
-  };
-  for (int block = 0; block < columns * rows; ++block)
-    if (!numbers[block].empty()) used.push_back(block), keep(box_at(block));
-  parallel_for(std::size_t{0}, used.size(), [&](std::size_t b) {
-    const PixelBox box = box_at(used[b]);
+void draw_blocks(const std::vector<Wound>& wounds, const View& view, Frame& frame, KeptPixels& kept,
+                 const Light& light) {
+  std::vector<NumberedBox> boxes;
+  for (const Wound& wound : wounds)
+    boxes.push_back({static_cast<std::uint32_t>(boxes.size()), box_round(wound, view)});
+  const std::vector<PictureBlock> blocks = blocks_of(boxes, view);
+  for (const PictureBlock& block : blocks) kept.keep(block.box, frame);
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const auto& [box, numbers] = blocks[b];
     for (int y = box.y0; y < box.y1; ++y)
       for (int x = box.x0; x < box.x1; ++x)
         light(x, y, frame.color.at(x, y), frame.depth_mm[std::size_t(y) * frame.color.width + x],
-              numbers[used[b]]);
+              numbers);
   });
 }
 
 Vector3d ray(const View& view, int x, int y) {
-  const Intrinsics& k = view.camera.intrinsics;
-  return {(x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1};
+  return unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
 }
 
 // Of a line of blood, camera axes.
@@ -103,49 +90,35 @@ struct Film {
   }
 };
 
-// The pixels that may show what lies within a radius of two places.
-PixelBox box_round(const Vector3d& from_mm, const Vector3d& to_mm, double radius,
-                   const View& view) {
-  const Intrinsics& k = view.camera.intrinsics;
-  const RigidTransform& pose = view.camera.camera_from_world;
-  PixelBox box;
-  for (const Vector3d& middle : {pose * from_mm, pose * to_mm})
-    for (int corner = 0; corner < 8; ++corner) {
-      const auto side = [&](int c) { return middle[c] + (corner >> c & 1 ? radius : -radius); };
-      const double z = std::max(side(2), view.near_mm);
-      const auto pixel = [](double at, int size) {
-        return static_cast<int>(std::clamp(at, 0.0, double(size - 1)));
-      };
-      const int x = pixel(k.fx * side(0) / z + k.cx, k.width);
-      const int y = pixel(k.fy * side(1) / z + k.cy, k.height);
-      box = united(box, {x, y, x + 1, y + 1});
-    }
-  return box;
-}
-
 }  // namespace
 
 PixelBox box_round(const BloodLine& line, const View& view) {
   const double radius = std::max(line.from_radius_mm, line.to_radius_mm);
   const double deep = radius / kBloodBelow, widest = 0.3 * deep;  // where cos⁸ is
-  const Vector3d up_mm = -radius / kBloodAbove * line.down_wall,
-                 pool_mm = (deep - widest) * line.down_wall;
-  return united(box_round(line.from_mm + up_mm, line.to_mm + up_mm, radius, view),
-                box_round(line.from_mm + pool_mm, line.to_mm + pool_mm, widest, view));
+  PixelBox box;
+  const auto add = [&](const Vector3d& place_mm, double reach) {
+    Vector3d middle = view.camera.camera_from_world * place_mm;
+    middle.z() = std::max(middle.z(), view.near_mm);  // a line may end behind the eye
+    box = united(box, box_round(middle, reach, view));
+  };
+  for (const Vector3d& end : {line.from_mm, line.to_mm}) {
+    add(end - radius / kBloodAbove * line.down_wall, radius);
+    add(end + (deep - widest) * line.down_wall, widest);
+  }
+  return box;
 }
 
 PixelBox box_round(const SmokePuff& puff, const View& view) {
-  return box_round(puff.middle_mm, puff.middle_mm, puff.radius_mm, view);
+  return box_round(view.camera.camera_from_world * puff.middle_mm, puff.radius_mm, view);
 }
 
 void draw_blood(const std::vector<BloodLine>& blood, const View& view,
-                const std::optional<Vector3d>& light_mm, const std::function<void(PixelBox)>& keep,
-                Frame& frame) {
+                const std::optional<Vector3d>& light_mm, Frame& frame, KeptPixels& kept) {
   std::vector<Bead> beads;
   for (const BloodLine& line : blood) beads.emplace_back(line, view.camera.camera_from_world);
   const auto& linear = linear_from_srgb8();
   draw_blocks(
-      blood, view, keep, frame,
+      blood, view, frame, kept,
       [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
         if (!std::isfinite(depth)) return;
         const Vector3d place = depth * ray(view, x, y);
@@ -166,14 +139,14 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
       });
 }
 
-void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view,
-                const std::function<void(PixelBox)>& keep, Frame& frame) {
+void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view, Frame& frame,
+                KeptPixels& kept) {
   std::vector<Vector3d> middles;
   for (const SmokePuff& puff : smoke)
     middles.push_back(view.camera.camera_from_world * puff.middle_mm);
   const auto& linear = linear_from_srgb8();
   draw_blocks(
-      smoke, view, keep, frame,
+      smoke, view, frame, kept,
       [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
         const Vector3d sight = ray(view, x, y);
         double clear = 1;

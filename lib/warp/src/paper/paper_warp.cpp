@@ -80,6 +80,7 @@ bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eige
 
 // One camera's view of the deformed organ, warped into the picture.
 struct PaperWarp::Warped {
+  float share = 0;              // of its camera, in the view
   std::vector<float> depth_mm;  // +inf where nothing placed
   std::vector<Eigen::Vector3f> color;
   std::size_t drawn = 0;  // texels
@@ -110,43 +111,38 @@ struct PaperWarp::Warped {
 
 // Combines the views of one pixel: those on the nearest surface, by their shares, in linear light.
 // Returns its depth.
-float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>& shares,
-                       std::size_t pixel, double same_surface, const DrawOptions& options,
-                       Frame& frame) {
+float PaperWarp::blend(const std::vector<Warped>& views, std::size_t pixel, double same_surface,
+                       const DrawOptions& options, Frame& frame) {
   float nearest = kFarAway;
   for (const Warped& view : views) nearest = std::min(nearest, view.depth_mm[pixel]);
+  const bool shown = nearest < kFarAway;
   std::uint8_t* const rgb = &frame.color.pixels[3 * pixel];
-  if (!(nearest < kFarAway)) {
+  frame.cover[pixel] = shown ? Cover::samples : Cover::background;
+  if (!shown) {
     std::copy(options.background.begin(), options.background.end(), rgb);
     return nearest;
   }
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float weight = 0;
   const auto behind = static_cast<float>((1 + same_surface) * nearest);
-  for (std::size_t c = 0; c < views.size(); ++c) {
-    if (views[c].depth_mm[pixel] > behind) continue;
-    sum += shares[c] * views[c].color[pixel];
-    weight += shares[c];
+  for (const Warped& view : views) {
+    if (view.depth_mm[pixel] > behind) continue;
+    sum += view.share * view.color[pixel];
+    weight += view.share;
   }
   for (int channel = 0; channel < 3; ++channel)
     rgb[channel] = srgb8_from_linear(sum[channel] / weight);
-  frame.cover[pixel] = Cover::samples;
-  if (!frame.depth_mm.empty()) frame.depth_mm[pixel] = nearest;
   return nearest;
 }
 
 PaperWarp::PaperWarp(const Bundle& bundle)
-    : bundle_(bundle),
-      shell_(bundle.shell()),
-      proxy_depth_(bundle.maps.size()),
-      micro_depth_(bundle.maps.size()) {
+    : bundle_(bundle), shell_(bundle.shell()), micro_depth_(bundle.maps.size()) {
   if (bundle.maps.empty() || bundle.maps.size() != bundle.cameras.cameras.size()) {
     throw UsageError("the paper's warp needs the cameras' maps; load the player with them kept");
   }
   parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
     const CameraMaps& maps = bundle.maps[c];
-    std::vector<float>&proxy = proxy_depth_[c], &micro = micro_depth_[c];
-    proxy.assign(maps.depth_mm.size(), kFarAway);
+    std::vector<float> proxy(maps.depth_mm.size(), kFarAway), &micro = micro_depth_[c];
     each_pixel(shell_.at_rest(), bundle.cameras.cameras[c],
                [&](int x, int y, double depth, std::uint32_t, const auto&) {
                  float& nearest = proxy[std::size_t(y) * maps.width + x];
@@ -160,8 +156,8 @@ PaperWarp::PaperWarp(const Bundle& bundle)
   });
 }
 
-void PaperWarp::warp(std::size_t number, const TriangleMesh& deformed, const View& view,
-                     Warped& out) const {
+PaperWarp::Warped PaperWarp::warp(std::size_t number, const TriangleMesh& deformed,
+                                  const View& view) const {
   const PosedCamera& camera = bundle_.cameras.cameras[number];
   const CameraMaps& maps = bundle_.maps[number];
   // The macrostructure: the deformed proxy's depth, and which skin each pixel shows.
@@ -183,12 +179,16 @@ void PaperWarp::warp(std::size_t number, const TriangleMesh& deformed, const Vie
   const RigidTransform view_from_camera =
       view.camera.camera_from_world * camera.camera_from_world.inverse();
   const Intrinsics& k = view.camera.intrinsics;
+  const std::size_t pixels = std::size_t(k.width) * k.height;
+  Warped out{.depth_mm = std::vector<float>(pixels, kFarAway),
+             .color = std::vector<Eigen::Vector3f>(pixels)};
   for (std::size_t i = 0; i < macro.size(); ++i) {
     Lookup at;
     if (!(macro[i] < kFarAway) || !look_up(maps, micro_depth_[number], rest_pixel[i], at)) continue;
     // Skin that another part of the proxy hid at rest was never seen from here.
     const float texel_mm = rest_depth[i] / static_cast<float>(camera.intrinsics.fx);
-    if (rest_depth[i] > proxy_depth_[number][at.texel[0]] + 6 * texel_mm) continue;
+    const float seen_mm = maps.depth_mm[at.texel[0]] - micro_depth_[number][at.texel[0]];
+    if (rest_depth[i] > seen_mm + 6 * texel_mm) continue;
     const float z =
         macro[i] + at.mixed(0.0f, [&](std::size_t t) { return micro_depth_[number][t]; });
     const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
@@ -201,6 +201,7 @@ void PaperWarp::warp(std::size_t number, const TriangleMesh& deformed, const Vie
     const double texel_px = k.fx / p.z() * z / camera.intrinsics.fx;
     out.splat(placed, texel_px, static_cast<float>(p.z()), color, k);
   }
+  return out;
 }
 
 DrawReport PaperWarp::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
@@ -214,42 +215,30 @@ DrawReport PaperWarp::draw(const std::vector<Eigen::Vector3d>& positions, const 
   const TriangleMesh deformed = shell_.posed(positions);
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
-  const std::size_t pixels = std::size_t(width) * height;
-  std::array<Warped, 3> views;
-  std::array<float, 3> shares{};
-  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
-    views[c].depth_mm.assign(pixels, kFarAway);
-    views[c].color.resize(pixels);
-    warp(cameras[c], deformed, view, views[c]);
-  });
-  std::size_t used = 0;
-  for (const double weight : report.weights.weights) {
-    if (weight > 0) shares[used++] = static_cast<float>(weight);
-  }
-  for (const Warped& warped : std::span(views).first(used)) report.samples_drawn += warped.drawn;
+  std::vector<Warped> views(cameras.size());
+  parallel_for(std::size_t{0}, cameras.size(),
+               [&](std::size_t c) { views[c] = warp(cameras[c], deformed, view); });
+  auto used = views.begin();
+  for (const double weight : report.weights.weights)
+    if (weight > 0) (used++)->share = static_cast<float>(weight);
+  for (const Warped& warped : views) report.samples_drawn += warped.drawn;
 
   frame.resize(width, height, options.needs_depth(), false);
-  std::fill(frame.cover.begin(), frame.cover.end(), Cover::background);
-  std::fill(frame.depth_mm.begin(), frame.depth_mm.end(), kFarAway);
   const double same_surface =
       kSameSurfaceTexels / bundle_.cameras.cameras[cameras[0]].intrinsics.fx;
-  std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
-  float farthest_mm = 1;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
-    if (!(depth_mm[i] < kFarAway)) continue;
-    ++report.sample_pixels;
-    farthest_mm = std::max(farthest_mm, depth_mm[i]);
+  std::vector<float> depth_mm(frame.cover.size());
+  for (std::size_t i = 0; i < depth_mm.size(); ++i) {
+    depth_mm[i] = blend(views, i, same_surface, options, frame);
+    report.sample_pixels += depth_mm[i] < kFarAway;
   }
-  SkinDepth depth;
-  depth.resize(width, height, farthest_mm);
-  for (int y = 0; y < height; ++y) depth.put(0, y, width, depth_mm.data() + std::size_t(y) * width);
+  if (options.needs_depth()) frame.depth_mm = depth_mm;
+  const SkinDepth depth = SkinDepth::of(depth_mm, width, 1);
   const double distance_mm = (bundle_.cameras.cameras[cameras[0]].center_world_mm() -
                               bundle_.cameras.manifold.center_world_mm)
                                  .norm();
   const auto deeper_mm =
       static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
-  PostProcess(Eigen::Vector3d::Zero())
+  PostProcess(Lighting())
       .apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
   return report;
 }
@@ -263,13 +252,6 @@ DrawReport PaperWarp::draw(const std::vector<JointDrawing::Organ>& organs, const
   return draw(positions, view, options, frame);
 }
 
-void smooth_outline(Frame& frame) {
-  CoverMask skin;
-  skin.read({0, 0, frame.color.width, frame.color.height}, frame);
-  FrontEdges edges;
-  edges.find(skin);
-  KeptPixels kept;
-  Outline().soften(edges, frame, kept);
-}
+void smooth_outline(Frame& frame) { smooth_outlines(frame); }
 
 }  // namespace organbake

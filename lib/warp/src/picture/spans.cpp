@@ -79,6 +79,19 @@ void SkinDepth::resize(int width, int height, float reach_mm) {
   levels_.assign(std::size_t(stride()) * (height + 2 * kMargin), kNothing);
 }
 
+SkinDepth SkinDepth::of(const std::vector<float>& depth_mm, int width, float reach_mm) {
+  for (const float depth : depth_mm)
+    if (std::isfinite(depth)) reach_mm = std::max(reach_mm, depth);
+  SkinDepth of;
+  of.resize(width, static_cast<int>(depth_mm.size()) / width, reach_mm);
+  std::vector<float> row(whole_vectors(width));
+  for (int y = 0; y < of.height(); ++y) {
+    std::copy_n(&depth_mm[std::size_t(y) * width], width, row.begin());
+    of.put(0, y, width, row.data());
+  }
+  return of;
+}
+
 void SkinDepth::put(int x, int y, int count, const float* depth_mm) {
   alignas(64) std::array<Level, kSpan> levels;
   for (int done = 0; done < count; done += kSpan) {

@@ -85,6 +85,8 @@ class SkinDepth {
   // Skin from reach_mm on has the same level. A change of size forgets all; after a change of reach
   // all has to be put anew.
   void resize(int width, int height, float reach_mm);
+  // Of a whole picture's depths, with a reach to the farthest skin, and so far at least.
+  static SkinDepth of(const std::vector<float>& depth_mm, int width, float reach_mm);
   int width() const { return width_; }
   int height() const { return height_; }
   Level levels(float mm) const {  // that so many come to

@@ -115,16 +115,4 @@ void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set) {
   set.copy_patches();
 }
 
-std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
-                                       const std::vector<ShellMatrix>& whole,
-                                       const CutOrgan::FaceParts& parts) {
-  std::vector<std::uint8_t> parted(now.size(), 1);
-  for (std::size_t f = 0; f < whole.size(); ++f) parted[f] = now[f] != whole[f];
-  for (const auto& [face, pieces] : parts) {
-    parted[face] = 1;
-    for (const CutOrgan::FacePart& piece : pieces) parted[piece.face] = 1;
-  }
-  return parted;
-}
-
 }  // namespace organbake

@@ -152,11 +152,6 @@ void check_maps_fit(const CameraMaps& maps, std::size_t camera, const Intrinsics
 // Throws BadDataError unless there is a finite position for every vertex of the proxy.
 void check_positions(const std::vector<Eigen::Vector3d>& positions, const TriangleMesh& proxy);
 
-// Whether each face is a part of a cut one, or new, or lies otherwise than in the whole organ.
-std::vector<std::uint8_t> parted_faces(const std::vector<ShellMatrix>& now,
-                                       const std::vector<ShellMatrix>& whole,
-                                       const CutOrgan::FaceParts& parts);
-
 // Gives a camera's samples, once faces of the shell are cut, each to the part of its face that it
 // lies in. Chunks of whole faces keep their slots.
 void split_samples(const CutOrgan::FaceParts& parts, SampleSet& set);

@@ -59,9 +59,6 @@ class GraphicsDrawing : public OrganDrawing {
                   const DrawOptions& options, Frame& frame) override;
   bool shows_pictures() const override;
 
-  // Of the organs' tables, without the pictures.
-  std::size_t table_bytes() const;
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 
 #include "organbake/graphics/graphics_drawing.h"
@@ -17,11 +17,15 @@ class OffscreenContext {
   // Of real graphics hardware where there is any, else of a software one. Throws GraphicsError
   // where EGL or a driver is missing.
   explicit OffscreenContext(Kind kind = Kind::desktop);
-  ~OffscreenContext();
+  ~OffscreenContext() { close(); }
+  OffscreenContext(const OffscreenContext&) = delete;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  // Whether it is a context now, and of hardware or not.
+  std::optional<GraphicsDevice> open(void* display, bool embedded);
+  void close();
+
+  void *display_ = nullptr, *context_ = nullptr;  // EGL's
 };
 
 // Graphics hardware, or a driver that does as if, without a window: from its making to its end on
@@ -31,7 +35,6 @@ class OffscreenDrawing : public OrganDrawing {
   OffscreenDrawing() = default;
 
   GraphicsDevice device() const { return device_; }
-  std::size_t table_bytes() const { return drawing_.table_bytes(); }
   std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
                       const DrawOptions& options) const override {
     return drawing_.refusal(organs, view, options);

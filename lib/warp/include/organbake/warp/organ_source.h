@@ -9,6 +9,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "organbake/bundle/base_layer.h"
@@ -118,16 +119,13 @@ struct SampleSet {
 
 // A posed organ.
 struct OrganSource {
-  std::uint64_t id = 0;        // of the Warper: another organ, or one cut further, has another
-  std::uint64_t pose = 0;      // another for each pose of it
-  std::uint64_t whole_id = 0;  // of the Warper that blades have cut it from, or its own
+  std::uint64_t id = 0;    // of the Warper: another organ, or one cut further, has another
+  std::uint64_t pose = 0;  // another for each pose of it
   const ViewManifold& manifold;
   Bounds at_rest;
   std::span<const ShellMatrix> shells;      // by face, world mm
   std::span<const std::uint8_t> two_sided;  // by face: both of its sides are skin
-  // By face: not as in the whole organ, or wet. Patches on other faces are the same, and so are the
-  // base layer's nodes. Empty: nothing is cut; else gaps may open anywhere.
-  std::span<const std::uint8_t> parted = {};
+  bool cut = false;                         // by blades: gaps may open between samples anywhere
   const BaseLayer& base;
   // Null where the bundle cannot be lit anew, and all below empty.
   const Lighting* lighting = nullptr;
@@ -171,10 +169,10 @@ struct ScopeShading {
   float full = 1, inverse_tan2_half = 1, inverse_pixel = 1;
 };
 
-// A constant of this module, for the text of a shader.
+// A constant of this module, for the text of a shader: an int, a float or a vec3 there.
 struct ShaderConstant {
   const char* name;
-  double value;
+  std::variant<int, double, std::array<float, 3>> value;
 };
 std::vector<ShaderConstant> shader_constants();
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <span>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -39,16 +37,15 @@ class PaperWarp : public OrganDrawing {
 
  private:
   struct Warped;
-  void warp(std::size_t camera, const TriangleMesh& deformed, const View& view, Warped& out) const;
-  static float blend(std::span<const Warped> views, const std::array<float, 3>& shares,
-                     std::size_t pixel, double same_surface, const DrawOptions& options,
-                     Frame& frame);
+  Warped warp(std::size_t camera, const TriangleMesh& deformed, const View& view) const;
+  static float blend(const std::vector<Warped>& views, std::size_t pixel, double same_surface,
+                     const DrawOptions& options, Frame& frame);
 
   const Bundle& bundle_;
   ShellSurface shell_;
-  // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
-  // where either is missing.
-  std::vector<std::vector<float>> proxy_depth_, micro_depth_;
+  // Per camera and texel, mm: what its surface lies behind the proxy at rest; +inf where either is
+  // missing.
+  std::vector<std::vector<float>> micro_depth_;
 };
 
 // Blends covered pixels with the background as Warper's frames have it

@@ -39,10 +39,10 @@ struct SkinFold {
   bool operator==(const SkinFold& other) const = default;
 };
 
-// A block of the picture's pixels, and the solids that may be seen in it.
-struct SolidBlock {
+// A block of the picture's pixels, and the numbers of what may be seen in it.
+struct PictureBlock {
   PixelBox box;
-  std::vector<std::uint32_t> solids;
+  std::vector<std::uint32_t> numbers;
 };
 
 // The same solids, wider by how far from skin they still shade it by the light at the scope, and by
@@ -50,12 +50,12 @@ struct SolidBlock {
 std::vector<Solid> with_shadows(std::vector<Solid> solids);
 
 // All blocks that the solids may touch.
-std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
+std::vector<PictureBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
 
 // Draws solids lit from the eye into their blocks of a frame that keeps its depth, hidden where
 // tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. in_cavity: as the light at the
 // scope shows them amid tissue.
-void draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+void draw_solids(const std::vector<Solid>& solids, const std::vector<PictureBlock>& blocks,
                  const View& view, bool in_cavity, Frame& frame);
 // What steel that faces the lamp sends back by the light at the scope, of its colour's square.
 inline constexpr float kSteelLit = 0.4f;
