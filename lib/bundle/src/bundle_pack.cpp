@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a bundle from whatever holds its files, a folder or the pack of a web page, so that both go
-// through the same checks. Maps may come from a stranger: what a renderer would index or divide by
-// is looked at texel by texel. And writes and reads the pack of a web page: contents with sizes and
+// through the same checks. And writes and reads the pack of a web page: contents with sizes and
 // a checksum (CRC-32 of ISO 3309), then gzip streams that a browser can fetch one by one. Sizes
 // that the file claims are checked against its length before memory is taken for them.
 #include "organbake/bundle/bundle_reader.h"
@@ -53,25 +52,6 @@ Bundle read_frame(const BundleFiles& files, Manifest manifest) {
   if (files.has(kLightingFile))
     bundle.lighting = lighting_from_json(text(kLightingFile), files.where(kLightingFile));
   return bundle;
-}
-
-void check_maps(const CameraMaps& maps, std::size_t faces, const std::string& folder) {
-  const auto fail = [&](std::size_t i, const char* file, const char* what) {
-    throw BadDataError(folder + "/" + file + ": texel (" + std::to_string(i % maps.width) + ", " +
-                       std::to_string(i / maps.width) + ") " + what);
-  };
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    if (maps.face[i] == kNoFace) continue;
-    if (maps.face[i] >= faces) fail(i, "micro.exr", "names a face that the bundle does not have");
-    if (!(maps.depth_mm[i] > 0) || !std::isfinite(maps.depth_mm[i])) {
-      fail(i, "depth.exr", "has no finite positive depth");
-    }
-    if (!std::isfinite(maps.height_mm[i])) fail(i, "micro.exr", "has no finite height");
-    if (!(maps.confidence[i] >= 0 && maps.confidence[i] <= 1)) {
-      fail(i, "micro.exr", "has a confidence outside 0…1");
-    }
-    if (!maps.color[i].allFinite()) fail(i, "color.exr", "is not finite");
-  }
 }
 
 namespace {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The images that a bundle stores. A virtual camera's maps, in channels that other programs
-// understand: depth, colour with coverage, and microstructure with its face and confidence. The
-// base layer as base.exr and back, and the interpolation between its nodes: the file does not say
-// how fine the lattice is; that follows from the number of its columns, and a count that no lattice
-// has is refused. A smooth skin as the image of its weights and back: its lattice's number of steps
-// is found as the one that gives as many nodes as the image has rows.
+// understand: depth, colour with coverage, and microstructure with its face and confidence. They
+// may come from a stranger: what a renderer would index or divide by is looked at texel by texel.
+// The base layer as base.exr and back, and the interpolation between its nodes: the file does not
+// say how fine the lattice is; that follows from the number of its columns, and a count that no
+// lattice has is refused. A smooth skin as the image of its weights and back: its lattice's number
+// of steps is found as the one that gives as many nodes as the image has rows.
 #include "organbake/bundle/bundle.h"
 
 #include <algorithm>
@@ -14,7 +15,9 @@
 #include <string>
 
 #include "organbake/bundle/base_layer.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/bundle/skin_image.h"
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/smooth_skin.h"
@@ -61,6 +64,46 @@ ChannelImage micro_image(const CameraMaps& maps) {
           {{"Y", maps.height_mm, false},
            {"face", maps.face, false},
            {"confidence", maps.confidence, true}}};
+}
+
+void check_maps(const CameraMaps& maps, std::size_t faces, const std::string& folder) {
+  const auto fail = [&](std::size_t i, const char* file, const char* what) {
+    throw BadDataError(folder + "/" + file + ": texel (" + std::to_string(i % maps.width) + ", " +
+                       std::to_string(i / maps.width) + ") " + what);
+  };
+  // All of them, several at a time, before the wrong one is looked for.
+  constexpr float kMost = std::numeric_limits<float>::max();
+  const auto named = static_cast<std::uint32_t>(std::min<std::size_t>(faces, kNoFace));
+  int wrong = 0;
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    const Eigen::Vector3f& c = maps.color[i];
+    const bool right = (maps.face[i] < named) & (maps.depth_mm[i] > 0) &
+                       (maps.depth_mm[i] <= kMost) & (std::abs(maps.height_mm[i]) <= kMost) &
+                       (maps.confidence[i] >= 0) & (maps.confidence[i] <= 1) &
+                       (std::abs(c[0]) <= kMost) & (std::abs(c[1]) <= kMost) &
+                       (std::abs(c[2]) <= kMost);
+    wrong |= !right & (maps.face[i] != kNoFace);
+  }
+  for (std::size_t i = 0; wrong && i < maps.face.size(); ++i) {
+    if (maps.face[i] == kNoFace) continue;
+    if (maps.face[i] >= faces) fail(i, "micro.exr", "names a face that the bundle does not have");
+    if (!(maps.depth_mm[i] > 0) || !std::isfinite(maps.depth_mm[i])) {
+      fail(i, "depth.exr", "has no finite positive depth");
+    }
+    if (!std::isfinite(maps.height_mm[i])) fail(i, "micro.exr", "has no finite height");
+    if (!(maps.confidence[i] >= 0 && maps.confidence[i] <= 1)) {
+      fail(i, "micro.exr", "has a confidence outside 0…1");
+    }
+    if (!maps.color[i].allFinite()) fail(i, "color.exr", "is not finite");
+  }
+}
+
+std::vector<Eigen::Vector3f> colors_from_image(const ChannelImage& image, const std::string& name) {
+  const float *const r = image.floats("R", name).data(), *const g = image.floats("G", name).data(),
+                     *const b = image.floats("B", name).data();
+  std::vector<Eigen::Vector3f> colors(image.pixel_count());
+  for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = {r[i], g[i], b[i]};
+  return colors;
 }
 
 namespace {
@@ -122,14 +165,11 @@ BaseLayer base_layer_from_image(const ChannelImage& image, const std::string& na
     throw BadDataError(name + ": has " + std::to_string(image.height) + " rows for " +
                        std::to_string(face_count) + " proxy faces");
   }
-  const auto &r = image.floats("R", name), &g = image.floats("G", name),
-             &b = image.floats("B", name);
   layer.height_mm = image.floats("Y", name);
   layer.seen_by = image.uints("seen", name);
-  layer.color.reserve(r.size());
-  for (std::size_t i = 0; i < r.size(); ++i) {
-    layer.color.emplace_back(r[i], g[i], b[i]);
-    if (layer.color.back().allFinite() && std::isfinite(layer.height_mm[i])) continue;
+  layer.color = colors_from_image(image, name);
+  for (std::size_t i = 0; i < layer.color.size(); ++i) {
+    if (layer.color[i].allFinite() && std::isfinite(layer.height_mm[i])) continue;
     throw BadDataError(name + ": node " + std::to_string(i) + " is not finite");
   }
   return layer;
@@ -140,10 +180,12 @@ namespace {
 constexpr std::uint32_t kNoVertex = 0xFFFFFFFFu;
 constexpr std::uint32_t kMostSteps = 64;  // lattice_steps never takes more
 
-// More steps have more nodes: at most one number of steps fits.
+// More steps have more nodes: at most one number of steps fits. Of two steps each edge has one.
 std::uint32_t steps_with(std::uint32_t nodes, const TriangleMesh& proxy) {
-  for (std::uint32_t steps = 1; steps <= kMostSteps; ++steps) {
-    if (Lattice(proxy, steps).node_count() == nodes) return steps;
+  const auto vertices = proxy.vertices.size(), edges = Lattice(proxy, 2).node_count() - vertices;
+  for (std::uint32_t inner = 0; inner < kMostSteps; ++inner) {
+    const std::size_t in_face = inner * (inner - 1) / 2;
+    if (vertices + inner * edges + in_face * proxy.faces.size() == nodes) return inner + 1;
   }
   return 0;
 }

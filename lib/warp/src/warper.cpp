@@ -48,7 +48,7 @@ struct Warper::Impl {
   // The organ.
   PosedShell shell;
   Bounds organ = bounds(shell.at_rest());
-  std::vector<ShellMatrix> rest;
+  std::shared_ptr<const std::vector<ShellMatrix>> rest;  // by face, world
   std::shared_ptr<SampleStore> store;
   std::optional<RelitSkin> relit;  // when the bundle knows its light
   std::optional<Lighting> lighting;
@@ -88,15 +88,15 @@ struct Warper::Impl {
 Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
                    const CutOrgan::FaceParts& parts)
     : shell(bundle.shell()),
-      rest(shell.matrices()),
+      rest(std::make_shared<std::vector<ShellMatrix>>(shell.matrices())),
       store(std::move(samples)),
       lighting(bundle.lighting),
       cut(whole != nullptr),
-      base(bundle.base, rest),
+      base(bundle.base, *rest),
       post_process(bundle.lighting.value_or(Lighting())),
       cameras(bundle.cameras) {
   if (bundle.lighting && bundle.base.face_count > 0) {
-    const std::uint32_t first = whole ? first_wall(whole->rest.size(), parts) : 0;
+    const std::uint32_t first = whole ? first_wall(whole->rest->size(), parts) : 0;
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
     if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
@@ -204,17 +204,15 @@ Warper::Warper(const Bundle& bundle)
 }
 Warper::Warper(const Bundle& bundle, ReadMaps read) {
   check_fit(bundle);
+  impl_ = std::make_unique<Impl>(bundle, nullptr);
   // Without holding on to the bundle.
-  SampleStore::Make bind =
-      [read = std::move(read), cameras = bundle.cameras.cameras,
-       rest = organbake::shell_matrices(bundle.shell().at_rest())](std::size_t c) {
-        CameraMaps maps = read(c);
-        check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
-        return build_sample_set(std::move(maps), cameras[c],
-                                in_frame(rest, cameras[c].camera_from_world));
-      };
-  impl_ = std::make_unique<Impl>(
-      bundle, std::make_shared<SampleStore>(bundle.cameras.cameras.size(), bind));
+  SampleStore::Make bind = [read = std::move(read), cameras = bundle.cameras.cameras,
+                            rest = impl_->rest](std::size_t c) {
+    CameraMaps maps = read(c);
+    check_maps_fit(maps, c, cameras[c].intrinsics, rest->size());
+    return build_sample_set(std::move(maps), cameras[c], *rest);
+  };
+  impl_->store = std::make_shared<SampleStore>(bundle.cameras.cameras.size(), std::move(bind));
   impl_->coarser = std::make_shared<CoarserOrgans>(bundle.cameras.cameras, bundle.proxy.vertices);
 }
 Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -24,15 +24,11 @@ const Bundle& organ() {
   return bundle;
 }
 
-std::vector<ShellMatrix> rest_matrices(const Bundle& bundle, std::size_t camera) {
-  const RigidTransform& pose = bundle.cameras.cameras[camera].camera_from_world;
-  const auto normals = vertex_normals(bundle.proxy);
-  std::vector<ShellMatrix> rest;
-  for (std::uint32_t f = 0; f < bundle.proxy.faces.size(); ++f) {
-    rest.push_back(pose.rotation * shell_matrix(bundle.proxy, normals, f));
-    rest.back().col(0) += pose.translation;
-  }
-  return rest;
+// With a slot for each texel that has a face, in order.
+MapDetail detail_of(CameraMaps maps, double focal_px) {
+  for (std::uint32_t i = 0; i < maps.face.size(); ++i)
+    if (maps.face[i] != kNoFace) maps.face[i] = i;
+  return MapDetail(maps, focal_px, maps.face.size());
 }
 
 TEST(TexelOrder, UsesEveryConfidentTexelOnceInCompactRuns) {
@@ -61,7 +57,7 @@ TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
   for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
     const CameraMaps& maps = bundle.maps[c];
     const PosedCamera& camera = bundle.cameras.cameras[c];
-    const auto rest = rest_matrices(bundle, c);
+    const auto rest = shell_matrices(bundle.proxy);
     const SampleSet set = build_sample_set(maps, camera, rest);
     const TexelOrder order = order_texels(maps);
     ASSERT_EQ(set.sample_count, order.texels.size());
@@ -72,6 +68,7 @@ TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
         const std::size_t slot = r * kChunk + i;
         const std::array<float, 3> bound = set.bound(slot);
         const Eigen::Vector3d point =
+            camera.camera_from_world *
             shell_point(rest[set.chunks[r].patch.face], bound[0], bound[1], bound[2]);
         const Eigen::Vector3d expected =
             double(maps.depth_mm[texel]) *
@@ -86,7 +83,7 @@ TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
 
 TEST(SampleSet, PatchesBoundTheirSamples) {
   const SampleSet set =
-      build_sample_set(organ().maps[1], organ().cameras.cameras[1], rest_matrices(organ(), 1));
+      build_sample_set(organ().maps[1], organ().cameras.cameras[1], shell_matrices(organ().proxy));
   constexpr float kRounding = 1e-5f;
   for (std::size_t c = 0; c < set.chunks.size(); ++c) {
     const Chunk& chunk = set.chunks[c];
@@ -127,7 +124,7 @@ TEST(TexelColors, OfARampAndAParabolaAreExactAtTheCorners) {
   CameraMaps maps =
       flat_map([](int x, int y) { return 20.0f + 6.0f * x + 2.0f * static_cast<float>(y * y); });
   for (Eigen::Vector3f& color : maps.color) color[2] = 0.25f;  // blue stays
-  const TexelColors texel = MapDetail(maps, 100).colors[kTexel];
+  const TexelColors texel = detail_of(maps, 100).colors[kTexel];
   EXPECT_EQ(own_byte(texel, 0), 20u + 24 + 18);
   EXPECT_EQ(own_byte(texel, 2), 128u);
   EXPECT_EQ(own_byte(texel, 3), 255u);
@@ -141,7 +138,7 @@ TEST(TexelColors, OfARampAndAParabolaAreExactAtTheCorners) {
 // Whatever rows are worked on together.
 TEST(TexelColors, RunOnFromTexelToTexel) {
   const CameraMaps& maps = organ().maps[1];
-  const MapDetail all(maps, organ().cameras.cameras[1].intrinsics.fx);
+  const MapDetail all = detail_of(maps, organ().cameras.cameras[1].intrinsics.fx);
   int joined = 0;
   for (int y = 1; y + 1 < maps.height; ++y) {
     for (int x = 1; x + 1 < maps.width; ++x) {
@@ -168,7 +165,7 @@ TEST(TexelColors, DoNotMixAcrossADepthEdge) {
     for (int x = 4; x < 8; ++x) maps.depth_mm[8 * y + x] = 150;
   }
   maps.depth_mm[2 * 8 + 2] = 99;
-  const MapDetail all(maps, 100);
+  const MapDetail all = detail_of(maps, 100);
   const std::size_t texel = 2 * 8 + 3;  // the last before the edge
   for (int corner = 0; corner < 4; ++corner)
     EXPECT_EQ(corner_byte(all.colors[texel], corner, 0), 40u);
@@ -182,7 +179,7 @@ TEST(TexelColors, ATexelAloneHasNoSlopeAndBackgroundIsNoNeighbour) {
     maps.face[i] = kNoFace;
     maps.depth_mm[i] = std::numeric_limits<float>::infinity();
   }
-  const MapDetail all(maps, 100);
+  const MapDetail all = detail_of(maps, 100);
   EXPECT_TRUE(std::isnan(all.slope_u[kTexel]));
   EXPECT_TRUE(std::isnan(all.slope_v[kTexel]));
   for (int corner = 0; corner < 4; ++corner)

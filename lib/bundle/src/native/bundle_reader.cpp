@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "organbake/bundle/stored_maps.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
@@ -110,27 +111,23 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
                                    std::size_t faces) const {
   const std::string folder = camera_folder(camera);
   const std::size_t pixels = std::size_t(lens.width) * lens.height;
+  const std::string where = (folder_ / folder).string();
   const auto open = [&](const char* name, const std::vector<std::string>& channels) {
-    const std::string file = folder + "/" + name, full = (folder_ / file).string();
+    const std::string file = folder + "/" + name, full = where + "/" + name;
     ChannelImage image = parse_exr(read(file), full, pixels, channels);
     check_size(image, lens, full);
     return image;
   };
-  ChannelImage depth = open("depth.exr", {"Y"}), color = open("color.exr", {"R", "G", "B"}),
-               micro = open("micro.exr", {"Y", "face", "confidence"});
-  const std::string where = (folder_ / folder).string();
   CameraMaps maps;
   maps.width = lens.width;
   maps.height = lens.height;
+  maps.color = colors_from_image(open("color.exr", {"R", "G", "B"}), where + "/color.exr");
+  ChannelImage depth = open("depth.exr", {"Y"}),
+               micro = open("micro.exr", {"Y", "face", "confidence"});
   maps.depth_mm = depth.take_floats("Y", where + "/depth.exr");
   maps.height_mm = micro.take_floats("Y", where + "/micro.exr");
   maps.face = micro.take_uints("face", where + "/micro.exr");
   maps.confidence = micro.take_floats("confidence", where + "/micro.exr");
-  const auto &r = color.floats("R", where + "/color.exr"),
-             &g = color.floats("G", where + "/color.exr"),
-             &b = color.floats("B", where + "/color.exr");
-  maps.color.resize(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) maps.color[i] = {r[i], g[i], b[i]};
   check_maps(maps, faces, where);
   return maps;
 }

@@ -83,13 +83,12 @@ SmoothSkin nodes_of(const SmoothSkin& skin, const std::vector<std::uint32_t>& no
 // The maps that a camera's samples were bound from, but for what they don't keep: what nothing is
 // drawn from.
 CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
-                   const std::vector<ShellMatrix>& rest_in_camera) {
+                   const std::vector<ShellMatrix>& rest) {
   const Intrinsics& lens = camera.intrinsics;
   CameraMaps maps = background_maps(lens.width, lens.height);
-  const auto put = [&](std::size_t slot) {
-    const std::uint32_t face = samples.face(slot);
+  const auto put = [&](std::uint32_t face, const ShellMatrix& shell, std::size_t slot) {
     const std::array<float, 3> b = samples.bound(slot);
-    const Vector3d point = shell_point(rest_in_camera[face], b[0], b[1], b[2]);
+    const Vector3d point = shell_point(shell, b[0], b[1], b[2]);
     const Vector2d at = project(lens, point);
     const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
     if (x < 0 || y < 0 || x >= lens.width || y >= lens.height) return;  // by its rounding
@@ -102,8 +101,11 @@ CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
     maps.face[texel] = face;
     maps.confidence[texel] = own(3);
   };
-  for (std::size_t c = 0; c < samples.chunks.size(); ++c)
-    for (std::size_t i = 0; i < samples.chunks[c].count; ++i) put(c * kChunk + i);
+  for (std::size_t c = 0; c < samples.chunks.size(); ++c) {
+    const std::uint32_t face = samples.chunks[c].patch.face;
+    const ShellMatrix shell = in_frame(rest[face], camera.camera_from_world);
+    for (std::size_t i = 0; i < samples.chunks[c].count; ++i) put(face, shell, c * kChunk + i);
+  }
   return maps;
 }
 
@@ -219,13 +221,10 @@ double pixel_mm(const std::vector<Eigen::Vector3d>& points, const PosedCamera& c
 
 }  // namespace
 
-std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
-                                  const RigidTransform& frame_from_world) {
-  for (ShellMatrix& matrix : matrices) {
-    matrix = frame_from_world.rotation * matrix;
-    matrix.col(0) += frame_from_world.translation;
-  }
-  return matrices;
+ShellMatrix in_frame(const ShellMatrix& matrix, const RigidTransform& frame_from_world) {
+  ShellMatrix there = frame_from_world.rotation * matrix;
+  there.col(0) += frame_from_world.translation;
+  return there;
 }
 
 CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink)
@@ -234,12 +233,11 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
       whole_samples_(std::move(samples)),
       samples_(whole.cameras.cameras.size(),
                [this, shrink, cameras = whole.cameras.cameras](std::size_t c) {
-                 const RigidTransform& frame = cameras[c].camera_from_world;
                  const PosedCamera& small = bundle_.cameras.cameras[c];
-                 const std::vector<ShellMatrix> rest = in_frame(rest_, frame);
-                 const CameraMaps maps =
-                     maps_of(whole_samples_->made(c), cameras[c], in_frame(whole_rest_, frame));
-                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest);
+                 std::vector<ShellMatrix> rest = rest_;
+                 for (ShellMatrix& face : rest) face = in_frame(face, small.camera_from_world);
+                 const CameraMaps maps = maps_of(whole_samples_->made(c), cameras[c], whole_rest_);
+                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest_);
                }) {
   bundle_.proxy = whole.proxy;
   if (whole.skin) {

@@ -22,7 +22,8 @@ struct MapBinder {
   const CameraMaps& maps;
   const PosedCamera& camera;
   const std::vector<ShellMatrix>& rest;
-  MapDetail detail;
+  const TexelOrder& order;
+  const MapDetail& detail;
 
   Eigen::Vector3d ray(double u, double v) const {
     const Intrinsics& k = camera.intrinsics;
@@ -31,25 +32,54 @@ struct MapBinder {
   }
 };
 
-// The texels of one run: centres, depths, and rays of planar depth 1.
+// The texels of one run: centres, depths, heights, and rays of planar depth 1.
 struct RunTexels {
   std::uint32_t count;
-  std::array<double, kChunk> u, v, depth, ray_x, ray_y;
+  std::array<double, kChunk> u, v, depth, height, ray_x, ray_y;
 
-  RunTexels(const MapBinder& map, const std::uint32_t* texels, std::uint32_t texel_count)
-      : count(texel_count) {
-    const auto width = static_cast<std::uint32_t>(map.maps.width);
+  RunTexels(const MapBinder& map, const TexelRun& run) : count(run.count) {
+    const std::uint32_t* const texels = &map.order.texels[run.first];
     for (std::uint32_t i = 0; i < count; ++i) {
-      const std::uint32_t row = texels[i] / width;
-      u[i] = texels[i] - row * width + 0.5;
-      v[i] = row + 0.5;
       depth[i] = map.maps.depth_mm[texels[i]];
+      height[i] = map.maps.height_mm[texels[i]];
+    }
+    const double width = map.maps.width, rows_a_texel = 1 / width;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const double texel = static_cast<std::int32_t>(texels[i]);
+      const double row = std::floor((texel + 0.5) * rows_a_texel);
+      u[i] = texel - row * width + 0.5;
+      v[i] = row + 0.5;
+    }
+    const Intrinsics& k = map.camera.intrinsics;
+    for (std::uint32_t i = 0; i < count; ++i)
+      ray_x[i] = (u[i] - k.cx) / k.fx, ray_y[i] = (v[i] - k.cy) / k.fy;
+    for (std::uint32_t i = 0; k.has_distortion() && i < count; ++i) {
       const Eigen::Vector3d ray = map.ray(u[i], v[i]);
       ray_x[i] = ray.x(), ray_y[i] = ray.y();
     }
   }
-  Eigen::Vector3d point(std::uint32_t i) const {
-    return depth[i] * Eigen::Vector3d(ray_x[i], ray_y[i], 1);
+};
+
+// barycentric_at_height() of a run's texels, several at once.
+struct RunPlaces {
+  std::array<double, kChunk> b1, b2;
+
+  RunPlaces(const ShellMatrix& m, const RunTexels& at) {
+    for (std::uint32_t i = 0; i < at.count; ++i) {
+      const double h = at.height[i], z = at.depth[i];
+      const std::array<double, 3> point = {z * at.ray_x[i], z * at.ray_y[i], z};
+      double a = 0, b = 0, c = 0, r1 = 0, r2 = 0;
+      for (int k = 0; k < 3; ++k) {
+        const double e1 = m(k, 1) + h * m(k, 4), e2 = m(k, 2) + h * m(k, 5);
+        const double d = point[k] - m(k, 0) - h * m(k, 3);
+        a += e1 * e1, b += e1 * e2, c += e2 * e2, r1 += e1 * d, r2 += e2 * d;
+      }
+      const double determinant = a * c - b * b;
+      const bool collapsed = !(std::abs(determinant) > 0);
+      const double at1 = (c * r1 - b * r2) / determinant, at2 = (a * r2 - b * r1) / determinant;
+      b1[i] = collapsed ? 1.0 / 3 : at1;
+      b2[i] = collapsed ? 1.0 / 3 : at2;
+    }
   }
 };
 
@@ -103,8 +133,8 @@ DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatr
 
 // How the surface moves per texel in shell coordinates: the camera's ray derivative along the
 // fitted plane, through the inverse of the shell map's Jacobian.
-void set_tangents(const MapBinder& map, const DepthPlane& plane, Patch& patch) {
-  const ShellMatrix& m = map.rest[patch.face];
+void set_tangents(const MapBinder& map, const ShellMatrix& m, const DepthPlane& plane,
+                  Patch& patch) {
   const Eigen::Matrix3d shell =
       shell_jacobian(m, patch.center[0], patch.center[1], patch.center[2]);
   const Eigen::Vector3d r = map.ray(plane.center.x(), plane.center.y());
@@ -132,13 +162,14 @@ struct MapNormals {
 
 // Cosine of the widest angle between the run's normals and `middle`. A texel without slopes has no
 // normal; its NaN never is the smallest.
-float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const RunTexels& run,
+float least_cosine(const MapDetail& detail, std::size_t first_slot, const RunTexels& run,
                    const MapNormals& normals, const Eigen::Vector3f& middle) {
   std::array<float, kChunk> cosine;
   for (std::uint32_t i = 0; i < run.count; ++i) {
     const Eigen::Vector3f r(static_cast<float>(run.ray_x[i]), static_cast<float>(run.ray_y[i]), 1);
-    const Eigen::Vector3f n = normals.at(r, static_cast<float>(run.depth[i]),
-                                         detail.slope_u[texels[i]], detail.slope_v[texels[i]]);
+    const Eigen::Vector3f n =
+        normals.at(r, static_cast<float>(run.depth[i]), detail.slope_u[first_slot + i],
+                   detail.slope_v[first_slot + i]);
     cosine[i] = n.dot(middle) / std::sqrt(n.squaredNorm());
   }
   float least = 1;
@@ -146,22 +177,21 @@ float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const R
   return least;
 }
 
-// One run becomes one chunk: slots filled, bounds, tangents and normal cone measured.
-Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& run,
-               std::size_t first_slot, SampleSet& set) {
-  const std::uint32_t* const texels = order.texels.data() + run.first;
-  const RunTexels at(map, texels, run.count);
-  const ShellMatrix& m = map.rest[run.face];
-  Chunk chunk;
+// One run becomes one chunk: slots filled, bounds, tangents and normal cone measured. Tells its
+// mean depth.
+double bind_run(const MapBinder& map, std::size_t number, SampleSet& set) {
+  const TexelRun& run = map.order.runs[number];
+  const std::size_t first_slot = number * kChunk;
+  const RunTexels at(map, run);
+  const ShellMatrix m = in_frame(map.rest[run.face], map.camera.camera_from_world);
+  const RunPlaces places(m, at);
+  Chunk& chunk = set.chunks[number];
   chunk.count = run.count;
   chunk.patch.face = run.face;
   std::array<Eigen::Array3f, kChunk> bound;
-  for (std::uint32_t i = 0; i < run.count; ++i) {
-    const float h = map.maps.height_mm[texels[i]];
-    const Eigen::Vector2d b = barycentric_at_height(m, h, at.point(i));
-    bound[i] = {static_cast<float>(b.x()), static_cast<float>(b.y()), h};
-    set.colors[first_slot + i] = map.detail.colors[texels[i]];
-  }
+  for (std::uint32_t i = 0; i < run.count; ++i)
+    bound[i] = {static_cast<float>(places.b1[i]), static_cast<float>(places.b2[i]),
+                static_cast<float>(at.height[i])};
   set.put(std::span(bound).first(run.count), first_slot, chunk.patch);
   const DepthPlane plane = fit_depth(map, at, m);
   const double u = plane.center.x(), v = plane.center.y();
@@ -173,10 +203,10 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
           .at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
               static_cast<float>(plane.slope.y()))
           .normalized();
-  chunk.patch.cone = NormalCone(
-      std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f)));
-  set_tangents(map, plane, chunk.patch);
-  return chunk;
+  chunk.patch.cone = NormalCone(std::acos(
+      std::clamp(least_cosine(map.detail, first_slot, at, normals, middle), -1.0f, 1.0f)));
+  set_tangents(map, m, plane, chunk.patch);
+  return plane.depth;
 }
 
 }  // namespace
@@ -204,7 +234,7 @@ void SampleSet::copy_patches() {
 }
 
 SampleSet build_sample_set(CameraMaps maps, const PosedCamera& camera,
-                           const std::vector<ShellMatrix>& rest_in_camera) {
+                           const std::vector<ShellMatrix>& rest) {
   const TexelOrder order = order_texels(maps);
   const double focal = std::sqrt(camera.intrinsics.fx * camera.intrinsics.fy);
   const std::size_t slots = order.runs.size() * kChunk;
@@ -213,22 +243,26 @@ SampleSet build_sample_set(CameraMaps maps, const PosedCamera& camera,
                        "': its maps hold more samples than can be drawn (" +
                        std::to_string(order.texels.size()) + "); bake it at half the size");
   }
-  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
-  // What the order and the detail say already makes room for the samples.
-  maps.color = decltype(maps.color)();
-  maps.face = decltype(maps.face)();
-  maps.confidence = decltype(maps.confidence)();
+  // The order knows the faces: their place is their slots' now.
+  std::fill(maps.face.begin(), maps.face.end(), kNoFace);
+  for (std::size_t r = 0; r < order.runs.size(); ++r)
+    for (std::uint32_t i = 0; i < order.runs[r].count; ++i)
+      maps.face[order.texels[order.runs[r].first + i]] = static_cast<std::uint32_t>(r * kChunk + i);
+  MapDetail detail(maps, focal, slots);
+  maps.face = decltype(maps.face)();  // makes room for the samples
   SampleSet set;
   set.b1.resize(slots), set.b2.resize(slots), set.h.resize(slots);
-  set.colors.resize(slots);
+  set.colors = std::move(detail.colors);
   set.chunks.resize(order.runs.size());
   set.sample_count = order.texels.size();
-  for (const std::uint32_t texel : order.texels) set.texel_mm += maps.depth_mm[texel];
-  set.texel_mm /= focal * std::max(1.0, static_cast<double>(set.sample_count));
+  const MapBinder map{maps, camera, rest, order, detail};
+  std::vector<double> depth_mm(order.runs.size());
   constexpr std::size_t kGrain = 64;  // chunks a task
-  parallel_each(std::size_t{0}, order.runs.size(), kGrain, [&](std::size_t c) {
-    set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
-  });
+  parallel_each(std::size_t{0}, order.runs.size(), kGrain,
+                [&](std::size_t c) { depth_mm[c] = bind_run(map, c, set); });
+  for (std::size_t c = 0; c < depth_mm.size(); ++c)
+    set.texel_mm += depth_mm[c] * order.runs[c].count;
+  set.texel_mm /= focal * std::max(1.0, static_cast<double>(set.sample_count));
   set.copy_patches();
   return set;
 }

@@ -177,8 +177,10 @@ void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k
     throw BadDataError("bundle: the maps of camera " + std::to_string(camera) +
                        " do not fit its size");
   }
-  for (const std::uint32_t face : m.face) {
-    if (face != kNoFace && face >= faces) {
+  std::uint32_t most = 0;  // counted from 1: none is 0
+  for (const std::uint32_t face : m.face) most = std::max(most, face + 1);
+  for (std::size_t i = 0; most > faces; ++i) {
+    if (const std::uint32_t face = m.face[i]; face != kNoFace && face >= faces) {
       throw BadDataError("bundle: camera " + std::to_string(camera) + " names face " +
                          std::to_string(face) + ", the bundle has " + std::to_string(faces));
     }

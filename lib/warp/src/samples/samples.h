@@ -23,11 +23,10 @@ namespace organbake {
 // Slot numbers share a 64-bit key with depth and offsets.
 inline constexpr std::uint32_t kMostSlots = 1u << 24;
 
-// Binds every texel that has a face, and confidence. rest_in_camera holds the rest shell matrix of
-// every proxy face in the camera's frame. Throws BadDataError when the map has more samples than
-// kMostSlots.
+// Binds every texel that has a face, and confidence. rest holds the rest shell matrix of every
+// face, world. Throws BadDataError when the map has more samples than kMostSlots.
 SampleSet build_sample_set(CameraMaps maps, const PosedCamera& camera,
-                           const std::vector<ShellMatrix>& rest_in_camera);
+                           const std::vector<ShellMatrix>& rest);
 
 // The texels of one chunk: texels[first … first + count).
 struct TexelRun {
@@ -44,13 +43,14 @@ struct TexelOrder {
 // the result into runs that stay compact in the map: at most kChunk texels within 16 × 16.
 TexelOrder order_texels(const CameraMaps& maps);
 
-// What a camera's map says of its texels together with their neighbours on the same surface, for
-// all that have a face (what stands for others means nothing): whole rows at a time cost a fifth of
-// texel by texel.
+// What a camera's map says of its texels together with their neighbours on the same surface: whole
+// rows at a time cost a fifth of texel by texel. By slot, so that whoever binds texels face by face
+// finds it in a row. maps.face: not the texels' faces but their slots, or kNoFace. Their colours
+// and confidence the maps have no more.
 struct MapDetail {
-  MapDetail(const CameraMaps& maps, double focal_px);
+  MapDetail(CameraMaps& maps, double focal_px, std::size_t slots);
 
-  std::unique_ptr<TexelColors[]> colors;
+  std::vector<TexelColors> colors;
   // Change of depth per column and row, mm, by the same differences; NaN without a neighbour.
   std::unique_ptr<float[]> slope_u, slope_v;
 };
@@ -90,8 +90,7 @@ class SampleStore {
   BackgroundThread ahead_;  // last: it ends while the rest is there
 };
 
-std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
-                                  const RigidTransform& frame_from_world);
+ShellMatrix in_frame(const ShellMatrix& matrix, const RigidTransform& frame_from_world);
 
 // An organ for pictures whose pixels hold several of its texels: over the proxy's faces in place of
 // its skin's, with 1 / shrink as many texels and nodes of the base layer a side. Small pictures

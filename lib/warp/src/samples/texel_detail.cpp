@@ -20,10 +20,24 @@ constexpr float kSteepestTexels = 6;
 
 using Words = std::vector<std::int16_t>;  // numbers of 16 bits: sixteen at once
 
-inline std::int16_t byte_of(float value) {  // 0…255
+inline std::uint32_t byte_of(float value) {  // 0…255
   const float positive = value > 0 ? value : 0;
-  return static_cast<std::int16_t>(
+  return static_cast<std::uint32_t>(
       static_cast<std::int32_t>((positive < 255 ? positive : 255) + 0.5f));
+}
+
+// By texel its colour in the samples' units and its confidence, a byte each. The maps give them up.
+std::vector<std::uint32_t> own_words(CameraMaps& maps) {
+  std::vector<std::uint32_t> words(maps.face.size());
+  const auto root = [](float linear) { return byte_of(255 * std::sqrt(linear > 0 ? linear : 0)); };
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Eigen::Vector3f& color = maps.color[i];
+    words[i] = root(color[0]) | root(color[1]) << 8 | root(color[2]) << 16 |
+               byte_of(255 * maps.confidence[i]) << 24;
+  }
+  maps.color = decltype(maps.color)();
+  maps.confidence = decltype(maps.confidence)();
+  return words;
 }
 
 // Some columns of a row of a map in the samples' units, with a texel of nothing at either end.
@@ -38,33 +52,27 @@ struct MapRow {
   std::array<Words, 9> joined;
   enum Neighbour : int { up = 1, left = 3, right = 5, down = 7 };
 
-  explicit MapRow(int width)
-      : confidence(width + 2), shows(width + 2), depth(width + 2), interleaved_(3 * width) {
+  explicit MapRow(int width) : confidence(width + 2), shows(width + 2), depth(width + 2) {
     for (int c = 0; c < 3; ++c) color[c].resize(width + 2), sharp[c].resize(width + 2);
     for (Words& neighbour : joined) neighbour.resize(width);
   }
   int width() const { return static_cast<int>(joined[0].size()); }
-  void load(const CameraMaps& maps, int x0, int y);
+  // own: by texel of the map its colour and confidence, a byte each.
+  void load(const CameraMaps& maps, const std::vector<std::uint32_t>& own, int x0, int y);
   void look_round(const MapRow& above, const MapRow& below, float steepest);
-
- private:
-  Words interleaved_;
 };
 
-void MapRow::load(const CameraMaps& maps, int x0, int y) {
+void MapRow::load(const CameraMaps& maps, const std::vector<std::uint32_t>& own, int x0, int y) {
   std::fill(shows.begin(), shows.end(), std::int16_t{0});
   if (y < 0 || y >= maps.height) return;
   const std::size_t first = std::size_t(y) * maps.width + x0;
-  const float* const linear = maps.color[first].data();
-  for (int i = 0; i < 3 * width(); ++i)
-    interleaved_[i] = byte_of(255 * std::sqrt(linear[i] > 0 ? linear[i] : 0));
+  const std::uint32_t *const words = &own[first], *const slot = &maps.face[first];
   for (int k = 0; k < 3; ++k)
-    for (int x = 0; x < width(); ++x) color[k][x + 1] = interleaved_[3 * x + k];
+    for (int x = 0; x < width(); ++x)
+      color[k][x + 1] = static_cast<std::int16_t>(words[x] >> (8 * k) & 255);
+  for (int x = 0; x < width(); ++x) confidence[x + 1] = static_cast<std::int16_t>(words[x] >> 24);
+  for (int x = 0; x < width(); ++x) shows[x + 1] = slot[x] != kNoFace;
   std::copy_n(&maps.depth_mm[first], width(), depth.data() + 1);
-  const float* const sure = &maps.confidence[first];
-  const std::uint32_t* const face = &maps.face[first];
-  for (int x = 0; x < width(); ++x) confidence[x + 1] = byte_of(255 * sure[x]);
-  for (int x = 0; x < width(); ++x) shows[x + 1] = (face[x] != kNoFace) & (confidence[x + 1] > 0);
 }
 
 // Whether `there` continues the surface of `here`.
@@ -121,16 +129,6 @@ void mix_corner(const MapRow& here, const MapRow& beyond, int k, const Words& ow
   }
 }
 
-// A row's colours, `scratch` four planes of it.
-void pack_colors(const MapRow& above, const MapRow& here, const MapRow& below,
-                 std::array<std::vector<std::uint32_t>, 4>& scratch, TexelColors* __restrict out) {
-  for (int k = 0; k < 4; ++k)
-    mix_corner(here, k < 2 ? above : below, k, k < 3 ? here.color[k] : here.confidence,
-               scratch[k].data());
-  const auto& [a, b, c, d] = scratch;
-  for (int x = 0; x < here.width(); ++x) out[x] = {a[x], b[x], c[x], d[x]};
-}
-
 void slopes(const float* __restrict before, const float* __restrict here,
             const float* __restrict after, const std::int16_t* __restrict has_before,
             const std::int16_t* __restrict has_after, int width, float* __restrict slope) {
@@ -157,31 +155,40 @@ std::array<int, 2> columns_in_use(const CameraMaps& maps, int begin, int end) {
 
 }  // namespace
 
-MapDetail::MapDetail(const CameraMaps& maps, double focal_px)
-    : colors(std::make_unique_for_overwrite<TexelColors[]>(maps.face.size())),
-      slope_u(std::make_unique_for_overwrite<float[]>(maps.face.size())),
-      slope_v(std::make_unique_for_overwrite<float[]>(maps.face.size())) {
+MapDetail::MapDetail(CameraMaps& maps, double focal_px, std::size_t slots) {
+  const std::vector<std::uint32_t> own = own_words(maps);
+  colors.resize(slots);
+  slope_u = std::make_unique_for_overwrite<float[]>(slots);
+  slope_v = std::make_unique_for_overwrite<float[]>(slots);
   const float steepest = kSteepestTexels / static_cast<float>(focal_px);
   constexpr int kRows = 64, kReach = 2;  // of a task; how far a texel's colours look
   parallel_pieces(0, maps.height, kRows, [&](int begin, int end) {
     const auto [x0, x1] = columns_in_use(maps, begin - kReach, end + kReach);
     const int width = x1 - x0;
     std::vector<MapRow> rows(2 * kReach + 1, MapRow(width));  // slides down: y − 2 … y + 2
-    std::array<std::vector<std::uint32_t>, 4> scratch;
-    scratch.fill(std::vector<std::uint32_t>(width));
+    std::array<std::vector<std::uint32_t>, 4> corners;
+    corners.fill(std::vector<std::uint32_t>(width));
+    std::vector<float> along_u(width), along_v(width);
     for (int y = begin - 2 * kReach; y < end; ++y) {
       std::rotate(rows.begin(), rows.begin() + 1, rows.end());
-      rows[4].load(maps, x0, y + kReach);
+      rows[4].load(maps, own, x0, y + kReach);
       rows[3].look_round(rows[2], rows[4], steepest);
       if (y < begin) continue;
       const MapRow &above = rows[1], &here = rows[2], &below = rows[3];
-      const std::size_t first = std::size_t(y) * maps.width + x0;
-      pack_colors(above, here, below, scratch, &colors[first]);
+      for (int k = 0; k < 4; ++k)
+        mix_corner(here, k < 2 ? above : below, k, k < 3 ? here.color[k] : here.confidence,
+                   corners[k].data());
       const float* const z = here.depth.data() + 1;
       slopes(z - 1, z, z + 1, here.joined[MapRow::left].data(), here.joined[MapRow::right].data(),
-             width, &slope_u[first]);
+             width, along_u.data());
       slopes(above.depth.data() + 1, z, below.depth.data() + 1, here.joined[MapRow::up].data(),
-             here.joined[MapRow::down].data(), width, &slope_v[first]);
+             here.joined[MapRow::down].data(), width, along_v.data());
+      for (int x = 0; x < width; ++x) {
+        const std::uint32_t slot = maps.face[std::size_t(y) * maps.width + x0 + x];
+        if (slot == kNoFace) continue;
+        colors[slot] = {corners[0][x], corners[1][x], corners[2][x], corners[3][x]};
+        slope_u[slot] = along_u[x], slope_v[slot] = along_v[x];
+      }
     }
   });
 }

@@ -24,6 +24,9 @@ std::vector<std::byte> coded_maps(const CameraMaps& maps, const Intrinsics& lens
 CameraMaps decoded_maps(std::span<const std::byte> bytes, const Intrinsics& lens, std::size_t faces,
                         const std::string& name);
 
+// An image's channels R, G and B. Throws BadDataError, beginning with `name`, where one is missing.
+std::vector<Eigen::Vector3f> colors_from_image(const ChannelImage& image, const std::string& name);
+
 // How a bundle's images are packed. Every reader of EXR opens all of them.
 struct MapPacking {
   ExrCompression compression = ExrCompression::zip;  // of all images, unless compact
