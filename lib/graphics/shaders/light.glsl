@@ -45,6 +45,9 @@ float wave_at(float turns) {
   float t = turns - floor(turns + 0.5);
   return 8.0 * t * (1.0 - 2.0 * abs(t));
 }
+float slope_of_wave_at(float turns) {
+  return 8.0 * (1.0 - 4.0 * abs(turns - floor(turns + 0.5)));
+}
 
 float grain_at(vec3 p) {
   ivec3 at = ivec3(floor(vec3(p.x + 0.31 * p.y, p.y + 0.27 * p.z, p.z - 0.29 * p.x)));
@@ -86,7 +89,7 @@ float light_of_film(float share, float lost, float lacks2) {
   return at_most_1(over_blown * squared * squared);
 }
 
-float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
+float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, vec3 rises, float turns, float pixel) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
   float soft = max(kSoftEnds * pixel, kEdge), reach = 1.0 - 0.5 * kJitter, sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
@@ -98,11 +101,12 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, float pixel) {
     h ^= h >> 13;
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
-    float own = at_most_1(positive(wet + chance(h, 3)));
-    vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2)), e = lacks + leaning;
-    float on_m = dot(leaning, m);
-    float lit = positive(1.0 - drops.z * (dot(e, e) - on_m * on_m));
-    float outward = dot(d, m), out2 = outward * outward;
+    float own = at_most_1(positive(wet + chance(h, 3) - dot(rises, d)));
+    vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2));
+    vec3 e = lacks + leaning + turns * d;
+    float on_m = dot(leaning, m), outward = dot(d, m), out2 = outward * outward;
+    float e_on_m = on_m + turns * outward;
+    float lit = positive(1.0 - drops.z * (dot(e, e) - e_on_m * e_on_m));
     float size2 = kDrop * own * at_most_1(kGrows * lit) * positive(1.0 - out2 / (reach * reach));
     float drawn2 = max(size2, 0.25 * soft * soft), drawn = sqrt(drawn2);
     float along = dot(d, leaning) - on_m * outward, lean2 = dot(leaning, leaning) - on_m * on_m;
@@ -126,12 +130,16 @@ float mean_of_drops(float lacks2, float wet) {
 float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share) {
   vec3 m = skin.rest_normal * inversesqrt(dot(skin.rest_normal, skin.rest_normal) + 1e-20);
   float pixels_per_mm = scope.z / depth;
-  vec3 hills = vec3(0.0);
+  vec3 hills = vec3(0.0), rises = vec3(0.0);
   float lost = 0.0, hill = 0.0;
   for (int k = 3; k >= 0; --k) {
     float phase = dot(hill_phase[k].xyz, skin.rest_mm) + hill_phase[k].w;
     float shown = resolved(hill_slope[k].w * pixels_per_mm);
-    if (k > 0) hill += wave_at(phase + 0.25 + kAskew * hill);
+    if (k > 0) {
+      float shifted = phase + 0.25 + kAskew * hill;
+      hill += wave_at(shifted);
+      rises += slope_of_wave_at(shifted) * (hill_phase[k].xyz + kAskew * rises);
+    }
     hills += shown * wave_at(phase) * hill_slope[k].xyz;
     lost += (1.0 - shown * shown) * hill_variance[k];
   }
@@ -142,10 +150,13 @@ float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share
   }
   float pixel = drops.x / pixels_per_mm;
   float seen = at_most_1(positive(2.0 - pixel / (1.0 - 0.5 * kJitter)));
-  float wet = kDriest + kWetBumps * at_most_1(positive(0.5 + kPatches * (hill - kUpperHills))) -
-              kCrease * skin.bend;
+  float t = at_most_1(positive(0.5 + kPatches * (hill - kUpperHills)));
+  float wet = kDriest + kWetBumps * t * t * (3.0 - 2.0 * t) - kCrease * skin.bend;
+  rises *= at_most_1(2.0 * positive(wet + 1.0)) * kWetBumps * kPatches * 6.0 * t * (1.0 - t) / drops.x;
+  float turns = (1.0 / depth + skin.bend) / drops.x;
   float mean = mean_of_drops(dot(lacks, lacks) + 2.0 * lost, wet);
-  float each = light_of_drops(m, drops.x * skin.rest_mm, lacks, wet, pixel);
+  float each = light_of_drops(m, drops.x * skin.rest_mm, lacks, wet, rises - dot(rises, m) * m, turns,
+                              pixel);
   return kBlown * at_most_1(share * film.x) * (mean + seen * (each - mean));
 }
 

@@ -63,6 +63,9 @@ inline float wave_at(float turns) {
   const float t = turns - std::nearbyint(turns);
   return 8 * t * (1 - 2 * std::abs(t));
 }
+inline float slope_of_wave_at(float turns) {
+  return 8 * (1 - 4 * std::abs(turns - std::nearbyint(turns)));
+}
 
 // Where each of the hills' waves goes, and its phase: to the corners of a tetrahedron, turned off
 // the axes. Waves that go nearly one way lay their patches in stripes.
@@ -136,8 +139,9 @@ struct Slopes {
 };
 struct Hills {
   Slopes slopes;
-  float lost;  // variance of the slopes of what a pixel cannot show
-  float wet;   // −kHills…kHills
+  float lost;    // variance of the slopes of what a pixel cannot show
+  float wet;     // −kHills…kHills
+  Slopes rises;  // of wet, a mm
 };
 
 // Written out wave by wave, the longest first: a loop in the loop over pixels would keep that from
@@ -146,12 +150,16 @@ template <std::size_t... k>
 inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const float* p,
                                                      float pixels_per_mm,
                                                      std::index_sequence<k...>) {
-  Hills sum = {{0, 0, 0}, 0, 0};
+  Hills sum = {};
   const auto add = [&](const Wave& w, bool of_patches) {
     const float turns = w.x * p[0] + w.y * p[1] + w.z * p[2] + w.phase;
     const float share = resolved(w.length_mm * pixels_per_mm), height = share * wave_at(turns);
-    const float patch = wave_at(turns + 0.25f + WetFilm::kAskew * sum.wet);
-    sum.wet += of_patches ? patch : 0;
+    const float shifted = turns + 0.25f + WetFilm::kAskew * sum.wet;
+    const float rises = of_patches ? slope_of_wave_at(shifted) : 0;
+    sum.wet += of_patches ? wave_at(shifted) : 0;
+    sum.rises.x += rises * (w.x + WetFilm::kAskew * sum.rises.x);
+    sum.rises.y += rises * (w.y + WetFilm::kAskew * sum.rises.y);
+    sum.rises.z += rises * (w.z + WetFilm::kAskew * sum.rises.z);
     sum.slopes.x += height * w.slope_x;
     sum.slopes.y += height * w.slope_y;
     sum.slopes.z += height * w.slope_z;
@@ -205,10 +213,14 @@ inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe,
 // Of the drops about a place: what they mirror, each by the share of the pixel that it covers. One
 // that is smaller than a pixel is drawn as large as that, and fainter by as much. Each runs out to
 // both sides along its lean, so that many melt into one. It shrinks slowly with its point's height:
-// cut out of a ball, it would be there or not by a hundredth of a millimetre.
+// cut out of a ball, it would be there or not by a hundredth of a millimetre. How wet and how lit
+// it is its point tells, to first order: wet rises by so much a room, and half-way turns back. By
+// what a pixel beside it has, one too small to be seen would shine in pixels and not in parts of
+// them.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
                                                            const Lacking& lacks, float wet,
+                                                           const Slopes& rises, float turns,
                                                            float pixel) {
   constexpr float kInverseReach2 = 1 / (kStrewnReach * kStrewnReach);
   const float by_pixel = WetFilm::kSoftEnds * pixel;
@@ -218,14 +230,16 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
   visit_cells(
       drops.per_mm * p[0], drops.per_mm * p[1],
       drops.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
-        const float own = at_most_1(positive(wet + cell.chance(3)));
+        const float above = rises.x * cell.x + rises.y * cell.y + rises.z * cell.z;
+        const float own = at_most_1(positive(wet + cell.chance(3) - above));
+        const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
         const float cx = drops.lean * cell.chance(0), cy = drops.lean * cell.chance(1),
                     cz = drops.lean * cell.chance(2);
         const float on_m = cx * m[0] + cy * m[1] + cz * m[2];
-        const float ex = lacks.x + cx, ey = lacks.y + cy, ez = lacks.z + cz;
+        const float ex = lacks.x + cx + turns * cell.x, ey = lacks.y + cy + turns * cell.y,
+                    ez = lacks.z + cz + turns * cell.z, e_on_m = on_m + turns * out;
         const float lit =
-            positive(1 - drops.inverse_lit2 * (ex * ex + ey * ey + ez * ez - on_m * on_m));
-        const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
+            positive(1 - drops.inverse_lit2 * (ex * ex + ey * ey + ez * ez - e_on_m * e_on_m));
         const float size2 = WetFilm::kDrop * own * at_most_1(WetFilm::kGrows * lit) *
                             positive(1 - kInverseReach2 * out2);
         const float size = std::sqrt(size2), least = 0.5f * soft;
@@ -253,11 +267,14 @@ inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet)
 }
 
 // A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
-// from 1 on.
-inline float wetness(float hills) {
-  const float patch =
-      at_most_1(positive(0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills)));
-  return WetFilm::kDriest + WetFilm::kWetBumps * patch;
+// from 1 on; and by how much that rises with the hills.
+struct Wetness {
+  float value, rises;
+};
+inline Wetness wetness(float hills) {
+  const float t = at_most_1(positive(0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills)));
+  return {WetFilm::kDriest + WetFilm::kWetBumps * (t * t * (3 - 2 * t)),
+          WetFilm::kWetBumps * WetFilm::kPatches * 6 * t * (1 - t)};
 }
 
 struct FilmPlanes {
@@ -303,7 +320,7 @@ ORGANBAKE_MULTIVERSION void keep_lit(const FilmPlanes& planes, const WetFilm::Dr
   for (unsigned j = 0; j < whole_vectors(count); ++j) {
     const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);
     const float shown = shows[first + j];
-    const float wet = wetness(at.hill.wet + kOff) > -1 ? shown : 0;
+    const float wet = wetness(at.hill.wet + kOff).value > -1 ? shown : 0;
     shows[first + j] = at.lacks.squared < farthest2 ? wet : 0;
   }
 }
@@ -319,7 +336,7 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
   const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
     // What drops are asked for by, so that vectors of pixels between patches ask for none.
-    enum { kRest, kPlace = 3, kLacks = 6, kWet = 9, kPixel, kMean, kNumbers };
+    enum { kRest, kPlace = 3, kLacks = 6, kRises = 9, kWet = 12, kTurns, kPixel, kMean, kNumbers };
     alignas(64) float of[kNumbers][kSpan];
     ORGANBAKE_INDEPENDENT
     for (unsigned j = 0; j < whole_vectors(count); ++j) {
@@ -327,8 +344,19 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
       for (int c = 0; c < 3; ++c) of[kRest + c][j] = at.rest[c], of[kPlace + c][j] = at.place[c];
       of[kLacks][j] = at.lacks.x, of[kLacks + 1][j] = at.lacks.y, of[kLacks + 2][j] = at.lacks.z;
       of[kPixel][j] = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
-      const float wet = wetness(at.hill.wet) - WetFilm::kCrease * in.bend[first + j];
-      of[kWet][j] = at.lacks.squared < drops.farthest2 ? wet : -1;
+      const Wetness patch = wetness(at.hill.wet);
+      const float wet = patch.value - WetFilm::kCrease * in.bend[first + j];
+      const bool asks = at.lacks.squared < drops.farthest2;
+      of[kWet][j] = asks ? wet : -1;
+      // Along the skin, and by none where none is asked for.
+      const Slopes& g = at.hill.rises;
+      const float on_m = g.x * at.rest[0] + g.y * at.rest[1] + g.z * at.rest[2];
+      const float shown = asks ? at_most_1(2 * positive(wet + 1)) : 0;
+      const float rises = shown * patch.rises * (1 / drops.per_mm);
+      of[kRises][j] = rises * (g.x - on_m * at.rest[0]);
+      of[kRises + 1][j] = rises * (g.y - on_m * at.rest[1]);
+      of[kRises + 2][j] = rises * (g.z - on_m * at.rest[2]);
+      of[kTurns][j] = (1 / in.depth[first + j] + in.bend[first + j]) * (1 / drops.per_mm);
       // Hills too fine for the pixel lean its drops in both directions.
       of[kMean][j] = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
     }
@@ -342,10 +370,12 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
         const float rest[3] = {of[kRest][j], of[kRest + 1][j], of[kRest + 2][j]};
         const float place[3] = {of[kPlace][j], of[kPlace + 1][j], of[kPlace + 2][j]};
         const Lacking lacks = {of[kLacks][j], of[kLacks + 1][j], of[kLacks + 2][j], 0};
+        const Slopes rises = {of[kRises][j], of[kRises + 1][j], of[kRises + 2][j]};
         const float pixel = of[kPixel][j], mean = of[kMean][j];
         // A drop as soft as larger pixels would reach beyond the cubes that are asked.
         const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
-        const float each = light_of_drops(drops, rest, place, lacks, of[kWet][j], pixel);
+        const float each =
+            light_of_drops(drops, rest, place, lacks, of[kWet][j], rises, of[kTurns][j], pixel);
         mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
                       (mean + seen * (each - mean));
       }
