@@ -114,16 +114,8 @@ Document::Document(std::string text, std::string name, SortedJson json)
       json_(std::make_shared<SortedJson>(std::move(json))) {}
 
 Document Document::parse_json(std::string text, std::string name) {
-  try {
-    check_json_structure(text, name);
-    SortedJson json = SortedJson::parse(text);
-    return {std::move(text), std::move(name), std::move(json)};
-  } catch (const SortedJson::exception& error) {  // a number too large for a double is one, too
-    // "[json.exception.parse_error.101] parse error at line 3, column 5: …"
-    const std::string what = error.what();
-    const std::size_t begin = what.find("] ");
-    throw BadDataError(name + ": " + (begin == std::string::npos ? what : what.substr(begin + 2)));
-  }
+  SortedJson json = parse_sorted_json(text, name);
+  return {std::move(text), std::move(name), std::move(json)};
 }
 
 Document Document::parse_yaml(std::string text, std::string name) {

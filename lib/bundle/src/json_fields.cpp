@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <utility>
 #include <vector>
 
 #include "organbake/core/error.h"
@@ -15,18 +15,6 @@
 #include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
-Json parse_json(const std::string& text, const std::string& name) {
-  check_json_structure(text, name);
-  try {
-    return Json::parse(text);
-  } catch (const Json::exception& error) {
-    // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
-    // needs.
-    std::string what = error.what();
-    if (const auto end = what.find("] "); end != std::string::npos) what = what.substr(end + 2);
-    throw BadDataError(name + ": is not valid JSON: " + what);
-  }
-}
 
 std::string json_text(const Json& json) {
   // File names need not be UTF-8; JSON must be.
@@ -79,15 +67,29 @@ Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px) {
   return k;
 }
 
+namespace {
+
+// The way to a value within another, "" to itself; nothing when it does not lie there.
+std::optional<std::string> way_to(const Json& value, const Json& from) {
+  if (&value == &from) return "";
+  if (!from.is_structured()) return std::nullopt;
+  for (const auto& [key, inner] : from.items())
+    if (const auto rest = way_to(value, inner)) return "/" + key + *rest;
+  return std::nullopt;
+}
+
+}  // namespace
+
 void JsonField::fail(const std::string& message) const {
-  throw BadDataError(document_ + ": " + (pointer_.empty() ? "/" : pointer_) + ": " + message);
+  const std::string way = way_to(*value_, *document_->root).value_or("");
+  throw BadDataError(document_->name + ": " + (way.empty() ? "/" : way) + ": " + message);
 }
 
 std::optional<JsonField> JsonField::find(const std::string& key) const {
   if (!value_->is_object()) fail("must be an object");
   const auto found = value_->find(key);
   if (found == value_->end()) return std::nullopt;
-  return JsonField(*found, document_, pointer_ + "/" + key);
+  return JsonField(*found, document_);
 }
 
 JsonField JsonField::operator[](const std::string& key) const {
@@ -111,7 +113,7 @@ std::size_t JsonField::size() const {
 
 JsonField JsonField::at(std::size_t index) const {
   if (index >= size()) fail("has only " + std::to_string(size()) + " entries");
-  return {(*value_)[index], document_, pointer_ + "/" + std::to_string(index)};
+  return {(*value_)[index], document_};
 }
 
 double JsonField::number(double min, double max) const {
@@ -166,64 +168,85 @@ void JsonField::require_schema(std::initializer_list<std::string_view> any_of) c
   field.fail("is '" + field.text() + "'; this program reads '" + joined(any_of, "' and '") + "'");
 }
 
-// A pass over a JSON text that builds nothing and finds what a parser would not refuse: nesting
-// deep enough to exhaust the stack, and keys that an object has twice.
+// Reads a JSON text, and finds on the way what a parser would not refuse: nesting deep enough to
+// exhaust the stack, and keys that an object has twice.
 namespace {
 
 // Whatever walks a document calls itself once a level: a million brackets would end the stack.
-constexpr int kDeepest = 100;
+constexpr std::size_t kDeepest = 100;
 
-// A pass of its own: a parser that asks about each value takes the square of an array's length.
-class StructureChecker : public nlohmann::json_sax<nlohmann::json> {
+template <class AnyJson>
+class CheckedReader final : public nlohmann::json_sax<AnyJson> {
  public:
-  explicit StructureChecker(const std::string& name) : name_(name) {}
+  explicit CheckedReader(const std::string& name) : name_(name) {}
 
-  bool start_object(std::size_t) override {
-    keys_.emplace_back();
-    return enter();
+  AnyJson read(const std::string& text) {
+    AnyJson::sax_parse(text, this);
+    return std::move(json_);
   }
-  bool end_object() override {
-    keys_.pop_back();
-    return leave();
-  }
-  bool start_array(std::size_t) override { return enter(); }
-  bool end_array() override { return leave(); }
+
+  bool start_object(std::size_t) override { return open(AnyJson::object()); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(AnyJson::array()); }
+  bool end_array() override { return close(); }
   bool key(std::string& key) override {
-    if (!keys_.back().insert(key).second)
+    const std::size_t keys = open_.back()->size();
+    member_ = &(*open_.back())[key];
+    if (open_.back()->size() == keys)
       throw BadDataError(name_ + ": has the key '" + key + "' twice");
     return true;
   }
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(std::int64_t) override { return true; }
-  bool number_unsigned(std::uint64_t) override { return true; }
-  bool number_float(double, const std::string&) override { return true; }
-  bool string(std::string&) override { return true; }
-  bool binary(nlohmann::json::binary_t&) override { return true; }
-  bool parse_error(std::size_t, const std::string&, const nlohmann::json::exception&) override {
-    return false;  // reading says it better
+  bool null() override { return add(nullptr); }
+  bool boolean(bool value) override { return add(value); }
+  bool number_integer(std::int64_t value) override { return add(value); }
+  bool number_unsigned(std::uint64_t value) override { return add(value); }
+  bool number_float(double value, const std::string&) override { return add(value); }
+  bool string(std::string& value) override { return add(std::move(value)); }
+  bool binary(nlohmann::json::binary_t& value) override { return add(std::move(value)); }
+  bool parse_error(std::size_t, const std::string&, const Json::exception& what) override {
+    // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
+    // needs.
+    const std::string text = what.what();
+    throw BadDataError(name_ + ": " + text.substr(text.find("] ") + 2));
   }
 
  private:
-  bool enter() {
-    if (++depth_ > kDeepest) throw BadDataError(name_ + ": is nested too deeply");
+  // Where the next value goes.
+  AnyJson& place() {
+    if (open_.empty()) return json_;
+    return open_.back()->is_object() ? *member_ : open_.back()->emplace_back();
+  }
+  template <class Value>
+  bool add(Value&& value) {
+    place() = std::forward<Value>(value);
     return true;
   }
-  bool leave() {
-    --depth_;
+  bool open(AnyJson&& empty) {
+    if (open_.size() == kDeepest) throw BadDataError(name_ + ": is nested too deeply");
+    AnyJson& opened = place();
+    opened = std::move(empty);
+    open_.push_back(&opened);
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
     return true;
   }
 
   const std::string& name_;
-  int depth_ = 0;
-  std::vector<std::set<std::string>> keys_;  // of the objects that are open
+  AnyJson json_;
+  std::vector<AnyJson*> open_;  // arrays and objects, each in the one before
+  AnyJson* member_ = nullptr;   // of the last, when it is an object
 };
 
 }  // namespace
 
-void check_json_structure(const std::string& text, const std::string& name) {
-  StructureChecker checker(name);
-  nlohmann::json::sax_parse(text, &checker);
+Json parse_json(const std::string& text, const std::string& name) {
+  return CheckedReader<Json>(name).read(text);
+}
+
+nlohmann::json parse_sorted_json(const std::string& text, const std::string& name) {
+  return CheckedReader<nlohmann::json>(name).read(text);
 }
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,8 +19,10 @@ namespace organbake {
 using Json = nlohmann::ordered_json;
 
 // Throws BadDataError naming the document, and what is wrong: line and column of text that is no
-// JSON, or a key that an object has twice.
+// JSON, a key that an object has twice, of which other readers silently take the last, or nesting
+// deeper than any that makes sense.
 Json parse_json(const std::string& text, const std::string& name);
+nlohmann::json parse_sorted_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
@@ -35,7 +38,8 @@ Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px);
 class JsonField {
  public:
   JsonField(const Json& value, std::string document)
-      : value_(&value), document_(std::move(document)) {}
+      : value_(&value),
+        document_(std::make_shared<const Document>(Document{&value, std::move(document)})) {}
 
   JsonField operator[](const std::string& key) const;  // throws when missing
   std::optional<JsonField> find(const std::string& key) const;
@@ -60,17 +64,15 @@ class JsonField {
   const Json& json() const { return *value_; }
 
  private:
-  JsonField(const Json& value, const std::string& document, std::string pointer)
-      : value_(&value), document_(document), pointer_(std::move(pointer)) {}
+  struct Document {
+    const Json* root;
+    std::string name;
+  };
+  JsonField(const Json& value, std::shared_ptr<const Document> document)
+      : value_(&value), document_(std::move(document)) {}
 
   const Json* value_;
-  std::string document_;
-  std::string pointer_;
+  std::shared_ptr<const Document> document_;
 };
-
-// Looks through a JSON document before it is read. Throws BadDataError naming it where it is nested
-// deeper than any that makes sense, or has a key twice in one object, of which reading would
-// silently take the last. Text that is no JSON is left for reading to refuse.
-void check_json_structure(const std::string& text, const std::string& name);
 
 }  // namespace organbake
