@@ -31,16 +31,21 @@ std::array<std::uint32_t, 2> ordered(std::uint32_t a, std::uint32_t b) {
 // Nodes in order: the vertices, then each edge's, then each face's inner ones.
 Lattice::Lattice(const TriangleMesh& proxy, std::uint32_t steps)
     : proxy_(proxy), steps_(steps), face_count_(static_cast<std::uint32_t>(proxy.faces.size())) {
-  for (const auto& [a, b, c] : proxy.faces)
-    edges_.insert(edges_.end(), {ordered(a, b), ordered(b, c), ordered(c, a)});
-  std::sort(edges_.begin(), edges_.end());
-  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
-  const auto edge_index = [&](std::uint32_t a, std::uint32_t b) {
-    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ordered(a, b));
-    return static_cast<std::uint32_t>(at - edges_.begin());
-  };
-  for (const auto& [a, b, c] : proxy.faces)
-    face_edges_.push_back({edge_index(a, b), edge_index(b, c), edge_index(c, a)});
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> sides;  // by its vertices; 3 · face + side
+  sides.reserve(3 * proxy.faces.size());
+  for (const Face& face : proxy.faces)
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] = ordered(face[k], face[(k + 1) % 3]);
+      sides.emplace_back(std::uint64_t{low} << 32 | high, static_cast<std::uint32_t>(sides.size()));
+    }
+  std::sort(sides.begin(), sides.end());
+  face_edges_.resize(proxy.faces.size());
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const auto& [ends, side] = sides[i];
+    if (i == 0 || ends != sides[i - 1].first)
+      edges_.push_back({static_cast<std::uint32_t>(ends >> 32), static_cast<std::uint32_t>(ends)});
+    face_edges_[side / 3][side % 3] = static_cast<std::uint32_t>(edges_.size() - 1);
+  }
   first_inner_ = static_cast<std::uint32_t>(proxy.vertices.size() + edges_.size() * (steps_ - 1));
 }
 

@@ -154,6 +154,7 @@ BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>&
       }
     }
   }
+  blocks_.shrink_to_fit();
   patches_ = PatchTable(patches);
 }
 
@@ -169,33 +170,38 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
   Eigen::Vector2f slope = Eigen::Vector2f::Zero();
   int cells = 0;
   std::vector<Eigen::Vector3d> normals;
+  normals.reserve(2 * kCells * kCells);
+  std::array<Eigen::Vector3d, (kCells + 1) * (kCells + 1)> points;
+  const auto point = [&](std::uint32_t i, std::uint32_t j) -> Eigen::Vector3d& {
+    return points[PlacedBlock::at(i - i0, j - j0)];
+  };
   const auto height = [&](std::uint32_t i, std::uint32_t j) {
     return layer_.height_mm[node(face, i, j)];
-  };
-  const auto point = [&](std::uint32_t i, std::uint32_t j) {
-    return shell_point(rest, step * static_cast<float>(i), step * static_cast<float>(j),
-                       height(i, j));
   };
   for (std::uint32_t i = i0; i <= block_end(i0); ++i) {
     for (std::uint32_t j = j0; j <= block_end(j0) && i + j <= n; ++j) {
       const Eigen::Array3f at(step * static_cast<float>(i), step * static_cast<float>(j),
                               height(i, j));
       low = low.min(at), high = high.max(at);
-      block.seen_by.push_back(layer_.seen_by[node(face, i, j)]);
-      if (i == block_end(i0) || j == block_end(j0) || i + j == n) continue;
+      point(i, j) = shell_point(rest, at[0], at[1], at[2]);
+      const std::uint32_t seen_by = layer_.seen_by[node(face, i, j)];
+      if (std::find(block.seen_by.begin(), block.seen_by.end(), seen_by) == block.seen_by.end())
+        block.seen_by.push_back(seen_by);
+    }
+  }
+  for (std::uint32_t i = i0; i < block_end(i0); ++i) {
+    for (std::uint32_t j = j0; j < block_end(j0) && i + j < n; ++j) {
       slope += Eigen::Vector2f(height(i + 1, j), height(i, j + 1)) -
                Eigen::Vector2f::Constant(height(i, j));
       ++cells;
-      const Eigen::Vector3d p = point(i, j), down = point(i + 1, j), right = point(i, j + 1);
+      const Eigen::Vector3d &p = point(i, j), &down = point(i + 1, j), &right = point(i, j + 1);
       normals.push_back((down - p).cross(right - p));
       if (i + j + 2 <= n) {
-        const Eigen::Vector3d across = point(i + 1, j + 1);
+        const Eigen::Vector3d& across = point(i + 1, j + 1);
         normals.push_back((right - across).cross(down - across));
       }
     }
   }
-  std::sort(block.seen_by.begin(), block.seen_by.end());
-  block.seen_by.erase(std::unique(block.seen_by.begin(), block.seen_by.end()), block.seen_by.end());
   slope /= static_cast<float>(cells);
   Patch& patch = block.patch;
   patch.face = face;

@@ -44,10 +44,12 @@ PosedShell::PosedShell(ShellSurface shell)
       proxy_positions_(shell_.proxy().vertices),
       posed_(at_rest()),
       normals_(vertex_normals(posed_)),
-      matrices_(shell_matrices(posed_)),
+      matrices_(posed_.faces.size()),
       revisions_(posed_.faces.size(), 0),
       two_sided_(posed_.faces.size(), 0),
       faces_of_(posed_.faces, posed_.vertices.size()) {
+  for (std::uint32_t f = 0; f < matrices_.size(); ++f)
+    matrices_[f] = shell_matrix(posed_, normals_, f);
   if (!shell_.skin()) return;
   for (const Face& face : at_rest().faces)
     edge_mm_ += (at_rest().vertices[face[1]] - at_rest().vertices[face[0]]).norm();

@@ -120,13 +120,15 @@ DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatr
   plane.center /= run.count;
   plane.depth /= run.count;
   constexpr double kPriorWeight = 0.5;  // texels²: as much as one neighbour pair says
-  Eigen::Matrix2d normal = kPriorWeight * Eigen::Matrix2d::Identity();
+  double uu = kPriorWeight, uv = 0, vv = kPriorWeight;
   Eigen::Vector2d right = kPriorWeight * face_slope(map, face, plane.center, plane.depth);
   for (std::uint32_t i = 0; i < run.count; ++i) {
     const Eigen::Vector2d d = Eigen::Vector2d(run.u[i], run.v[i]) - plane.center;
-    normal += d * d.transpose();
+    uu += d.x() * d.x(), uv += d.x() * d.y(), vv += d.y() * d.y();
     right += d * (run.depth[i] - plane.depth);
   }
+  Eigen::Matrix2d normal;
+  normal << uu, uv, uv, vv;
   plane.slope = at_most_steep(normal.inverse() * right, plane.depth / map.camera.intrinsics.fx);
   return plane;
 }
