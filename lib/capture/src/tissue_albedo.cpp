@@ -124,10 +124,14 @@ VesselTile::VesselTile(const VesselTreeOptions& options)
   }
 }
 
-// A piece of a vessel with round ends, on the square and its repetitions.
+// A piece of a vessel with round ends, on the square and its repetitions. Its border is as soft as
+// half of a map's texel; one that is narrower covers less, as wide as that: sharp, it would fall
+// into dots where texels hit it.
 void VesselTile::draw(const Vector2d& from, const Vector2d& to, double from_width_mm,
                       double to_width_mm) {
-  const double reach = 0.5 * std::max(from_width_mm, to_width_mm) + 2 / pixels_per_mm_;
+  constexpr double kSoft_mm = 0.15;
+  const double reach =
+      0.5 * std::max(from_width_mm, to_width_mm) + 2 / pixels_per_mm_ + 2 * kSoft_mm;
   const Vector2d low = from.cwiseMin(to).array() - reach, high = from.cwiseMax(to).array() + reach;
   const Vector2d along = to - from;
   const double length2 = std::max(along.squaredNorm(), 1e-12);
@@ -138,8 +142,10 @@ void VesselTile::draw(const Vector2d& from, const Vector2d& to, double from_widt
       const double share = std::clamp((at - from).dot(along) / length2, 0.0, 1.0);
       const double half = 0.5 * (from_width_mm + share * (to_width_mm - from_width_mm));
       const double away = (at - from - share * along).norm();
-      const double soft = std::max(0.35 * half, 0.7 / pixels_per_mm_);
-      const auto cover = static_cast<float>(1 - smooth_step(half - soft, half + soft, away));
+      const double soft = std::max({0.35 * half, 0.7 / pixels_per_mm_, kSoft_mm});
+      const double drawn = std::max(half, soft);
+      const auto cover =
+          static_cast<float>(half / drawn * (1 - smooth_step(drawn - soft, drawn + soft, away)));
       float& kept = cover_[std::size_t(y & (kSide - 1)) * kSide + std::size_t(x & (kSide - 1))];
       kept = std::max(kept, cover);
     }

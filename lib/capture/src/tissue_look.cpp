@@ -46,8 +46,8 @@ TissueLook liver() {
           .mottle_mm = 13,
           .grain = {0.034f, 0.015f, 0.016f},
           .grain_mm = 1,
-          .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.4},  // of the capsule, pale
-          .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.45},
+          .large = {{0.30f, 0.13f, 0.14f}, 9, 0.5, 0.3, 0.5},  // of the capsule, pale
+          .small = {{0.10f, 0.012f, 0.016f}, 5, 0.4, 0.35, 0.55},
           .gloss = kWet,
           .finish = {0.16, 2, kSoft, 0.12, {0.03, 0.045, 0.045}, 0.6},
           .exposure = kOfLiver};
@@ -60,8 +60,8 @@ TissueLook gallbladder() {
           .mottle_mm = 15,
           .grain = {0.03f, 0.03f, 0.023f},
           .grain_mm = 0.9,
-          .large = {{0.45f, 0.10f, 0.12f}, 8, 0.6, 0.75, 0.8},
-          .small = {{0.45f, 0.22f, 0.27f}, 4.5, 0.8, 0.5, 0.5},  // bluish, below
+          .large = {{0.45f, 0.10f, 0.12f}, 8, 0.6, 0.75, 0.92},
+          .small = {{0.45f, 0.22f, 0.27f}, 4.5, 0.8, 0.5, 0.6},  // bluish, below
           .gloss = kSmooth,
           .finish = {0.045, 2.2, kSoft, 0.12, {0.005, 0.007, 0.008}, 0.5}};
 }
@@ -115,18 +115,19 @@ TissueLook bowel() {
   return look;
 }
 
+// Smooth lobules, whose bulges strew small highlights all over.
 TissueLook fat() {
   return {.albedo = {0.62f, 0.29f, 0.145f},  // (a), where it is lit
           .tint = {-0.03f, 0.08f, 0.13f},
           .mottle = 0.12,
-          .mottle_mm = 9,
+          .mottle_mm = 15,
           .seams = 0.4,
-          .grain = {0.035f, 0.027f, 0.018f},
+          .grain = {0.025f, 0.019f, 0.012f},
           .grain_mm = 1.2,
-          .large = {{0.36f, 0.05f, 0.045f}, 10, 0.9, 0.6, 0.88},
-          .small = {{0.42f, 0.08f, 0.055f}, 4, 0.4, 0.65, 0.83},
-          .gloss = kGreasy,
-          .finish = {0.16, 2, {0.3, 0.2, 0.12}, 0.2, {0.035, 0.05, 0.07}, 0.7}};
+          .large = {{0.26f, 0.03f, 0.03f}, 10, 0.9, 0.6, 0.95},
+          .small = {{0.34f, 0.05f, 0.04f}, 4, 0.4, 0.65, 0.95},
+          .gloss = {{16, 1000}, {0.05, 40}},
+          .finish = {0.45, 1.3, {0.3, 0.2, 0.12}, 0.2, {0.02, 0.03, 0.04}, 0.7}};
 }
 
 // A cast training organ: even, faintly mottled pigment, moist.

@@ -11,6 +11,7 @@
 namespace organbake {
 namespace {
 
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
@@ -154,6 +155,22 @@ TEST(Tissue, VesselsTaperAndRepeatWithoutASeam) {
   EXPECT_GT(covered, 0.02 * 400 * 400);
   EXPECT_LT(covered, 0.2 * 400 * 400);
   EXPECT_LE(seam, largest_step);
+  EXPECT_LT(largest_step, 0.15f) << "texels of 0.3 mm would hit a twig or not";
+}
+
+// Twigs narrower than a texel are as wide and fainter: what they cover in all stays.
+TEST(Tissue, ThinVesselsCoverAsMuchAsTheirWidthSays) {
+  const auto mean_cover = [](double scale) {
+    constexpr int kSide = 400;
+    const VesselTile tile(
+        {.side_mm = 40 * scale, .spacing_mm = 5 * scale, .width_mm = scale, .seed = 3});
+    double sum = 0;
+    for (int k = 0; k < kSide * kSide; ++k)
+      sum += tile.cover(0.1 * scale * Vector2d(k % kSide, k / kSide));
+    return sum / (kSide * kSide);
+  };
+  const double wide = mean_cover(8);
+  EXPECT_NEAR(mean_cover(0.5), wide, 0.1 * wide);
 }
 
 TEST(Tissue, TheNamedMaterialIsAlbedoTimesItsLight) {
