@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graphics/graphics_module.h"
 
-#include "organbake/graphics/offscreen_drawing.h"
+#include "organbake/graphics/graphics_drawing.h"
 
 extern "C" void organplay_open_graphics(organbake::OpenedGraphics& opened) {
   auto drawing = std::make_shared<organbake::OffscreenDrawing>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between which neighbouring pixels skin ends (finishing/edges.h): bit 1 where this pixel is
+// Between which neighbouring pixels skin ends (finishing/post_process.h): bit 1 where this pixel is
 // in front of the one to its right, 2 where it lies behind that, 4 and 8 the same with the one below.
 uniform highp sampler2D skin_depths;  // of the skin as it was drawn, before slits were filled
 uniform float texel;  // as depths are

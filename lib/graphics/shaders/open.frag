@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pixels that look through the skin at what lies behind (finishing/edges.h) become open.
+// Pixels that look through the skin at what lies behind (finishing/post_process.h) become open.
 uniform float texel;  // as depths are
 
 void finish(ivec2 at) {

@@ -30,7 +30,10 @@ bool faces_away(vec3 center, vec3 extent, float turn, vec3 normal, float sine, f
 }
 
 void main() {
-  Patch p = patch_of(samples, first_patch, gl_VertexID);
+  uvec4 texels[4];
+  for (int k = 0; k < 4; ++k)
+    texels[k] = texelFetch(samples, table_at(first_patch + 4 * gl_VertexID + k), 0);
+  Patch p = patch_of(texels[0], texels[1], texels[2], texels[3]);
   Shell s = shell_of(p.face);
   vec2 b = p.center.xy;
   float h = p.center.z;

@@ -93,11 +93,9 @@ void main() {
   }
   if (weight > 0.0 && light != 0) {
     uvec2 place = one_of_two(sample_texel(leading, slot[leading] >> 1), slot[leading]);
-    int number = slot[leading] / kSlots;
-    Patch p;
-    if (leading == 0) p = patch_of(samples0, first_patch.x, number);
-    else if (leading == 1) p = patch_of(samples1, first_patch.y, number);
-    else p = patch_of(samples2, first_patch.z, number);
+    int at = first_patch[leading] + 4 * (slot[leading] / kSlots);
+    Patch p = patch_of(sample_texel(leading, at), sample_texel(leading, at + 1),
+                       sample_texel(leading, at + 2), sample_texel(leading, at + 3));
     vec2 b = p.center.xy + p.extent.xy / kFullCoordinate *
              vec2(float(signed_low(place.x)), float(signed_high(place.x)));
     if (light == 2) b += offset[leading].x * p.along_u.xy + offset[leading].y * p.along_v.xy;

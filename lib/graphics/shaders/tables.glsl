@@ -8,10 +8,7 @@ struct Patch {
   int face;
 };
 
-Patch patch_of(highp usampler2D samples, int first_patch, int number) {
-  int at = first_patch + 4 * number;
-  uvec4 a = texelFetch(samples, table_at(at), 0), b = texelFetch(samples, table_at(at + 1), 0);
-  uvec4 c = texelFetch(samples, table_at(at + 2), 0), d = texelFetch(samples, table_at(at + 3), 0);
+Patch patch_of(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
   vec4 x = uintBitsToFloat(a), y = uintBitsToFloat(b), z = uintBitsToFloat(c);
   return Patch(x.xyz, vec3(x.w, y.xy), vec3(y.zw, z.x), z.yzw, uintBitsToFloat(d.x),
                uintBitsToFloat(d.y), int(d.z));
@@ -33,4 +30,14 @@ int signed_high(uint word) { return int(word) >> 16; }
 uniform int steps;
 int node_index(int face, int i, int j) {
   return face * ((steps + 1) * (steps + 2) / 2) + i * (2 * steps + 3 - i) / 2 + j;
+}
+
+// The base layer's weight at a node, by the shares of the cameras in use that see it.
+uniform ivec3 active_cameras;
+uniform vec3 active_shares;
+float base_weight(uint seen_by) {
+  float share = 0.0;
+  for (int k = 0; k < 3; ++k)
+    if (active_cameras[k] < 32 && (seen_by >> active_cameras[k] & 1u) != 0u) share += active_shares[k];
+  return kBaseWeight * clamp(1.0 - share / kSeenEnough, 0.0, 1.0);
 }

@@ -227,7 +227,7 @@ GraphicsDevice current_graphics_device() {
 struct GraphicsDrawing::Impl {
   ShaderDialect dialect = dialect_of_context();
   Programs programs{dialect};
-  OrganPasses passes{dialect, programs};
+  OrganPasses passes{programs};
   Table tools{Table::Texel::floats};
   std::vector<std::uint8_t> pixels;          // read back
   LastDrawing last{std::uint64_t{1} << 63};  // a module of its own counts the processor's

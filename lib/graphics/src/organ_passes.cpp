@@ -116,8 +116,7 @@ void OrganPasses::PlacedPatches::reserve(int patches) {
   glBindBuffer(GL_ARRAY_BUFFER, 0);
 }
 
-OrganPasses::OrganPasses(ShaderDialect dialect, const Programs& programs)
-    : dialect_(dialect), programs_(programs) {
+OrganPasses::OrganPasses(const Programs& programs) : programs_(programs) {
   std::array<float, 2> sizes{};
   glGetFloatv(GL_ALIASED_POINT_SIZE_RANGE, sizes.data());
   if (sizes[1] < kGuard_px)
@@ -200,7 +199,7 @@ void OrganPasses::begin(const DrawOptions& options) {
   glDisable(GL_CULL_FACE), glDisable(GL_SCISSOR_TEST), glDisable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE), glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  if (dialect_ == ShaderDialect::desktop) glEnable(kProgramPointSize);
+  if (is_desktop_gl()) glEnable(kProgramPointSize);
   begin_depths(targets_.resolved.framebuffer);
   const auto& [red, green, blue] = options.background;
   const std::array<float, 4> background = {red / 255.0f, green / 255.0f, blue / 255.0f, 0};

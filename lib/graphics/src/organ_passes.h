@@ -105,7 +105,7 @@ struct PlacedOrgan {
 // The passes that graphics_drawing.h names up to the last, over all organs of a picture.
 class OrganPasses {
  public:
-  OrganPasses(ShaderDialect dialect, const Programs& programs);
+  explicit OrganPasses(const Programs& programs);
 
   // Into Targets::resolved. Throws what Warper::draw() does, and GraphicsError.
   Targets& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
@@ -136,7 +136,6 @@ class OrganPasses {
     void reserve(int patches);
   };
 
-  ShaderDialect dialect_;
   const Programs& programs_;
   VertexArrayName nothing_;  // for what is drawn by its vertices' numbers
   std::array<PlacedPatches, Targets::kLayers> placed_;

@@ -7,7 +7,6 @@
 
 #include "gl.h"
 #include "organ_passes.h"
-#include "organbake/graphics/offscreen_drawing.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/png.h"
 #include "organbake/warp/organ_source.h"

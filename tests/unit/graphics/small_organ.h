@@ -2,7 +2,7 @@
 #pragma once
 
 #include "organbake/core/error.h"
-#include "organbake/graphics/offscreen_drawing.h"
+#include "organbake/graphics/graphics_drawing.h"
 #include "organbake/warp/view.h"
 #include "support/organs.h"
 #include "support/testing.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-#include "finishing/edges.h"
 #include "finishing/post_process.h"
 #include "organbake/bundle/lighting.h"
 #include "organbake/core/random.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finishing/post_process.h"
 
-#include "finishing/edges.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"

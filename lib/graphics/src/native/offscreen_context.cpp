@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // EGL's devices are asked first, since a server's graphics hardware shows there alone; Mesa's
 // surfaceless platform last.
-#include "organbake/graphics/offscreen_drawing.h"
-
 #include <epoxy/egl.h>
 
 #include <array>

@@ -114,12 +114,6 @@ void splat(const PlacedFrame& placed, const ActiveCamera& camera,
   }
 }
 
-bool is_empty(const PlacedFrame& placed, int tile) {
-  return placed.base.blocks_of(tile).empty() &&
-         std::all_of(placed.cameras.begin(), placed.cameras.end(),
-                     [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
-}
-
 }  // namespace
 
 std::vector<TilePart> shared_out(const TileGrid& grid, const DirtyCells& cells, int threads,
@@ -164,7 +158,6 @@ int TileDrawing::draw(const PlacedFrame& placed, const TileGrid& grid, const Dir
 void TileDrawing::draw_part(const PlacedFrame& placed, const TilePart& part, SkinDepth& depth,
                             Frame& frame) {
   const PixelBox& box = part.box;
-  if (is_empty(placed, part.tile)) return placed.background.fill(box, depth, frame);
   Scratch& own = scratch_.local();
   PhaseClock clock(placed.measure);
   DrawTimes times;

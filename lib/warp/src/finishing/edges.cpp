@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where skin ends in a picture, in bits: which pixels it covers, between which neighbours the
 // nearer skin ends, and which look through skin at what lies behind.
-#include "finishing/edges.h"
+#include "finishing/post_process.h"
 
 #include <algorithm>
 #include <array>

@@ -26,43 +26,39 @@ struct SlitFilling {
   std::mutex keeping = {};
 
   std::size_t index(PixelAt at) const { return std::size_t(at.y) * frame.color.width + at.x; }
-  void bridge(PixelAt before, PixelAt step, int count);
-  void fill(PixelAt end, PixelAt back);
-};
-
-// Mixes the pixels between two covered ones, `count` of them.
-void SlitFilling::bridge(PixelAt before, PixelAt step, int count) {
-  const auto pixel = [&](int i) { return PixelAt{before.x + i * step.x, before.y + i * step.y}; };
-  const std::size_t first = index(before), last = index(pixel(count + 1));
-  for (int i = 1; i <= count; ++i) {
-    const std::size_t at = index(pixel(i));
-    {
-      const std::lock_guard lock(keeping);
-      kept.keep(at, frame);
+  // Mixes the pixels between two covered ones, `count` of them.
+  void bridge(PixelAt before, PixelAt step, int count) {
+    const auto pixel = [&](int i) { return PixelAt{before.x + i * step.x, before.y + i * step.y}; };
+    const std::size_t first = index(before), last = index(pixel(count + 1));
+    for (int i = 1; i <= count; ++i) {
+      const std::size_t at = index(pixel(i));
+      {
+        const std::lock_guard lock(keeping);
+        kept.keep(at, frame);
+      }
+      for (int c = 0; c < 3; ++c) {
+        const int a = frame.color.pixels[3 * first + c], b = frame.color.pixels[3 * last + c];
+        const int mixed = (a * (count + 1 - i) + b * i + (count + 1) / 2) / (count + 1);
+        frame.color.pixels[3 * at + c] = static_cast<std::uint8_t>(mixed);
+      }
+      if (!frame.depth_mm.empty()) {
+        const float t = static_cast<float>(i) / static_cast<float>(count + 1);
+        frame.depth_mm[at] = (1 - t) * frame.depth_mm[first] + t * frame.depth_mm[last];
+      }
+      frame.cover[at] = Cover::filled;
+      bits.close(pixel(i));
     }
-    for (int c = 0; c < 3; ++c) {
-      const int a = frame.color.pixels[3 * first + c], b = frame.color.pixels[3 * last + c];
-      frame.color.pixels[3 * at + c] =
-          static_cast<std::uint8_t>((a * (count + 1 - i) + b * i + (count + 1) / 2) / (count + 1));
-    }
-    if (!frame.depth_mm.empty()) {
-      const float t = static_cast<float>(i) / static_cast<float>(count + 1);
-      frame.depth_mm[at] = (1 - t) * frame.depth_mm[first] + t * frame.depth_mm[last];
-    }
-    frame.cover[at] = Cover::filled;
-    bits.close(pixel(i));
   }
-}
-
-// The slit that ends beside a pixel of skin, if it is one; `back` leads into it.
-void SlitFilling::fill(PixelAt end, PixelAt back) {
-  int run = 0;
-  PixelAt at = end;
-  do {
-    at = {at.x + back.x, at.y + back.y};
-  } while (bits.is_open(at) && ++run <= kWidestSlit);
-  if (bits.is_skin(at)) bridge(at, {-back.x, -back.y}, run);
-}
+  // The slit that ends beside a pixel of skin, if it is one; `back` leads into it.
+  void fill(PixelAt end, PixelAt back) {
+    int run = 0;
+    PixelAt at = end;
+    do {
+      at = {at.x + back.x, at.y + back.y};
+    } while (bits.is_open(at) && ++run <= kWidestSlit);
+    if (bits.is_skin(at)) bridge(at, {-back.x, -back.y}, run);
+  }
+};
 
 using Sum = std::uint16_t;
 static_assert(SkinFinish::kWidestFade_px * SkinFinish::kWidestFade_px <= 255);  // squared: a Sum

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "finishing/edges.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/draw_options.h"

@@ -36,10 +36,6 @@ void draw_blocks(const std::vector<Wound>& wounds, const View& view, Frame& fram
   });
 }
 
-Vector3d ray(const View& view, int x, int y) {
-  return unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
-}
-
 // Of a line of blood, camera axes.
 struct Bead {
   Vector3d from, axis, outward, down_wall;
@@ -121,7 +117,7 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
       blood, view, frame, kept,
       [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
         if (!std::isfinite(depth)) return;
-        const Vector3d place = depth * ray(view, x, y);
+        const Vector3d place = depth * unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
         Film film;
         for (const std::uint32_t n : numbers) film.add(beads[n], place);
         if (film.height_mm == 0) return;
@@ -148,7 +144,7 @@ void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view, Frame& fr
   draw_blocks(
       smoke, view, frame, kept,
       [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
-        const Vector3d sight = ray(view, x, y);
+        const Vector3d sight = unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
         double clear = 1;
         for (const std::uint32_t n : numbers) {
           const double radius = smoke[n].radius_mm,

@@ -16,6 +16,8 @@
 namespace organbake {
 namespace {
 
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // One face's alone, not of unit length, added to its nodes'.
@@ -70,9 +72,6 @@ void spread_rim(std::uint32_t steps, Vector3d* normals) {
     });
   }
 }
-
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
 
 constexpr int kCorners = 3, kMostPlaces = 6;
 
