@@ -90,7 +90,7 @@ class Table {
   }
   template <class Number>
   void fill(const std::vector<Number>& numbers) {
-    reserve(numbers.size() / 4);
+    reserve(numbers.size() * sizeof(Number) / 16);
     put(0, numbers);
   }
   unsigned texture() const { return texture_.name(); }

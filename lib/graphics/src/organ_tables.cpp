@@ -28,13 +28,13 @@ std::uint32_t octahedral(const Eigen::Vector3f& normal) {
     const Eigen::Vector2f turned(1 - std::abs(n.y()), 1 - std::abs(n.x()));
     n.head<2>() << std::copysign(turned.x(), n.x()), std::copysign(turned.y(), n.y());
   }
-  const auto word = [](float v) { return static_cast<std::int32_t>(std::lround(32767 * v)); };
+  const auto word = [](float v) { return static_cast<std::int32_t>(std::floor(32767 * v + 0.5f)); };
   return two_words(word(n.x()), word(n.y()));
 }
 
 std::uint32_t root_of(float light) {
   const double root = std::sqrt(std::max(0.0, double(light))) / kColorRoot;
-  return static_cast<std::uint32_t>(std::lround(65535 * std::min(1.0, root)));
+  return static_cast<std::uint32_t>(65535 * std::min(1.0, root) + 0.5);
 }
 
 void add_patch(const Patch& patch, std::vector<std::uint32_t>& words) {
@@ -69,8 +69,9 @@ void SampleTable::take(const SampleSet& source) {
 void OrganTables::take_nodes(const OrganSource& source) {
   const BaseLayer& base = source.base;
   const bool lit = source.lighting != nullptr;
-  std::vector<std::uint32_t> words;
-  words.reserve(8 * base.height_mm.size() + 8 * base.face_count);
+  first_knot_ = static_cast<int>(2 * base.height_mm.size());
+  knots_ = source.knots;
+  std::vector<std::array<std::uint32_t, 4>> texels(first_knot_ + 2 * source.knots_of_face.size());
   for (std::size_t f = 0; f < base.face_count; ++f) {
     each_node(base.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       const std::size_t at = f * base.nodes_per_face() + node;
@@ -83,20 +84,19 @@ void OrganTables::take_nodes(const OrganSource& source) {
         place = shell_point(source.rest_shells[f], double(i) / base.steps, double(j) / base.steps,
                             base.height_mm[at])
                     .cast<float>();
-      words.insert(words.end(),
-                   {bits_of(base.height_mm[at]), base.seen_by[at],
-                    lit ? octahedral(source.rest_normals[at]) : 0,
-                    root_of(color[0]) | root_of(color[1]) << 16, bits_of(place.x()),
-                    bits_of(place.y()), bits_of(place.z()), root_of(color[2]) | bend << 16});
+      texels[2 * at] = {bits_of(base.height_mm[at]), base.seen_by[at],
+                        lit ? octahedral(source.rest_normals[at]) : 0,
+                        root_of(color[0]) | root_of(color[1]) << 16};
+      texels[2 * at + 1] = {bits_of(place.x()), bits_of(place.y()), bits_of(place.z()),
+                            root_of(color[2]) | bend << 16};
     });
   }
-  first_knot_ = static_cast<int>(words.size() / 4);
-  knots_ = source.knots;
-  for (const auto& knots : source.knots_of_face) {
-    words.insert(words.end(), knots.begin(), knots.end());
-    words.insert(words.end(), {0, 0});
+  auto knots_at = texels.begin() + first_knot_;
+  for (const auto& k : source.knots_of_face) {
+    *knots_at++ = {k[0], k[1], k[2], k[3]};
+    *knots_at++ = {k[4], k[5], 0, 0};
   }
-  nodes_.fill(words);
+  nodes_.fill(texels);
 }
 
 void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions,
