@@ -11,7 +11,7 @@
 #include "organs_to_play.h"
 
 #ifdef ORGANBAKE_GRAPHICS
-#include "organbake/graphics/offscreen_drawing.h"
+#include "organbake/graphics/graphics_drawing.h"
 #include "support/testing.h"
 #endif
 
