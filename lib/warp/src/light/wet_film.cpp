@@ -308,6 +308,26 @@ inline __attribute__((always_inline)) FilmPoint film_point(const FilmPlanes& in,
   return at;
 }
 
+// The share of a pixel that drops which mirror the lamp cover.
+inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drops& drops,
+                                                             const FilmPoint& at, float depth_mm,
+                                                             float bend) {
+  const Wetness patch = wetness(at.hill.wet);
+  const float wet = patch.value - WetFilm::kCrease * bend, room_mm = 1 / drops.per_mm;
+  // Along the skin, and by none where nothing is wet.
+  const Slopes& g = at.hill.rises;
+  const float on_m = g.x * at.rest[0] + g.y * at.rest[1] + g.z * at.rest[2];
+  const float rises = at_most_1(2 * positive(wet + 1)) * patch.rises * room_mm;
+  const Slopes along = {rises * (g.x - on_m * at.rest[0]), rises * (g.y - on_m * at.rest[1]),
+                        rises * (g.z - on_m * at.rest[2])};
+  const float turns = (1 / depth_mm + bend) * room_mm, pixel = drops.per_mm / at.pixels_per_mm;
+  const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, along, turns, pixel);
+  // Hills too fine for the pixel lean its drops in both directions. A drop as soft as larger pixels
+  // would reach beyond the cubes that are asked.
+  const float mean = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
+  return mean + at_most_1(positive(2 - pixel * (1 / kStrewnReach))) * (each - mean);
+}
+
 // Puts shows to 0 where no drop can be lit; a pixel's own place and normals may differ from `in`'s
 // by as much as knots may be off.
 ORGANBAKE_MULTIVERSION void keep_lit(const FilmPlanes& planes, const WetFilm::Drops& drops,
@@ -335,50 +355,12 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
   const WetFilm::Drops drops = of_drops;
   const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
-    // What drops are asked for by, so that vectors of pixels between patches ask for none.
-    enum { kRest, kPlace = 3, kLacks = 6, kRises = 9, kWet = 12, kTurns, kPixel, kMean, kNumbers };
-    alignas(64) float of[kNumbers][kSpan];
     ORGANBAKE_INDEPENDENT
     for (unsigned j = 0; j < whole_vectors(count); ++j) {
-      const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);
-      for (int c = 0; c < 3; ++c) of[kRest + c][j] = at.rest[c], of[kPlace + c][j] = at.place[c];
-      of[kLacks][j] = at.lacks.x, of[kLacks + 1][j] = at.lacks.y, of[kLacks + 2][j] = at.lacks.z;
-      of[kPixel][j] = drops.per_mm / at.pixels_per_mm;  // its side, in drops' rooms
-      const Wetness patch = wetness(at.hill.wet);
-      const float wet = patch.value - WetFilm::kCrease * in.bend[first + j];
-      const bool asks = at.lacks.squared < drops.farthest2;
-      of[kWet][j] = asks ? wet : -1;
-      // Along the skin, and by none where none is asked for.
-      const Slopes& g = at.hill.rises;
-      const float on_m = g.x * at.rest[0] + g.y * at.rest[1] + g.z * at.rest[2];
-      const float shown = asks ? at_most_1(2 * positive(wet + 1)) : 0;
-      const float rises = shown * patch.rises * (1 / drops.per_mm);
-      of[kRises][j] = rises * (g.x - on_m * at.rest[0]);
-      of[kRises + 1][j] = rises * (g.y - on_m * at.rest[1]);
-      of[kRises + 2][j] = rises * (g.z - on_m * at.rest[2]);
-      of[kTurns][j] = (1 / in.depth[first + j] + in.bend[first + j]) * (1 / drops.per_mm);
-      // Hills too fine for the pixel lean its drops in both directions.
-      of[kMean][j] = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
-    }
-    for (unsigned v = 0; v < whole_vectors(count); v += kLanes) {
-      std::fill_n(mirrored + v, kLanes, 0.f);
-      const float* const wet = of[kWet] + v;
-      if (*std::max_element(wet, wet + kLanes) <= -1) continue;  // no chance is higher than 1
-      ORGANBAKE_INDEPENDENT
-      for (unsigned j = v; j < v + kLanes; ++j) {
-        const std::size_t i = first + j;
-        const float rest[3] = {of[kRest][j], of[kRest + 1][j], of[kRest + 2][j]};
-        const float place[3] = {of[kPlace][j], of[kPlace + 1][j], of[kPlace + 2][j]};
-        const Lacking lacks = {of[kLacks][j], of[kLacks + 1][j], of[kLacks + 2][j], 0};
-        const Slopes rises = {of[kRises][j], of[kRises + 1][j], of[kRises + 2][j]};
-        const float pixel = of[kPixel][j], mean = of[kMean][j];
-        // A drop as soft as larger pixels would reach beyond the cubes that are asked.
-        const float seen = at_most_1(positive(2 - pixel * (1 / kStrewnReach)));
-        const float each =
-            light_of_drops(drops, rest, place, lacks, of[kWet][j], rises, of[kTurns][j], pixel);
-        mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
-                      (mean + seen * (each - mean));
-      }
+      const std::size_t i = first + j;
+      const FilmPoint at = film_point(in, hills, inverse_pixel, i);
+      mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
+                    covered_by_drops(drops, at, in.depth[i], in.bend[i]);
     }
     return;
   }
@@ -392,10 +374,6 @@ ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm:
                   light_of_film(film, in.share[i], at.hill.lost + bent * bent, at.lacks.squared);
   }
 }
-
-}  // namespace
-
-namespace {
 
 FilmPlanes planes_of(const ScopeSpan& span) {
   return {span.lit.share,
