@@ -180,7 +180,8 @@ namespace {
 constexpr std::uint32_t kNoVertex = 0xFFFFFFFFu;
 constexpr std::uint32_t kMostSteps = 64;  // lattice_steps never takes more
 
-// More steps have more nodes: at most one number of steps fits. Of two steps each edge has one.
+// More steps have more nodes: at most one number of steps fits. With two steps each edge has one
+// node between its ends.
 std::uint32_t steps_with(std::uint32_t nodes, const TriangleMesh& proxy) {
   const auto vertices = proxy.vertices.size(), edges = Lattice(proxy, 2).node_count() - vertices;
   for (std::uint32_t inner = 0; inner < kMostSteps; ++inner) {

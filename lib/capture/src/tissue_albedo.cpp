@@ -130,8 +130,9 @@ VesselTile::VesselTile(const VesselTreeOptions& options)
 void VesselTile::draw(const Vector2d& from, const Vector2d& to, double from_width_mm,
                       double to_width_mm) {
   constexpr double kSoft_mm = 0.15;
-  const double reach =
-      0.5 * std::max(from_width_mm, to_width_mm) + 2 / pixels_per_mm_ + 2 * kSoft_mm;
+  constexpr double kSoft = 0.35;  // of half a wide one's width
+  const double widest = 0.5 * std::max(from_width_mm, to_width_mm);
+  const double reach = (1 + kSoft) * widest + 2 / pixels_per_mm_ + 2 * kSoft_mm;
   const Vector2d low = from.cwiseMin(to).array() - reach, high = from.cwiseMax(to).array() + reach;
   const Vector2d along = to - from;
   const double length2 = std::max(along.squaredNorm(), 1e-12);
@@ -142,7 +143,7 @@ void VesselTile::draw(const Vector2d& from, const Vector2d& to, double from_widt
       const double share = std::clamp((at - from).dot(along) / length2, 0.0, 1.0);
       const double half = 0.5 * (from_width_mm + share * (to_width_mm - from_width_mm));
       const double away = (at - from - share * along).norm();
-      const double soft = std::max({0.35 * half, 0.7 / pixels_per_mm_, kSoft_mm});
+      const double soft = std::max({kSoft * half, 0.7 / pixels_per_mm_, kSoft_mm});
       const double drawn = std::max(half, soft);
       const auto cover =
           static_cast<float>(half / drawn * (1 - smooth_step(drawn - soft, drawn + soft, away)));

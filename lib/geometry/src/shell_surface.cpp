@@ -16,17 +16,11 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/smooth_skin.h"
 #include "organbake/geometry/vertex_gradients.h"
 
 namespace organbake {
-namespace {
-
-std::array<std::uint32_t, 2> ordered(std::uint32_t a, std::uint32_t b) {
-  return {std::min(a, b), std::max(a, b)};
-}
-
-}  // namespace
 
 // Nodes in order: the vertices, then each edge's, then each face's inner ones.
 Lattice::Lattice(const TriangleMesh& proxy, std::uint32_t steps)
@@ -34,10 +28,9 @@ Lattice::Lattice(const TriangleMesh& proxy, std::uint32_t steps)
   std::vector<std::pair<std::uint64_t, std::uint32_t>> sides;  // by its vertices; 3 · face + side
   sides.reserve(3 * proxy.faces.size());
   for (const Face& face : proxy.faces)
-    for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = ordered(face[k], face[(k + 1) % 3]);
-      sides.emplace_back(std::uint64_t{low} << 32 | high, static_cast<std::uint32_t>(sides.size()));
-    }
+    for (int k = 0; k < 3; ++k)
+      sides.emplace_back(edge_key(face[k], face[(k + 1) % 3]),
+                         static_cast<std::uint32_t>(sides.size()));
   std::sort(sides.begin(), sides.end());
   face_edges_.resize(proxy.faces.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {

@@ -282,7 +282,7 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
   Eigen::Vector3i first_patch(0, 0, 0), first_color(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
   constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
-  for (std::size_t l = 0; l < Targets::kLayers; ++l) {
+  for (std::size_t l = 0; l < Targets::kLayers && !organ.layers.empty(); ++l) {
     const Layer& layer = organ.layers[l < organ.layers.size() ? l : 0];
     resolve.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
     first_patch[l] = layer.samples->first_patch, first_color[l] = layer.samples->first_color;

@@ -49,8 +49,13 @@ std::optional<GraphicsDevice> OffscreenContext::open(EGLDisplay display, bool em
   display_ = display;
   context_ = context_on(display, embedded);
   if (context_ == EGL_NO_CONTEXT) return {};
-  if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
-    return current_graphics_device();
+  try {
+    if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+      return current_graphics_device();
+  } catch (...) {
+    close();
+    throw;
+  }
   close();
   return {};
 }

@@ -16,6 +16,11 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// Whatever part of a picture is drawn, its groups of pixels are the same.
+static_assert(TileGrid::kWidth % SparseShading::kGroup == 0 && kSpan % SparseShading::kGroup == 0 &&
+              DirtyCells::kCell_px % SparseShading::kGroup == 0 &&
+              kLanes % SparseShading::kGroup == 0);
+
 // A span of one layer's row, decoded from its keys.
 struct LayerSpan {
   alignas(64) float depth[kSpan], u[kSpan], v[kSpan];

@@ -200,7 +200,7 @@ void TileDrawing::count(const WorkSpan& all, DrawReport& report) const {
     sum += one.times;
     if (one.longest.total() > longest.total()) longest = one.longest;
   });
-  // What is left shares the tiles out, and makes background of those that are empty.
+  // What is left shares the tiles out.
   sum.resolve += all.work_ms - sum.total();
   longest.resolve += all.span_ms - longest.total();
   report.times += sum;

@@ -201,8 +201,9 @@ class Outline {
   void soften(const FrontEdges& edges, Frame& frame, KeptPixels& kept);
 
  private:
-  std::vector<std::int8_t> change_;  // by pixel, in steps; 0 between calls
+  std::vector<std::int8_t> change_;  // by pixel, in 1 / 254 of its share; 0 between calls
 };
+
 // All outlines of a picture: against the background and, where depths are known, against skin that
 // lies deeper.
 void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deeper_mm = 0);

@@ -76,6 +76,7 @@ class OffscreenContext {
   explicit OffscreenContext(Kind kind = Kind::desktop);
   ~OffscreenContext() { close(); }
   OffscreenContext(const OffscreenContext&) = delete;
+  OffscreenContext& operator=(const OffscreenContext&) = delete;
 
  private:
   // Whether it is a context now, and of hardware or not.

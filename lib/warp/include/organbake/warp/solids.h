@@ -39,7 +39,8 @@ struct SkinFold {
   bool operator==(const SkinFold& other) const = default;
 };
 
-// A block of the picture's pixels, and the numbers of what may be seen in it.
+// A block of the picture's pixels, of eight by eight at most, and the numbers of what may be seen
+// in it.
 struct PictureBlock {
   PixelBox box;
   std::vector<std::uint32_t> numbers;
