@@ -182,8 +182,7 @@ vec3 lit_by_scope(vec3 albedo, float white, vec3 normal, SkinAt skin, vec3 ray, 
   for (int k = 0; k < 2; ++k) {
     float d = 1.0 - near * near * (1.0 - sheen[k].y);
     if (near > 0.0)
-      sum += bright * sheen[k].x * sheen[k].y * sheen[k].y / (d * d + 1e-12) *
-             vec3(kSheenRed, kSheenGreen, kSheenBlue);
+      sum += bright * sheen[k].x * sheen[k].y * sheen[k].y / (d * d + 1e-12) * kSheen;
   }
   float shows = seen < 0.0 ? 0.0
                            : at_most_1(positive((near - film.z) * film.w)) *

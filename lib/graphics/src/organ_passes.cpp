@@ -37,25 +37,15 @@ void set_active(const Program& program, const PlacedOrgan& organ) {
 }
 
 void set_scope_light(const Program& program, const ScopeShading& s, const SkinFinish& finish) {
-  std::vector<Eigen::Vector4f> phase, slope;
-  Eigen::Vector4f variance;
-  for (const ScopeShading::Wave& hill : s.hills) {
-    variance[Eigen::Index(phase.size())] = hill.variance;
-    phase.emplace_back(hill.phase.data());
-    slope.emplace_back(hill.slope[0], hill.slope[1], hill.slope[2], hill.length_mm);
-  }
-  std::vector<Eigen::Vector2f> sheen;
-  for (const ScopeShading::Lobe& lobe : s.sheen) sheen.emplace_back(lobe.strength, lobe.alpha2);
-  program.set("hill_phase", phase);
-  program.set("hill_slope", slope);
-  program.set("hill_variance", variance);
-  program.set("drops", Eigen::Vector4f(s.drops.data()));
-  program.set("film", Eigen::Vector4f(s.film.strength, s.film.alpha2, s.film_reach.least_cosine,
-                                      s.film_reach.inverse_fade));
-  program.set("sheen", sheen);
-  program.set("scope_light", Eigen::Vector3f(s.light.data()));
-  program.set("scope_forward", Eigen::Vector3f(s.forward.data()));
-  program.set("scope", Eigen::Vector3f(s.full, s.inverse_tan2_half, s.inverse_pixel));
+  program.set("hill_phase", s.hill_phase);
+  program.set("hill_slope", s.hill_slope);
+  program.set("hill_variance", s.hill_variance);
+  program.set("drops", s.drops);
+  program.set("film", s.film);
+  program.set("sheen", s.sheen);
+  program.set("scope_light", s.light);
+  program.set("scope_forward", s.forward);
+  program.set("scope", s.scope);
   program.set("softness", Eigen::Vector3f(finish.softness.cast<float>()));
   program.set("grain", Eigen::Vector3f(finish.grain.cast<float>()));
   program.set("rim", static_cast<float>(finish.rim));

@@ -163,10 +163,8 @@ TEST(WetFilm, DropsAreOfAllSizesAndMelt) {
 TEST(WetFilm, NoTwoWavesOfItsPatchesRunOneWay) {
   ScopeShading shading;
   WetFilm(wet_light()).describe(shading);
-  const auto course = [&](std::size_t k) {
-    return Vector3f(shading.hills[k].slope.data()).normalized();
-  };
-  for (std::size_t i = 0; i < shading.hills.size(); ++i)
+  const auto course = [&](std::size_t k) { return shading.hill_slope[k].head<3>().normalized(); };
+  for (std::size_t i = 0; i < shading.hill_slope.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       EXPECT_LT(std::abs(course(i).dot(course(j))), 0.5f) << j << " and " << i;
 }

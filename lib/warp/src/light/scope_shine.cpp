@@ -211,17 +211,15 @@ bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit
 ScopeShading ScopeShine::shading() const {
   ScopeShading out;
   film_.describe(out);
-  for (int k = 0; k < 2; ++k) out.sheen[k] = {sheen_[k].strength, sheen_[k].alpha2};
-  out.light = frame_.light, out.forward = frame_.forward;
-  out.full = frame_.full;
-  out.inverse_tan2_half = frame_.inverse_tan2_half, out.inverse_pixel = frame_.inverse_pixel;
+  for (const ShineLobe& lobe : sheen_) out.sheen.emplace_back(lobe.strength, lobe.alpha2);
+  out.light = Eigen::Vector3f(frame_.light.data());
+  out.forward = Eigen::Vector3f(frame_.forward.data());
+  out.scope = {frame_.full, frame_.inverse_tan2_half, frame_.inverse_pixel};
   return out;
 }
 
 std::vector<ShaderConstant> ScopeShine::constants() {
-  std::vector<ShaderConstant> all = {{"kSheenRed", kSheen[0]},
-                                     {"kSheenGreen", kSheen[1]},
-                                     {"kSheenBlue", kSheen[2]},
+  std::vector<ShaderConstant> all = {{"kSheen", kSheen},
                                      {"kSurroundings", kSurroundings},
                                      {"kNearest_mm2", kNearest_mm2},
                                      {"kOctaveStep", SkinGrain::kOctaveStep},

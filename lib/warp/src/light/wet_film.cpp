@@ -412,16 +412,14 @@ void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, in
 }
 
 void WetFilm::describe(ScopeShading& shading) const {
-  for (int k = 0; k < kHills; ++k) {
+  for (std::size_t k = 0; k < hills_.size(); ++k) {
     const Wave& hill = hills_[k];
-    shading.hills[k] = {{hill.x, hill.y, hill.z, hill.phase},
-                        {hill.slope_x, hill.slope_y, hill.slope_z},
-                        hill.length_mm,
-                        hill.variance};
+    shading.hill_phase.emplace_back(hill.x, hill.y, hill.z, hill.phase);
+    shading.hill_slope.emplace_back(hill.slope_x, hill.slope_y, hill.slope_z, hill.length_mm);
+    shading.hill_variance[Eigen::Index(k)] = hill.variance;
   }
   shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
-  shading.film = {lobe_.strength, lobe_.alpha2};
-  shading.film_reach = reach_;
+  shading.film = {lobe_.strength, lobe_.alpha2, reach_.least_cosine, reach_.inverse_fade};
 }
 
 std::vector<ShaderConstant> WetFilm::constants() {

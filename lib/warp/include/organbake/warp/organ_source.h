@@ -151,22 +151,13 @@ struct FilmReach {
 
 // The light at the scope, in numbers as shaders take them.
 struct ScopeShading {
-  struct Wave {
-    std::array<float, 4> phase;  // turns per mm along x, y, z, and at the origin
-    std::array<float, 3> slope;
-    float length_mm = 1, variance = 0;
-  };
-  struct Lobe {
-    float strength = 0, alpha2 = 1;
-  };
-  std::array<Wave, 4> hills;
-  std::array<float, 4> drops;  // WetFilm::Drops
-  Lobe film;
-  std::array<Lobe, 2> sheen;
-  FilmReach film_reach;
-  // World: toward the light from the eye (mm), the view's axis; full exposure in mm².
-  std::array<float, 3> light, forward;
-  float full = 1, inverse_tan2_half = 1, inverse_pixel = 1;
+  // By wave: turns per mm along x, y, z, and at the origin; its slopes, and its length in mm.
+  std::vector<Eigen::Vector4f> hill_phase, hill_slope;
+  Eigen::Vector4f hill_variance, drops;  // of WetFilm::Drops the first four
+  Eigen::Vector4f film;                  // strength, α²; FilmReach
+  std::vector<Eigen::Vector2f> sheen;    // strength, α²
+  Eigen::Vector3f light, forward;  // world: toward the light from the eye (mm), the view's axis
+  Eigen::Vector3f scope;           // full exposure in mm²; 1 / tan² of half the beam, 1 / pixel
 };
 
 // A constant of this module, for the text of a shader: an int, a float or a vec3 there.
