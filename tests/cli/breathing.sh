@@ -39,7 +39,10 @@ states = np.array(json.load(open("breath/breath.json"))["vertices_mm"]).reshape(
 breath = [float(row["breath_mm"]) for row in csv.DictReader(open("breathing/truth/frames.csv"))]
 off = [np.linalg.norm((state - rest) / scale @ turn - mm * push, axis=1) for state, mm in zip(states, breath)]
 print("scale", scale, "off", np.sqrt(np.mean(np.square(off))), np.percentile(off, 95), "mm; at most", stages["capture"]["breath_mm"])
-# What all tissue does alike is the scope's in part.
-assert np.sqrt(np.mean(np.square(off))) < 0.7, off  # mm, of 6
-assert np.percentile(off, 95) < 1.5, off
+# What all tissue does alike is the scope's in part, and how much of it a draft of small frames gives
+# to the scope differs from clip to clip: 0.28 to 1.24 mm for four seeds and two looks of the tissue,
+# 0.56 to 2.5 in the worst twentieth. Tissue that stood still would be 2.3 off, the wrong way 4.6.
+kOff_mm, kWorst_mm = 1.5, 3  # of 6
+assert np.sqrt(np.mean(np.square(off))) < kOff_mm, off
+assert np.percentile(off, 95) < kWorst_mm, off
 END
