@@ -179,11 +179,9 @@ void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k
   }
   std::uint32_t most = 0;  // counted from 1: none is 0
   for (const std::uint32_t face : m.face) most = std::max(most, face + 1);
-  for (std::size_t i = 0; most > faces; ++i) {
-    if (const std::uint32_t face = m.face[i]; face != kNoFace && face >= faces) {
-      throw BadDataError("bundle: camera " + std::to_string(camera) + " names face " +
-                         std::to_string(face) + ", the bundle has " + std::to_string(faces));
-    }
+  if (most > faces) {
+    throw BadDataError("bundle: camera " + std::to_string(camera) + " names face " +
+                       std::to_string(most - 1) + ", the bundle has " + std::to_string(faces));
   }
 }
 
