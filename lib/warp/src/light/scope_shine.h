@@ -54,6 +54,12 @@ class SkinGrain {
   float grain_mm_;               // 0: none
 };
 
+// The cosine of a normal to half-way from which on a film shows, above 1: never; and by what share
+// more for each more of it.
+struct FilmReach {
+  float least_cosine = 2, inverse_fade = 1;
+};
+
 // The film of water on serosa, as the light at the scope shows it. On smooth skin it is whole and
 // follows the hills: plane waves of some bumps' length. On rougher skin it breaks into drops round
 // strewn points (StrewnCell), each leaning a little. A low dome shows the lamp as a disc, the
@@ -124,7 +130,7 @@ class WetFilm {
     float per_mm = 1, lean = 0;
     float inverse_lit2 = 0;  // of the squared slope that lacks where none is lit; 0: a whole film
     float lean2 = 0;         // squared lean, in those
-    float farthest2 = 0;     // squared slope that lacks from which on no drop leans enough
+    float farthest = 0;      // slope that lacks from which on no drop leans enough
   };
 
  private:

@@ -126,7 +126,7 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   if (breaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
   const double farthest = std::sqrt(lit2) + std::sqrt(3) * drops_.lean;
-  drops_.farthest2 = static_cast<float>(farthest * farthest);
+  drops_.farthest = static_cast<float>(farthest);
   const double reach = std::min(1.4, breaks ? std::atan(farthest + steepest_hills) : whole);
   reach_.least_cosine = static_cast<float>(std::cos(reach));
   reach_.inverse_fade = breaks ? kNoFade : 1 / (kFade * (1 - reach_.least_cosine));
@@ -335,7 +335,7 @@ ORGANBAKE_MULTIVERSION void keep_lit(const FilmPlanes& planes, const WetFilm::Dr
                                      int count, float* __restrict shows) {
   constexpr float kOff = 0.1f;
   const FilmPlanes in = planes;
-  const float farthest = std::sqrt(drops.farthest2) + kOff, farthest2 = farthest * farthest;
+  const float farthest = drops.farthest + kOff, farthest2 = farthest * farthest;
   ORGANBAKE_INDEPENDENT
   for (unsigned j = 0; j < whole_vectors(count); ++j) {
     const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);

@@ -143,18 +143,12 @@ struct OrganSource {
 // A bend of more is as sharp as this, where 16 bits tell it.
 inline constexpr double kSharpestBend = 16;  // rad a mm
 
-// The cosine of a normal to half-way from which on a film shows, above 1: never; and by what share
-// more for each more of it.
-struct FilmReach {
-  float least_cosine = 2, inverse_fade = 1;
-};
-
 // The light at the scope, in numbers as shaders take them.
 struct ScopeShading {
   // By wave: turns per mm along x, y, z, and at the origin; its slopes, and its length in mm.
   std::vector<Eigen::Vector4f> hill_phase, hill_slope;
   Eigen::Vector4f hill_variance, drops;  // of WetFilm::Drops the first four
-  Eigen::Vector4f film;                  // strength, α²; FilmReach
+  Eigen::Vector4f film;                  // strength, α²; WetFilm::reach()
   std::vector<Eigen::Vector2f> sheen;    // strength, α²
   Eigen::Vector3f light, forward;  // world: toward the light from the eye (mm), the view's axis
   Eigen::Vector3f scope;           // full exposure in mm²; 1 / tan² of half the beam, 1 / pixel
