@@ -269,25 +269,16 @@ TEST(RelitSkin, WithoutAKnownLightItIsRefused) {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kShadingTexel_mm = 0.25f;  // steps of 1 mm are smooth, of 2 mm are not
-// A plane over a span of this depth: number_of tells what it is at the pixels that are asked
-// for, and −1 stands elsewhere.
+// A plane over a span of this depth: number_of tells what it is at the pixels that are asked for.
 template <class NumberOf>
 std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
                          int* asked = nullptr) {
   const SparseShading span(depth.data(), static_cast<int>(depth.size()), kShadingTexel_mm);
-  const int knots = span.knot_count();
-  std::vector<std::int32_t> at;
-  ShadedPosts table;
-  for (int k = 0; k < knots; ++k) {
-    at.push_back(span.knot(k));
-    table.rows[k][1] = number_of(at.back());
-  }
-  table.rows[knots][1] = -1;
-  if (asked) *asked = knots;
-  alignas(64) std::array<std::array<float, kSpan>, 3> planes;
-  ShadingInterpolation(span, at.data(), knots)(
-      table, {planes[0].data(), planes[1].data(), planes[2].data()});
-  return {planes[1].begin(), planes[1].begin() + static_cast<std::ptrdiff_t>(depth.size())};
+  if (asked) *asked = span.knot_count();
+  SkinPlanes<3> knots{}, plane;
+  for (int k = 0; k < span.knot_count(); ++k) knots.of[1][k] = number_of(span.knot(k));
+  span.mix(knots, plane);
+  return {plane.of[1], plane.of[1] + depth.size()};
 }
 
 TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromFourOfSixteen) {
@@ -308,7 +299,7 @@ TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
   const auto plane = mixed(depth, number);
   for (const int i : {0, 1, 2, 3, 4, 5, 14, 15, 16, 21, 26, 31, 32, 34, 46, 47, 64, 65, 69})
     EXPECT_EQ(plane[i], number(i)) << i;
-  EXPECT_EQ(plane[33], -1) << "not skin";
+  EXPECT_EQ(plane[33], 0) << "not skin";
   EXPECT_NEAR(plane[18], number(16) + 0.4f * (number(21) - number(16)), 1e-6);
 }
 

@@ -167,35 +167,39 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
   const View view = front_of(bundle);
   shine.look(view, 150);
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
-  ScopeSkin skin;
-  ScopeLit lit;
-  SkinDirections color;
-  std::array<float, kSpan> white;
-  white.fill(1);
   constexpr int kAngles = 16;  // round the eye's direction, by pairs of a normal and its opposite
-  for (int i = 0; i < kSpan; ++i) {
-    const double angle = 0.01 + 1.5 * (i / 2 % kAngles) / kAngles;
+  ScopeSkin skin{};
+  skin.count = 2 * kAngles;
+  skin.row = static_cast<float>(view.camera.intrinsics.cy) + 0.5f;
+  ScopeLit lit;
+  for (int i = 0; i < skin.count; ++i) {
+    const double angle = 0.01 + 1.5 * (i / 2) / kAngles;
     const Vector3d normal =
         world_from_view * Vector3d(std::sin(angle), 0, -std::cos(angle)) * (i % 2 ? -1 : 1);
     for (int c = 0; c < 3; ++c) {
       skin.normals.of[c][i] = static_cast<float>(normal[c]);
-      color.of[c][i] = 0.5f;
+      lit.times.of[c][i] = 0.5f;
     }
+    skin.column[i] = static_cast<float>(view.camera.intrinsics.cx + i / 2) + 0.5f;
     skin.depth_mm[i] = 120;
   }
-  const Intrinsics& lens = view.camera.intrinsics;
-  const SpanColors colors{static_cast<int>(lens.cx),
-                          static_cast<int>(lens.cy),
-                          2 * kAngles,
-                          color.planes(),
-                          white.data(),
-                          skin.depth_mm};
-  EXPECT_TRUE(shine.light(skin, colors, lit));
-  for (int i = 0; i < 2 * kAngles; i += 2) {
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(color.of[c][i], color.of[c][i + 1], 0.02f) << i;
-    EXPECT_GT(color.of[0][i + 1], 0.01f) << i;
-    EXPECT_EQ(lit.shows[i + 1], 0) << i;
+  shine.light(skin, lit);
+  const auto color = [&](int c, int i) { return lit.times.of[c][i] + lit.rim[i] + lit.sheen[i]; };
+  for (int i = 0; i < skin.count; i += 2) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(color(c, i), color(c, i + 1), 1e-6f) << i;
+    EXPECT_GT(color(0, i + 1), 0.01f) << i;
   }
+  // Of two alike, one seen from behind, the film shows on one.
+  std::array<float, kSpan> white;
+  std::array<std::int32_t, kSpan> at;
+  white.fill(1), std::iota(at.begin(), at.end(), 0);
+  for (int c = 0; c < 3; ++c)
+    std::copy_n(skin.normals.of[c], skin.count, skin.rest_normals.of[c]);
+  SkinDirections gloss{};
+  shine.film().add(shine.view(), skin, at.data(),
+                   {0, 0, skin.count, gloss.planes(), white.data(), skin.depth_mm});
+  EXPECT_GT(gloss.of[0][0], 0.01f);
+  for (int i = 0; i < skin.count; i += 2) EXPECT_EQ(gloss.of[0][i + 1], 0) << i;
 }
 
 TEST(ScopeLight, SkinKeepsItsOwnColours) {

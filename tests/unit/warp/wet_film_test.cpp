@@ -27,42 +27,58 @@ Lighting wet_light() {
 
 constexpr float kDepth_mm = 1e4f;  // half-way is one direction
 
+// A view straight down, from so far, whose light lies at the eye and is full there.
+ScopeView far_view(double pixel_mm) {
+  return {{},
+          {},
+          {0, 0, -1},
+          {},
+          {0, 0, -1},
+          kDepth_mm * kDepth_mm,
+          1,
+          static_cast<float>(kDepth_mm / pixel_mm)};
+}
+
 // Pixels of that size from column x0 on of row y of a picture, side × side of them, of a bulge in
 // full light. Its numbers are exact, so that all that flickers is the film's. `bend`: of the
 // lattice's normals, rad a mm, beyond the bulge's own.
-ScopeSpan bulge_span(int y, int side, double pixel_mm, int x0 = 0, float bend = 0) {
+ScopeSkin bulge_span(int y, int side, double pixel_mm, int x0 = 0, float bend = 0) {
   constexpr double kRadius_mm = 60;
-  ScopeSpan span;
+  ScopeSkin skin{};
+  skin.count = kSpan;
   for (int i = 0; i < kSpan; ++i) {
     const Vector3d across = pixel_mm * Vector3d(x0 + i + 0.5 - 0.5 * side, y + 0.5 - 0.5 * side, 0);
     const double up = std::sqrt(std::max(0.0, kRadius_mm * kRadius_mm - across.squaredNorm()));
     const Vector3f normal = ((across + Vector3d(0, 0, up)) / kRadius_mm).cast<float>();
     for (int c = 0; c < 3; ++c) {
-      span.skin.normals.of[c][i] = normal[c];
-      span.at_rest.normals.of[c][i] = normal[c];
-      span.at_rest.places_mm.of[c][i] = float(kRadius_mm) * normal[c];
-      span.lit.half_way.of[c][i] = c == 2;
+      skin.normals.of[c][i] = skin.rest_normals.of[c][i] = normal[c];
+      skin.rest_mm.of[c][i] = float(kRadius_mm) * normal[c];
     }
-    span.skin.depth_mm[i] = kDepth_mm;
-    span.lit.share[i] = span.lit.shows[i] = 1;
-    span.at_rest.bends[i] = bend + float(1 / kRadius_mm);
+    skin.depth_mm[i] = kDepth_mm;
+    skin.bends[i] = bend + float(1 / kRadius_mm);
   }
-  return span;
+  return skin;
+}
+
+// Adds what pixels side by side mirror, from the first of a span on.
+void add_in_order(const WetFilm& film, double pixel_mm, const ScopeSkin& skin,
+                  SkinDirections& color) {
+  std::array<float, kSpan> white;
+  std::array<std::int32_t, kSpan> at;
+  white.fill(1), std::iota(at.begin(), at.end(), 0);
+  film.add(far_view(pixel_mm), skin, at.data(),
+           {0, 0, kSpan, color.planes(), white.data(), skin.depth_mm});
 }
 
 // What the film alone mirrors of it.
 std::vector<float> film_on_bulge(int side, double pixel_mm, float bend = 0,
                                  const Lighting& lighting = wet_light()) {
   const WetFilm film(lighting);
-  std::array<float, kSpan> white;
-  white.fill(1);
   std::vector<float> light;
   for (int y = 0; y < side; ++y) {
     for (int x0 = 0; x0 < side; x0 += kSpan) {
-      const ScopeSpan span = bulge_span(y, side, pixel_mm, x0, bend);
       SkinDirections color{};
-      const SpanColors colors{x0, y, kSpan, color.planes(), white.data(), span.skin.depth_mm};
-      film.add(span, static_cast<float>(kDepth_mm / pixel_mm), 0, kSpan, colors);
+      add_in_order(film, pixel_mm, bulge_span(y, side, pixel_mm, x0, bend), color);
       light.insert(light.end(), color.of[0], color.of[0] + kSpan);
     }
   }
@@ -274,27 +290,18 @@ TEST(WetFilm, StaysWhereItIsWhenThePictureIsShifted) {
 // Where drops are asked for is told by how far the film reaches, and by what lies between knots.
 TEST(WetFilm, IsAskedForWhereverADropIsLit) {
   constexpr double kPixel_mm = 0.6;
-  constexpr float kInversePixel = kDepth_mm / kPixel_mm, kRounding = 1e-6f;
   const WetFilm film(wet_light());
-  std::array<float, kSpan> white;
-  white.fill(1);
   int lit = 0, left_out = 0;
   for (int y = 0; y < kSpan; ++y) {
-    SkinDirections all{}, asked{};
-    for (SkinDirections* color : {&all, &asked}) {
-      ScopeSpan span = bulge_span(y, kSpan, kPixel_mm);
-      const SpanColors colors{0, y, kSpan, color->planes(), white.data(), span.skin.depth_mm};
-      if (color == &asked) {
-        for (int i = 0; i < kSpan; ++i)
-          if (span.skin.normals.of[2][i] < film.reach().least_cosine) span.lit.shows[i] = 0;
-        film.may_show(kInversePixel, kSpan, span);
-        left_out += int(std::count(span.lit.shows, span.lit.shows + kSpan, 0.f));
-      }
-      film.add(span, kInversePixel, 0, kSpan, colors);
-    }
+    const ScopeSkin skin = bulge_span(y, kSpan, kPixel_mm);
+    SkinDirections color{};
+    add_in_order(film, kPixel_mm, skin, color);
+    std::array<std::int32_t, kSpan> asked;
+    film.find_lit(far_view(kPixel_mm), skin, asked.data());
     for (int i = 0; i < kSpan; ++i) {
-      EXPECT_NEAR(all.of[0][i], asked.of[0][i], kRounding) << i << ", " << y;
-      lit += all.of[0][i] > 0;
+      if (skin.normals.of[2][i] < film.reach().least_near_cosine) asked[i] = 0;
+      if (!asked[i]) EXPECT_LT(color.of[0][i], 1e-6f) << i << ", " << y;
+      lit += color.of[0][i] > 0, left_out += !asked[i];
     }
   }
   EXPECT_GT(lit, 200);
@@ -310,28 +317,36 @@ TEST(WetFilm, NormalsEndAtTheirFacesEdge) {
                   lattice_normals(bundle.base, shell.at_rest(), 0));
   relit.light_faces(View{bundle.cameras.cameras[0], 1}, DrawnLight::scope, 60, PosedShell(shell),
                     std::vector<std::uint8_t>(bundle.base.face_count, 1));
+  // What the light leaves of white, and what the film adds to black.
   const auto lit = [&](float b1, float b2) {
-    SkinPixels skin;
-    for (int i = 0; i < kSpan; ++i)
-      skin.add(i, static_cast<std::uint32_t>(i) % bundle.base.face_count, b1, b2);
+    std::array<SkinDirections, 2> light{};
     std::array<float, kSpan> depth, white;
     depth.fill(60), white.fill(1);
-    SkinDirections color{};
-    ScopeSpan span{};
-    relit.add_film(skin, 0, {0, 0, kSpan, color.planes(), white.data(), depth.data()}, span);
-    return span;
+    for (auto& channel : light[0].of) std::fill_n(channel, kSpan, 1.f);
+    const SparseShading span(depth.data(), kSpan, 1);
+    const auto skin = [&](int count) {
+      SkinPixels pixels;
+      for (int i = 0; i < count; ++i)
+        pixels.add(i, static_cast<std::uint32_t>(i) % bundle.base.face_count, b1, b2);
+      return pixels;
+    };
+    const auto colors = [&](int i) {
+      return SpanColors{0, 0, kSpan, light[i].planes(), white.data(), depth.data()};
+    };
+    std::array<std::int32_t, kSpan> film_at;
+    relit.light(skin(span.knot_count()), span, colors(0), film_at.data());
+    relit.add_film(skin(kSpan), colors(1));
+    return light;
   };
-  const ScopeSpan beyond = lit(-0.06f, 0.4f), edge = lit(0, 0.4f), within = lit(0.06f, 0.4f);
-  double turned = 0, went_on_mm = 0;
+  const auto beyond = lit(-0.06f, 0.4f), edge = lit(0, 0.4f), within = lit(0.06f, 0.4f);
+  double turned = 0, went_on = 0;
   for (int i = 0; i < kSpan; ++i) {
-    for (int c = 0; c < 3; ++c) {
-      EXPECT_EQ(beyond.skin.normals.of[c][i], edge.skin.normals.of[c][i]) << i;
-      turned += std::abs(within.skin.normals.of[c][i] - edge.skin.normals.of[c][i]);
-      went_on_mm += std::abs(beyond.at_rest.places_mm.of[c][i] - edge.at_rest.places_mm.of[c][i]);
-    }
+    EXPECT_EQ(beyond[0].of[1][i], edge[0].of[1][i]) << i;
+    turned += std::abs(within[0].of[1][i] - edge[0].of[1][i]);
+    went_on += std::abs(beyond[1].of[1][i] - edge[1].of[1][i]);
   }
-  EXPECT_GT(turned, 1) << "normals hardly change here";
-  EXPECT_GT(went_on_mm, kSpan);
+  EXPECT_GT(turned, 1) << "light hardly changes here";
+  EXPECT_GT(went_on, 1) << "the film shows no other place";
 }
 
 }  // namespace

@@ -217,15 +217,13 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   const SparseShading lit(depth, count, tile.frame.texel_mm);
   const DominantSamples leading(tile, rows, sum, count);
   const auto add_skin = [&](int i, SkinPixels& skin) {
-    const int layer = leading.layer[i];
     if (sum.weight[i] > 2 * of_samples[i]) {
       const BaseTile::BoundPoint& bound = tile.base->bound[tile.base->at(x0 + i, y)];
-      if (!tile.frame.relit->unchanged(bound.face)) skin.add(i, bound.face, bound.b1, bound.b2);
-      return;
+      return skin.add(i, bound.face, bound.b1, bound.b2);
     }
+    const int layer = leading.layer[i];
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-    if (tile.frame.relit->unchanged(set.face(slot))) return;
     std::array<float, 3> bound = set.bound(slot);
     if (tile.frame.relit->from_scope()) {
       // The relief is finer than a texel: by what the pixel's own centre looks at.
@@ -239,19 +237,13 @@ void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int 
   for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
   skin.fill_up();
   const SpanColors colors{x0, y, count, {sum.red, sum.green, sum.blue}, white, depth};
-  ScopeSpan from_scope;
-  tile.frame.relit->light(skin, lit, colors, from_scope);
-  if (!from_scope.film_shows) return;
-  each_shown_part(from_scope.lit.shows, count, [&](unsigned first, int in_part) {
-    skin.count = 0;
-    for (int k = 0, i = static_cast<int>(first); k < in_part; ++k, ++i) {
-      if (i < count && depth[i] < kInfinity) add_skin(i, skin);
-      if (skin.count > k) continue;
-      from_scope.lit.shows[i] = 0;
-      skin.add(i, 0, 0, 0);  // any
-    }
-    tile.frame.relit->add_film(skin, first, colors, from_scope);
-  });
+  std::array<std::int32_t, kSpan> film_at;
+  const int with_film = tile.frame.relit->light(skin, lit, colors, film_at.data());
+  if (with_film == 0) return;
+  skin.count = 0;
+  for (int k = 0; k < with_film; ++k) add_skin(film_at[k], skin);
+  skin.fill_up();
+  tile.frame.relit->add_film(skin, colors);
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -107,41 +108,33 @@ SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) :
   for (int i = 0; i + 1 < count; ++i)
     runs_on[i] = std::abs(depth_mm[i + 1] - depth_mm[i]) <= smooth_mm;
   for (int first = 0; first < count; first += kGroup) {
+    first_knot_[first / kGroup] = knot_count_;
     smooth_[first / kGroup] = first + kGroup <= count && all_run_on(&runs_on[first]);
     if (smooth_[first / kGroup]) {
-      for (const int at : kKnots) knots_[post_count_++] = first + at;
+      for (const int at : kKnots) knots_[knot_count_++] = first + at;
       continue;
     }
     for (int i = first; i < std::min(first + kGroup, count); ++i) {
-      knots_[post_count_] = i;
-      post_count_ += depth_mm[i] < kInfinity;
+      knots_[knot_count_] = i;
+      knot_count_ += depth_mm[i] < kInfinity;
     }
   }
+  first_knot_[groups()] = knot_count_;
 }
 
-ShadingInterpolation::ShadingInterpolation(const SparseShading& span, const std::int32_t* at,
-                                           int count)
-    : span_(span) {
-  row_.fill(static_cast<std::int16_t>(count));
-  for (int k = 0; k < count; ++k) row_[at[k]] = static_cast<std::int16_t>(k);
-}
-
-void ShadingInterpolation::operator()(const ShadedPosts& table,
-                                      const std::array<float*, 3>& planes) const {
-  const int groups = static_cast<int>(whole_vectors(span_.count())) / kGroup;
-  for (int g = 0; g < groups; ++g) {
-    const std::int16_t* const row = &row_[std::size_t(g) * kGroup];
-    if (span_.smooth(g)) {
-      std::array<const float*, kKnots.size()> at;
-      for (std::size_t k = 0; k < at.size(); ++k) at[k] = table.rows[row[kKnots[k]]];
-      for (int c = 0; c < 3; ++c)
-        mix_group({at[0][c], at[1][c], at[2][c], at[3][c]}, planes[c] + std::size_t(g) * kGroup);
-      continue;
-    }
-    for (int i = 0; i < kGroup; ++i) {
-      for (int c = 0; c < 3; ++c) planes[c][std::size_t(g) * kGroup + i] = table.rows[row[i]][c];
-    }
+void SparseShading::mix(int g, const float* of_knots, float* __restrict group) const {
+  const int first = first_knot_[g];
+  if (smooth_[g]) {
+    const float* const at = of_knots + first;
+    return mix_group({at[0], at[1], at[2], at[3]}, group);
   }
+  std::fill_n(group, kGroup, 0.f);
+  for (int k = first; k < first_knot_[g + 1]; ++k) group[knots_[k] - g * kGroup] = of_knots[k];
+}
+
+void SparseShading::mix(const SkinPlanes<3>& of_knots, SkinPlanes<3>& span) const {
+  for (int c = 0; c < 3; ++c)
+    for (int g = 0; g < groups(); ++g) mix(g, of_knots.of[c], span.of[c] + g * kGroup);
 }
 
 Gloss::Gloss(const Lighting& lighting) {
@@ -208,100 +201,155 @@ bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& towar
 
 // In plain numbers: Eigen's expressions are fused differently on another processor.
 template <Eigen::Vector4f RelitSkin::Node::*number>
-inline std::array<float, 4> RelitSkin::mixed(const LatticeTriangles& t, int k) const {
+void RelitSkin::mix(const LatticeTriangles& t, int count, SkinPlanes<3>& planes,
+                    float* fourth) const {
   constexpr bool own = number == &Node::rest_mm;
-  const float a = own ? t.own_along[k] : t.along[k], d = own ? t.own_down[k] : t.down[k];
-  const float rest = 1 - a - d;
-  const Vector4f &corner = nodes_[t.corner[k]].*number, &below = nodes_[t.below[k]].*number,
-                 &beside = nodes_[t.beside[k]].*number;
-  std::array<float, 4> sum;
-  for (int c = 0; c < 4; ++c) sum[c] = rest * corner[c] + a * below[c] + d * beside[c];
-  return sum;
-}
-
-template <Eigen::Vector4f RelitSkin::Node::*number>
-void RelitSkin::mix(const LatticeTriangles& t, int count, ShadedPosts& rows) const {
-  for (int k = 0; k < count; ++k) {
-    // In a register, where a row could be one of a node.
-    const std::array<float, 4> sum = mixed<number>(t, k);
-    std::copy(sum.begin(), sum.end(), rows.rows[k]);
+  alignas(16) float rows[kSpan][4];  // four at once, then taken apart
+  for (unsigned k = 0; k < whole_vectors(count); ++k) {
+    const float a = own ? t.own_along[k] : t.along[k], d = own ? t.own_down[k] : t.down[k];
+    const Vector4f &corner = nodes_[t.corner[k]].*number, &below = nodes_[t.below[k]].*number,
+                   &beside = nodes_[t.beside[k]].*number;
+    std::array<float, 4> sum;  // equal numbers stay what they are
+    for (int c = 0; c < 4; ++c)
+      sum[c] = corner[c] + a * (below[c] - corner[c]) + d * (beside[c] - corner[c]);
+    std::copy(sum.begin(), sum.end(), rows[k]);
   }
-  Eigen::Map<Vector4f, Eigen::Aligned16>(rows.rows[count]) = Node().*number;
+  const auto take = [&](int c, float* __restrict plane) {
+    for (unsigned k = 0; k < whole_vectors(count); ++k) plane[k] = rows[k][c];
+  };
+  for (int c = 0; c < 3; ++c) take(c, planes.of[c]);
+  if (fourth) take(3, fourth);
 }
 
-void RelitSkin::light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
-                      ScopeSpan& from_scope) const {
-  if (skin.count == 0) return;
+int RelitSkin::light(const SkinPixels& knots, const SparseShading& span, const SpanColors& colors,
+                     std::int32_t* film_at) const {
+  if (std::all_of(knots.face, knots.face + knots.count, [&](auto f) { return unchanged(f); }))
+    return 0;
   LatticeTriangles triangles;
-  find_triangles(skin, lattice_, triangles);
-  const ShadingInterpolation spread(span, skin.at, skin.count);
-  ShadedPosts posts;
-  mix<&Node::gain>(triangles, skin.count, posts);
+  find_triangles(knots, lattice_, triangles);
+  if (from_scope_) return light_scope(knots, triangles, span, colors, film_at);
   SkinPlanes<3> gains;
-  spread(posts, gains.planes());
-  for (int c = 0; c < 3; ++c) {
-    float* const plane = colors.planes[c];
-    for (int i = 0; i < colors.count; ++i) plane[i] *= gains.of[c][i];
-  }
-  mix<&Node::normal>(triangles, skin.count, posts);
-  if (from_scope_) {
-    spread(posts, from_scope.skin.normals.planes());
-    return light_scope(skin, triangles, spread, colors, from_scope);
+  mix<&Node::gain>(triangles, knots.count, gains);
+  for (int g = 0; g < span.groups(); ++g) {
+    for (int c = 0; c < 3; ++c) {
+      alignas(64) float gain[kGroup];
+      span.mix(g, gains.of[c], gain);
+      float* const plane = colors.planes[c] + g * kGroup;
+#pragma GCC unroll 1
+      for (int i = 0; i < kGroup; ++i) plane[i] *= gain[i];
+    }
   }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
-  if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
-  SkinDirections normals;
-  spread(posts, normals.planes());
+  if (std::none_of(knots.face, knots.face + knots.count, shines)) return 0;
+  SkinDirections of_knots, normals;
+  mix<&Node::normal>(triangles, knots.count, of_knots);
+  span.mix(of_knots, normals);
   add_gloss(normals, colors);
+  return 0;
 }
 
-// Where skin lies at rest is asked for only where gloss or grain may show: both are bound to it.
-void RelitSkin::light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
-                            const ShadingInterpolation& spread, const SpanColors& colors,
-                            ScopeSpan& from_scope) const {
-  float* const depth_mm = from_scope.skin.depth_mm;
-  std::fill_n(depth_mm, kSpan, 1.0f);
-  for (int i = 0; i < colors.count; ++i) {
-    const float depth = colors.depth_mm[i];
-    depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
+namespace {
+
+// Colours by their light, which is mixed from that of the knots.
+void take_light(const SparseShading& span, const ScopeLit& lit, const SpanColors& colors) {
+  for (int g = 0; g < span.groups(); ++g) {
+    alignas(64) float rim[kGroup], sheen[kGroup], times[kGroup];
+    span.mix(g, lit.rim, rim);
+    span.mix(g, lit.sheen, sheen);
+    const float* const white = colors.white + g * kGroup;
+    for (int c = 0; c < 3; ++c) {
+      span.mix(g, lit.times.of[c], times);
+      float* const plane = colors.planes[c] + g * kGroup;
+#pragma GCC unroll 1
+      for (int i = 0; i < kGroup; ++i)
+        plane[i] =
+            plane[i] * times[i] + white[i] * (rim[i] + ScopeShine::kSheen[c] * sheen[i]);
+    }
   }
-  const float nearest = Eigen::Map<const Eigen::ArrayXf>(colors.depth_mm, colors.count).minCoeff();
-  ScopeSkinAtRest& at_rest = from_scope.at_rest;
-  ShadedPosts posts;
-  const auto find_places = [&] {
-    mix<&Node::rest_mm>(triangles, skin.count, posts);
-    spread(posts, at_rest.places_mm.planes());
-  };
-  const bool grain = shine_.grain_shows(nearest);
+}
+
+}  // namespace
+
+// Where skin lies at rest is asked for only where film or grain may show: both are bound to it.
+int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
+                           const SparseShading& span, const SpanColors& colors,
+                           std::int32_t* film_at) const {
+  ScopeSkin skin;
+  skin.count = knots.count;
+  skin.row = static_cast<float>(colors.y) + 0.5f;
+  for (unsigned k = 0; k < whole_vectors(knots.count); ++k) {
+    skin.column[k] = static_cast<float>(colors.x0 + knots.at[k]) + 0.5f;
+    skin.depth_mm[k] = colors.depth_mm[knots.at[k]];
+  }
+  const float nearest = Eigen::Map<const Eigen::ArrayXf>(skin.depth_mm, knots.count).minCoeff();
+  ScopeLit lit;
+  mix<&Node::gain>(triangles, knots.count, lit.times);
+  mix<&Node::normal>(triangles, knots.count, skin.normals, skin.bends);
+  shine_.light(skin, lit);
+  const bool grain = shine_.grain().shows(nearest, shine_.view().inverse_pixel);
+  const bool film = std::any_of(lit.film_near, lit.film_near + knots.count, std::identity());
+  if (grain || film) mix<&Node::rest_mm>(triangles, knots.count, skin.rest_mm);
   if (grain) {
-    find_places();
-    shine_.add_grain(from_scope.skin, at_rest, nearest, colors);
+    SkinDirections rest_mm;
+    span.mix(skin.rest_mm, rest_mm);
+    shine_.grain().add(rest_mm, shine_.view().inverse_pixel, nearest, colors);
   }
-  if (!shine_.light(from_scope.skin, colors, from_scope.lit)) return;
-  if (!grain) find_places();
-  mix<&Node::rest_normal>(triangles, skin.count, posts);
-  spread(posts, at_rest.normals.planes());
-  from_scope.film_shows = shine_.film_may_show(colors.count, from_scope);
+  take_light(span, lit, colors);
+  if (!film) return 0;
+  mix<&Node::rest_normal>(triangles, knots.count, skin.rest_normals);
+  return find_film(skin, lit, span, colors, film_at);
+}
+
+// Of the groups with a knot that a film may show near, the pixels where it may be lit.
+int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
+                         const SpanColors& colors, std::int32_t* film_at) const {
+  ScopeSkin skin;
+  skin.row = knots.row;
+  std::array<int, kSpan / kGroup> groups;
+  for (int g = 0; g < span.groups(); ++g) {
+    const std::int32_t* const near = lit.film_near;
+    if (std::none_of(near + span.first_knot(g), near + span.first_knot(g + 1), std::identity()))
+      continue;
+    groups[skin.count / kGroup] = g;
+    const auto mix = [&](const float* of_knots, float* plane) {
+      span.mix(g, of_knots, plane + skin.count);
+    };
+    mix(knots.column, skin.column), mix(knots.depth_mm, skin.depth_mm);
+    for (int c = 0; c < 3; ++c) {
+      mix(knots.normals.of[c], skin.normals.of[c]);
+      mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
+      mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
+    }
+    skin.count += kGroup;
+  }
+  alignas(64) std::int32_t may_be_lit[kSpan];
+  shine_.film().find_lit(shine_.view(), skin, may_be_lit);
+  int count = 0;
+  for (int i = 0; i < skin.count; ++i) {
+    film_at[count] = groups[i / kGroup] * kGroup + i % kGroup;
+    count += may_be_lit[i] && film_at[count] < colors.count &&
+             colors.depth_mm[film_at[count]] < std::numeric_limits<float>::infinity();
+  }
+  return count;
 }
 
 // By the pixel: drops are narrower than the distance of knots, and knots move over the skin.
-void RelitSkin::add_film(const SkinPixels& skin, unsigned first, const SpanColors& colors,
-                         ScopeSpan& from_scope) const {
+void RelitSkin::add_film(const SkinPixels& pixels, const SpanColors& colors) const {
   LatticeTriangles triangles;
-  find_triangles(skin, lattice_, triangles);
-  for (int k = 0; k < skin.count; ++k) {
-    const auto normal = mixed<&Node::normal>(triangles, k),
-               rest = mixed<&Node::rest_normal>(triangles, k),
-               place = mixed<&Node::rest_mm>(triangles, k);
-    const unsigned i = first + static_cast<unsigned>(k);
-    for (int c = 0; c < 3; ++c) {
-      from_scope.skin.normals.of[c][i] = normal[c];
-      from_scope.at_rest.normals.of[c][i] = rest[c];
-      from_scope.at_rest.places_mm.of[c][i] = place[c];
-    }
-    from_scope.at_rest.bends[i] = rest[3] + normal[3];
+  find_triangles(pixels, lattice_, triangles);
+  ScopeSkin skin;
+  skin.count = pixels.count;
+  skin.row = static_cast<float>(colors.y) + 0.5f;
+  float more_bent[kSpan];
+  mix<&Node::normal>(triangles, pixels.count, skin.normals, more_bent);
+  mix<&Node::rest_normal>(triangles, pixels.count, skin.rest_normals, skin.bends);
+  mix<&Node::rest_mm>(triangles, pixels.count, skin.rest_mm);
+  for (unsigned k = 0; k < whole_vectors(pixels.count); ++k) {
+    skin.column[k] = static_cast<float>(colors.x0 + pixels.at[k]) + 0.5f;
+    skin.depth_mm[k] = colors.depth_mm[pixels.at[k]];
+    skin.bends[k] += more_bent[k];
   }
-  shine_.add_film(from_scope, first, skin.count, colors);
+  shine_.film().add(shine_.view(), skin, pixels.at, colors);
 }
 
 // By the pixel: a highlight may be narrower than the distance of knots.

@@ -180,13 +180,11 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights a span, its knots in `skin`; those that are not among them keep their light. From the
-  // scope without the film: add_film() adds it to the whole vectors from pixel `first` on, with
-  // `skin` each of their pixels.
-  void light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors,
-             ScopeSpan& from_scope) const;
-  void add_film(const SkinPixels& skin, unsigned first, const SpanColors& colors,
-                ScopeSpan& from_scope) const;
+  // Lights a span by its knots' skin, from the scope without the film: that add_film() adds, of
+  // skin of the very pixels whose numbers are put into film_at. Returns how many they are.
+  int light(const SkinPixels& knots, const SparseShading& span, const SpanColors& colors,
+            std::int32_t* film_at) const;
+  void add_film(const SkinPixels& skin, const SpanColors& colors) const;
 
  private:
   // What light asks for at a node, in a line of the cache; of the fourth numbers that of the normal
@@ -202,13 +200,13 @@ class RelitSkin {
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
   template <Eigen::Vector4f Node::*number>
-  std::array<float, 4> mixed(const LatticeTriangles& triangles, int k) const;
-  template <Eigen::Vector4f Node::*number>
-  void mix(const LatticeTriangles& triangles, int count, ShadedPosts& rows) const;
+  void mix(const LatticeTriangles& triangles, int count, SkinPlanes<3>& planes,
+           float* fourth = nullptr) const;
   void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
-  void light_scope(const SkinPixels& skin, const LatticeTriangles& triangles,
-                   const ShadingInterpolation& spread, const SpanColors& colors,
-                   ScopeSpan& from_scope) const;
+  int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
+                  const SparseShading& span, const SpanColors& colors, std::int32_t* film_at) const;
+  int find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
+                const SpanColors& colors, std::int32_t* film_at) const;
   void place_rest_nodes();
 
   BaseLayer lattice_;  // heights alone

@@ -62,11 +62,11 @@ bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
   return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
-void SkinGrain::add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float inverse_pixel,
-                    float nearest_mm, const SpanColors& colors) const {
+void SkinGrain::add(const SkinDirections& rest_mm, float inverse_pixel, float nearest_mm,
+                    const SpanColors& colors) const {
   const std::int8_t* const table = GrainTable::shared().data();
   GrainPlaces grain;
-  const SkinVectors place(at_rest.places_mm);
+  const SkinVectors place(rest_mm);
   const SkinVectors other = place.turned(), third = other.turned();
   float per_mm = GrainTable::kPerGrain / grain_mm_;
   const std::array<const SkinVectors*, kOctaves> places = {&place, &other, &third};
@@ -82,7 +82,7 @@ void SkinGrain::add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float
     for (unsigned i = 0; i < whole_vectors(colors.count); ++i)
       grain.value[k][i] = table[grain.at[k][i]];
   }
-  multiply_by_grain(grain, skin.depth_mm, grain_px, shares_, colors.count, colors.planes);
+  multiply_by_grain(grain, colors.depth_mm, grain_px, shares_, colors.count, colors.planes);
 }
 
 namespace {
@@ -94,7 +94,6 @@ std::array<float, 3> floats(const Vector3d& v) {
 }
 
 constexpr float kSurroundings = 0.2f;  // of the light on the skin, that comes back from around it
-constexpr float kNearest_mm2 = 1;      // of a light that touches the skin
 
 }  // namespace
 
@@ -114,114 +113,79 @@ void ScopeShine::look(const View& view, double reference_mm) {
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
   const Intrinsics& k = view.camera.intrinsics;
   const Vector3d right = world_from_view.col(0) / k.fx, down = world_from_view.col(1) / k.fy;
-  frame_.right = floats(right);
-  frame_.down = floats(down);
-  frame_.origin = floats(world_from_view.col(2) - k.cx * right - k.cy * down);
-  frame_.light = floats(world_from_view * scope_.offset_mm);
-  frame_.forward = floats(world_from_view.col(2));
-  frame_.full = static_cast<float>(scope_.gain * reference_mm * reference_mm);
+  view_.right = floats(right);
+  view_.down = floats(down);
+  view_.origin = floats(world_from_view.col(2) - k.cx * right - k.cy * down);
+  view_.light = floats(world_from_view * scope_.offset_mm);
+  view_.forward = floats(world_from_view.col(2));
+  view_.full = static_cast<float>(scope_.gain * reference_mm * reference_mm);
   const double tan_half = std::tan(scope_.beam_half_angle_rad);
-  frame_.inverse_tan2_half = static_cast<float>(1 / (tan_half * tan_half));
-  frame_.inverse_pixel = static_cast<float>(0.5 * (k.fx + k.fy));
+  view_.inverse_tan2_half = static_cast<float>(1 / (tan_half * tan_half));
+  view_.inverse_pixel = static_cast<float>(0.5 * (k.fx + k.fy));
 }
 
 namespace {
 
 // Diffuse light, the sheen and the rim.
-ORGANBAKE_MULTIVERSION void light_pixels(const SkinVectors& normals, const float* __restrict depths,
-                                         const float* __restrict whites,
-                                         const ScopeShine::Frame& frame, const SkinFinish& finish,
-                                         const ShineLobe* sheen, const FilmReach& film, int x0,
-                                         int y, int count, ScopeLit& __restrict lit,
-                                         float* __restrict red, float* __restrict green,
-                                         float* __restrict blue) {
-  const float row_x = frame.origin[0] + (static_cast<float>(y) + 0.5f) * frame.down[0];
-  const float row_y = frame.origin[1] + (static_cast<float>(y) + 0.5f) * frame.down[1];
-  const float row_z = frame.origin[2] + (static_cast<float>(y) + 0.5f) * frame.down[2];
+ORGANBAKE_MULTIVERSION void light_skin(const ScopeSkin& __restrict skin, const ScopeView& of_view,
+                                       const SkinFinish& finish, const ShineLobe* sheen,
+                                       float least_near_cosine, ScopeLit& __restrict lit) {
+  const ScopeView view = of_view;
   const float soft_r = static_cast<float>(finish.softness[0]);
   const float soft_g = static_cast<float>(finish.softness[1]);
   const float soft_b = static_cast<float>(finish.softness[2]);
   const float full_r = 1 / (1 + soft_r), full_g = 1 / (1 + soft_g), full_b = 1 / (1 + soft_b);
   const float rim = kSurroundings * static_cast<float>(finish.rim);
-  const FilmReach reach = film;
   const ShineLobe wide = sheen[0], wider = sheen[1];
   ORGANBAKE_INDEPENDENT
-  for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    const float column = static_cast<float>(x0) + static_cast<float>(static_cast<int>(i)) + 0.5f;
-    const float rx = row_x + column * frame.right[0], ry = row_y + column * frame.right[1];
-    const float rz = row_z + column * frame.right[2];
-    const float depth = depths[i];
-    // Toward the light and the eye.
-    float lx = frame.light[0] - depth * rx, ly = frame.light[1] - depth * ry;
-    float lz = frame.light[2] - depth * rz;
-    const float range2 = lx * lx + ly * ly + lz * lz;
-    const float inverse_range = 1 / std::sqrt(range2 > kNearest_mm2 ? range2 : kNearest_mm2);
-    lx *= inverse_range, ly *= inverse_range, lz *= inverse_range;
-    const float to_eye = -1 / std::sqrt(rx * rx + ry * ry + rz * rz);
-    const float ex = to_eye * rx, ey = to_eye * ry, ez = to_eye * rz;
-    const float ahead =
-        positive(-(lx * frame.forward[0] + ly * frame.forward[1] + lz * frame.forward[2]));
-    const float ahead2 = ahead * ahead;
-    const float beam = ahead2 / (ahead2 + (1 - ahead2) * frame.inverse_tan2_half + 1e-12f);
-    const float share = frame.full * beam * inverse_range * inverse_range;
-    float nx = normals.x[i], ny = normals.y[i], nz = normals.z[i];
+  for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
+    const ScopeRay ray = scope_ray(view, skin.column[i], skin.row, skin.depth_mm[i]);
+    const auto& [lx, ly, lz] = ray.light;
+    const auto& [ex, ey, ez] = ray.eye;
+    const auto& [hx, hy, hz] = ray.half_way;
+    float nx = skin.normals.of[0][i], ny = skin.normals.of[1][i], nz = skin.normals.of[2][i];
     // Skin that is seen from behind, on the inside of a fold or a cut, has another side there.
     const float seen = nx * ex + ny * ey + nz * ez;
     const float scale = (seen < 0 ? -1.f : 1.f) / std::sqrt(nx * nx + ny * ny + nz * nz + 1e-20f);
     nx *= scale, ny *= scale, nz *= scale;
-    float hx = lx + ex, hy = ly + ey, hz = lz + ez;
-    const float to_half = 1 / std::sqrt(hx * hx + hy * hy + hz * hz + 1e-20f);
-    hx *= to_half, hy *= to_half, hz *= to_half;
     const float facing = nx * lx + ny * ly + nz * lz;
     const float near = nx * hx + ny * hy + nz * hz;
-    lit.share[i] = share;
-    lit.shows[i] = at_most_1(positive((near - reach.least_cosine) * reach.inverse_fade)) *
-                   at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
-    lit.half_way.of[0][i] = hx, lit.half_way.of[1][i] = hy, lit.half_way.of[2][i] = hz;
-
     const float grazing = 1 - at_most_1(nx * ex + ny * ey + nz * ez);
     const float grazing2 = grazing * grazing;
-    const float white = whites[i] * share;
-    const float mirrored = white * rim * grazing2 * grazing2 * grazing;
     const auto veil = [&](const ShineLobe& lobe) {
       const float d = 1 - near * near * (1 - lobe.alpha2);
       return lobe.strength * lobe.alpha2 * lobe.alpha2 / (d * d + 1e-12f);
     };
-    const float both = white * (veil(wide) + veil(wider));
-    const float veiled = near > 0 ? both : 0.f;
-    red[i] = red[i] * share * positive((facing + soft_r) * full_r) + mirrored +
-             ScopeShine::kSheen[0] * veiled;
-    green[i] = green[i] * share * positive((facing + soft_g) * full_g) + mirrored +
-               ScopeShine::kSheen[1] * veiled;
-    blue[i] = blue[i] * share * positive((facing + soft_b) * full_b) + mirrored +
-              ScopeShine::kSheen[2] * veiled;
+    const float both = ray.share * (veil(wide) + veil(wider));
+    lit.sheen[i] = near > 0 ? both : 0.f;
+    lit.rim[i] = ray.share * rim * grazing2 * grazing2 * grazing;
+    lit.times.of[0][i] *= ray.share * positive((facing + soft_r) * full_r);
+    lit.times.of[1][i] *= ray.share * positive((facing + soft_g) * full_g);
+    lit.times.of[2][i] *= ray.share * positive((facing + soft_b) * full_b);
+    lit.film_near[i] = near > least_near_cosine;
   }
 }
 
 }  // namespace
 
-bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {
-  const auto& [red, green, blue] = colors.planes;
-  light_pixels(SkinVectors(skin.normals), skin.depth_mm, colors.white, frame_, finish_,
-               sheen_.data(), film_.reach(), colors.x0, colors.y, colors.count, lit, red, green,
-               blue);
-  return any_shows(lit.shows, static_cast<unsigned>(colors.count));
+void ScopeShine::light(const ScopeSkin& skin, ScopeLit& lit) const {
+  light_skin(skin, view_, finish_, sheen_.data(), film_.reach().least_near_cosine, lit);
 }
 
 ScopeShading ScopeShine::shading() const {
   ScopeShading out;
   film_.describe(out);
   for (const ShineLobe& lobe : sheen_) out.sheen.emplace_back(lobe.strength, lobe.alpha2);
-  out.light = Eigen::Vector3f(frame_.light.data());
-  out.forward = Eigen::Vector3f(frame_.forward.data());
-  out.scope = {frame_.full, frame_.inverse_tan2_half, frame_.inverse_pixel};
+  out.light = Eigen::Vector3f(view_.light.data());
+  out.forward = Eigen::Vector3f(view_.forward.data());
+  out.scope = {view_.full, view_.inverse_tan2_half, view_.inverse_pixel};
   return out;
 }
 
 std::vector<ShaderConstant> ScopeShine::constants() {
   std::vector<ShaderConstant> all = {{"kSheen", kSheen},
                                      {"kSurroundings", kSurroundings},
-                                     {"kNearest_mm2", kNearest_mm2},
+                                     {"kNearest_mm2", ScopeRay::kNearest_mm2},
                                      {"kOctaveStep", SkinGrain::kOctaveStep},
                                      {"kPerGrain", GrainTable::kPerGrain},
                                      {"kGrainDeviation", GrainTable::kDeviation}};

@@ -42,9 +42,10 @@ class SkinGrain {
   // Whether any shows on skin at that depth, however little: a pixel must not depend on those that
   // are lit with it. inverse_pixel: pixels to a mm at depth 1 mm.
   bool shows(float depth_mm, float inverse_pixel) const;
-  // Multiplies colours by it, of which no skin is nearer than nearest_mm.
-  void add(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float inverse_pixel,
-           float nearest_mm, const SpanColors& colors) const;
+  // Multiplies colours by it, where the skin lies at rest_mm; of it nothing is nearer than
+  // nearest_mm.
+  void add(const SkinDirections& rest_mm, float inverse_pixel, float nearest_mm,
+           const SpanColors& colors) const;
 
   static constexpr int kOctaves = 3;
   static constexpr float kOctaveStep = 0.47f;
@@ -55,9 +56,9 @@ class SkinGrain {
 };
 
 // The cosine of a normal to half-way from which on a film shows, above 1: never; and by what share
-// more for each more of it.
+// more for each more of it. And that from which on it may show on skin beside.
 struct FilmReach {
-  float least_cosine = 2, inverse_fade = 1;
+  float least_cosine = 2, inverse_fade = 1, least_near_cosine = 2;
 };
 
 // The film of water on serosa, as the light at the scope shows it. On smooth skin it is whole and
@@ -82,12 +83,10 @@ class WetFilm {
   explicit WetFilm(const Lighting& lighting);
 
   const FilmReach& reach() const { return reach_; }
-  // Whether any of the pixels that the span shows gloss on may be lit; no longer shows those near
-  // which no drop can be. What the span says of skin may be mixed from knots. inverse_pixel: pixels
-  // to a mm at depth 1 mm.
-  bool may_show(float inverse_pixel, int count, ScopeSpan& span) const;
-  // Adds what whole vectors from pixel `first` on mirror.
-  void add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
+  // Where skin that is mixed from knots may be lit: lit[i] of each of its places, 1 or 0.
+  void find_lit(const ScopeView& view, const ScopeSkin& skin, std::int32_t* lit) const;
+  // Adds what skin mirrors to the colours of the pixels at[…] that show it.
+  void add(const ScopeView& view, const ScopeSkin& skin, const std::int32_t* at,
            const SpanColors& colors) const;
 
   void describe(ScopeShading& shading) const;
@@ -119,6 +118,7 @@ class WetFilm {
   static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
   // A whole film fades out over this share of what 1 − cosine it may show up to.
   static constexpr float kFade = 0.3f, kNoFade = 1e6f;
+  static constexpr double kBesideKnots = 0.1;  // rad: more than skin turns from one to the next
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
@@ -159,34 +159,14 @@ class ScopeShine {
   ScopeShading shading() const;
   static std::vector<ShaderConstant> constants();
 
-  // Whether grain shows on skin at that depth, and on it: SkinGrain.
-  bool grain_shows(float depth_mm) const { return grain_.shows(depth_mm, frame_.inverse_pixel); }
-  void add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest, float nearest_mm,
-                 const SpanColors& colors) const {
-    grain_.add(skin, at_rest, frame_.inverse_pixel, nearest_mm, colors);
-  }
+  const ScopeView& view() const { return view_; }
+  const WetFilm& film() const { return film_; }
+  const SkinGrain& grain() const { return grain_; }
 
-  // `colors` hold the albedo × weight before, and what is seen but for the
-  // gloss after. Whether gloss may show anywhere.
-  bool light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const;
-  bool film_may_show(int count, ScopeSpan& span) const {
-    return film_.may_show(frame_.inverse_pixel, count, span);
-  }
-  // Whole vectors from pixel `first` on; their normals are each pixel's own here.
-  void add_film(const ScopeSpan& span, unsigned first, int count, const SpanColors& colors) const {
-    film_.add(span, frame_.inverse_pixel, first, count, colors);
-  }
+  // What the light makes of skin, but for grain and film; its place at rest is not asked for.
+  void light(const ScopeSkin& skin, ScopeLit& lit) const;
 
   static constexpr std::array<float, 3> kSheen = {0.85f, 0.95f, 1.2f};  // RGB
-
-  // As plain numbers, so that the loops over pixels see constants.
-  struct Frame {
-    std::array<float, 3> right, down, origin;  // a pixel's ray, of depth 1
-    std::array<float, 3> light, forward;       // from the eye, mm; the view's axis
-    float full = 1;                            // gain · reference², mm²
-    float inverse_tan2_half = 1;
-    float inverse_pixel = 1;  // at depth 1
-  };
 
  private:
   ScopeLight scope_;
@@ -194,7 +174,7 @@ class ScopeShine {
   WetFilm film_;
   SkinGrain grain_;
   std::array<ShineLobe, 2> sheen_{};
-  Frame frame_;
+  ScopeView view_;
 };
 
 }  // namespace organbake

@@ -36,7 +36,7 @@ struct SkinPixels {
   }
   // To whole vectors, which are looked up: with a place that there is.
   void fill_up() {
-    for (unsigned i = count; i < whole_vectors(count); ++i) face[i] = 0, b1[i] = b2[i] = 0;
+    for (unsigned i = count; i < whole_vectors(count); ++i) at[i] = 0, face[i] = 0, b1[i] = b2[i] = 0;
   }
 };
 
@@ -74,31 +74,33 @@ struct SkinVectors {
   SkinVectors turned() const { return {y, z, x}; }
 };
 
-// What a span of skin is to the light at the scope, by pixel.
-struct ScopeSkin {
-  alignas(64) float depth_mm[kSpan];  // planar z; any where there is no skin
-  SkinDirections normals;             // now, world, any length; 0 where there is no skin
+// A view with the light at the scope, as plain numbers, so that loops over pixels see constants.
+struct ScopeView {
+  std::array<float, 3> right, down, origin;  // a pixel's ray, of depth 1
+  std::array<float, 3> light, forward;       // from the eye, mm; the view's axis
+  float full = 1;                            // gain · reference², mm²
+  float inverse_tan2_half = 1;
+  float inverse_pixel = 1;  // pixels to a mm at depth 1 mm
 };
-// Where that skin lies at rest.
-struct ScopeSkinAtRest {
-  SkinDirections normals, places_mm;
+
+// Skin at some places of a row, side by side or not, as the light at the scope takes it.
+struct ScopeSkin {
+  int count = 0;
+  float row;                                                 // their centre's, of the picture
+  alignas(64) float column[kSpan];                           // and theirs
+  alignas(64) float depth_mm[kSpan];                         // planar z
+  SkinDirections normals;                                    // now, world, any length
+  SkinDirections rest_normals, rest_mm;                      // where it lies at rest
   // Of the lattice's normals, rad a mm, the most of any way; of a whole film, as it lies now.
   alignas(64) float bends[kSpan];
 };
 
-// What is worked out for all pixels, and asked for again where gloss may show.
+// What the light at the scope makes of skin that is `white` where all of it counts: colours times
+// `times`, and `rim` and ScopeShine::kSheen `sheen` of the white.
 struct ScopeLit {
-  alignas(64) float share[kSpan];  // of full exposure
-  alignas(64) float shows[kSpan];  // 0…1, of gloss
-  SkinDirections half_way;         // unit
-};
-
-// A span lit from the scope but for its film, which is narrower than the distance of knots.
-struct ScopeSpan {
-  bool film_shows = false;  // anywhere; nothing of the rest is told otherwise
-  ScopeSkin skin;
-  ScopeSkinAtRest at_rest;
-  ScopeLit lit;
+  SkinPlanes<3> times;
+  alignas(64) float rim[kSpan], sheen[kSpan];
+  alignas(64) std::int32_t film_near[kSpan];  // 1 where a film may show there or beside it
 };
 
 // A lobe of mirrored light: how bright in its middle, and how wide.
@@ -111,22 +113,39 @@ inline float at_most_1(float v) { return v < 1 ? v : 1; }
 // Of what is so many pixels long, how much a pixel can show: all from four on.
 inline float resolved(float pixels) { return at_most_1(positive(0.5f * pixels - 1)); }
 
-// Of ScopeLit::shows, whole vectors. Without an early end, which would ask one by one.
-inline bool any_shows(const float* shows, unsigned count) {
-  int any = 0;
-  for (unsigned i = 0; i < count; ++i) any |= shows[i] > 0;
-  return any != 0;
-}
+// How light and eye stand to a pixel's skin.
+struct ScopeRay {
+  float light[3], eye[3], half_way[3];  // towards them, unit
+  float share;                          // of full exposure
 
-// visit(first, count) for the whole vectors of ScopeLit::shows in which gloss does, those side by
-// side together.
-template <class Visit>
-void each_shown_part(const float* shows, int count, const Visit& visit) {
-  const unsigned last = whole_vectors(count);
-  for (unsigned first = 0, end; first < last; first = end + kLanes) {
-    for (end = first; end < last && any_shows(shows + end, kLanes);) end += kLanes;
-    if (end > first) visit(first, static_cast<int>(end - first));
+  static constexpr float kNearest_mm2 = 1;  // of a light that touches the skin
+};
+[[gnu::always_inline]] inline ScopeRay scope_ray(const ScopeView& view, float column, float row,
+                                                 float depth_mm) {
+  ScopeRay at;
+  float ray[3], range2 = 0, length2 = 0, ahead = 0, half2 = 1e-20f;
+  for (int c = 0; c < 3; ++c) {
+    ray[c] = view.origin[c] + row * view.down[c] + column * view.right[c];
+    at.light[c] = view.light[c] - depth_mm * ray[c];
+    range2 += at.light[c] * at.light[c];
+    length2 += ray[c] * ray[c];
   }
+  const float inverse_range =
+      1 / std::sqrt(range2 > ScopeRay::kNearest_mm2 ? range2 : ScopeRay::kNearest_mm2);
+  const float to_eye = -1 / std::sqrt(length2);
+  for (int c = 0; c < 3; ++c) {
+    at.light[c] *= inverse_range;
+    at.eye[c] = to_eye * ray[c];
+    at.half_way[c] = at.light[c] + at.eye[c];
+    half2 += at.half_way[c] * at.half_way[c];
+    ahead -= at.light[c] * view.forward[c];
+  }
+  const float to_half = 1 / std::sqrt(half2), before = ahead > 0 ? ahead : 0;
+  for (float& part : at.half_way) part *= to_half;
+  const float ahead2 = before * before;
+  at.share = view.full * inverse_range * inverse_range * ahead2 /
+             (ahead2 + (1 - ahead2) * view.inverse_tan2_half + 1e-12f);
+  return at;
 }
 
 // What light depends on changes slowly over skin that runs on: of each sixteen pixels of a row it
@@ -142,38 +161,26 @@ class SparseShading {
   SparseShading(const float* depth_mm, int count, float texel_mm);
 
   // The pixels that are asked for, by their place in the span, ascending.
-  int knot_count() const { return post_count_; }
+  int knot_count() const { return knot_count_; }
   int knot(int k) const { return knots_[k]; }
 
-  // Whether group g runs on: it has four knots, its first and last pixel among them.
-  bool smooth(int g) const { return smooth_[g]; }
   int count() const { return count_; }  // pixels
+
+  int groups() const { return static_cast<int>(whole_vectors(count_)) / kGroup; }
+  int first_knot(int g) const { return first_knot_[g]; }
+
+  // Group g's numbers from those of the span's knots: as they are, linear between them, 0 where
+  // nothing is to be lit. Equal numbers stay what they are.
+  void mix(int g, const float* of_knots, float* __restrict group) const;
+  // All groups'.
+  void mix(const SkinPlanes<3>& of_knots, SkinPlanes<3>& span) const;
 
  private:
   int count_;
   std::array<bool, kSpan / kGroup> smooth_{};
-  int post_count_ = 0;
+  int knot_count_ = 0;
   std::array<std::int32_t, kSpan> knots_;
-};
-
-// What is known of some of a span's knots, three numbers each and an unused one; row `count` holds
-// what stands where nothing is known.
-struct ShadedPosts {
-  alignas(64) float rows[kSpan + 1][4];
-};
-
-// Spreads such tables over all pixels of their span.
-class ShadingInterpolation {
- public:
-  // at[k]: the pixel that row k is known of, one of the span's knots.
-  ShadingInterpolation(const SparseShading& span, const std::int32_t* at, int count);
-
-  // Into planes, whole vectors of the span. Equal numbers stay what they are.
-  void operator()(const ShadedPosts& table, const std::array<float*, 3>& planes) const;
-
- private:
-  const SparseShading& span_;
-  std::array<std::int16_t, kSpan> row_;
+  std::array<std::int32_t, kSpan / kGroup + 1> first_knot_{};
 };
 
 }  // namespace organbake

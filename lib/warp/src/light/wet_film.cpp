@@ -129,6 +129,7 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   drops_.farthest = static_cast<float>(farthest);
   const double reach = std::min(1.4, breaks ? std::atan(farthest + steepest_hills) : whole);
   reach_.least_cosine = static_cast<float>(std::cos(reach));
+  reach_.least_near_cosine = static_cast<float>(std::cos(reach + kBesideKnots));
   reach_.inverse_fade = breaks ? kNoFade : 1 / (kFade * (1 - reach_.least_cosine));
 }
 
@@ -277,34 +278,42 @@ inline Wetness wetness(float hills) {
           WetFilm::kWetBumps * WetFilm::kPatches * 6 * t * (1 - t)};
 }
 
-struct FilmPlanes {
-  const float *share, *shows, *depth, *bend;
-  SkinVectors normal, half_way, rest_normal, rest_mm;
-};
-
 // What a pixel's film is asked for by.
 struct FilmPoint {
   float rest[3], place[3];
   Hills hill = {};
   Lacking lacks = {};
+  float share = 0, shows = 0;  // of full exposure; of the film, 0…1
   float pixels_per_mm = 1;
 };
 
-inline __attribute__((always_inline)) FilmPoint film_point(const FilmPlanes& in, const Wave* hills,
-                                                           float inverse_pixel, std::size_t i) {
-  const SkinVectors &n = in.normal, &half = in.half_way, &m = in.rest_normal, &p = in.rest_mm;
-  const float unit = 1 / std::sqrt(m.x[i] * m.x[i] + m.y[i] * m.y[i] + m.z[i] * m.z[i] + 1e-20f);
-  FilmPoint at = {{unit * m.x[i], unit * m.y[i], unit * m.z[i]}, {p.x[i], p.y[i], p.z[i]}};
+[[gnu::always_inline]] inline FilmPoint film_point(const ScopeView& view, const ScopeSkin& skin,
+                                                   const Wave* hills, const FilmReach& reach,
+                                                   unsigned i) {
+  const float depth = skin.depth_mm[i];
+  const ScopeRay ray = scope_ray(view, skin.column[i], skin.row, depth);
+  const auto& [nx, ny, nz] = skin.normals.of;
+  const auto& [mx, my, mz] = skin.rest_normals.of;
+  const auto& [lx, ly, lz] = ray.light;
+  const auto& [ex, ey, ez] = ray.eye;
+  const auto& [hx, hy, hz] = ray.half_way;
+  const float unit = 1 / std::sqrt(mx[i] * mx[i] + my[i] * my[i] + mz[i] * mz[i] + 1e-20f);
+  FilmPoint at = {
+      {unit * mx[i], unit * my[i], unit * mz[i]},
+      {skin.rest_mm.of[0][i], skin.rest_mm.of[1][i], skin.rest_mm.of[2][i]}};
+  const float of_normal = 1 / std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i] + 1e-20f);
+  const float normal[3] = {of_normal * nx[i], of_normal * ny[i], of_normal * nz[i]};
+  const float near = normal[0] * hx + normal[1] * hy + normal[2] * hz;
+  const float facing = normal[0] * lx + normal[1] * ly + normal[2] * lz;
+  const float seen = normal[0] * ex + normal[1] * ey + normal[2] * ez;
+  at.share = ray.share;
   // On the side that is seen.
-  const float facing = n.x[i] * half.x[i] + n.y[i] * half.y[i] + n.z[i] * half.z[i];
-  const float of_normal = (facing < 0 ? -1.f : 1.f) /
-                          std::sqrt(n.x[i] * n.x[i] + n.y[i] * n.y[i] + n.z[i] * n.z[i] + 1e-20f);
-  const float normal[3] = {of_normal * n.x[i], of_normal * n.y[i], of_normal * n.z[i]};
-  const float toward[3] = {half.x[i], half.y[i], half.z[i]};
-  at.pixels_per_mm = inverse_pixel / in.depth[i];
+  at.shows = at_most_1(positive((near - reach.least_cosine) * reach.inverse_fade)) *
+             at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
+  at.pixels_per_mm = view.inverse_pixel / depth;
   at.hill =
       hills_at(hills, at.place, at.pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
-  at.lacks = lacking_at(normal, at.rest, toward, at.hill.slopes);
+  at.lacks = lacking_at(normal, at.rest, ray.half_way, at.hill.slopes);
   return at;
 }
 
@@ -328,86 +337,66 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
   return mean + at_most_1(positive(2 - pixel * (1 / kStrewnReach))) * (each - mean);
 }
 
-// Puts shows to 0 where no drop can be lit; a pixel's own place and normals may differ from `in`'s
-// by as much as knots may be off.
-ORGANBAKE_MULTIVERSION void keep_lit(const FilmPlanes& planes, const WetFilm::Drops& drops,
-                                     const Wave* hills, float inverse_pixel, std::size_t first,
-                                     int count, float* __restrict shows) {
+// A place's own numbers may differ from the skin's by as much as knots may be off.
+ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
+                                           const WetFilm::Drops& drops, const Wave* hills,
+                                           const FilmReach& of_reach, std::int32_t* __restrict lit) {
   constexpr float kOff = 0.1f;
-  const FilmPlanes in = planes;
+  const ScopeView view = of_view;
+  const FilmReach reach = of_reach;
   const float farthest = drops.farthest + kOff, farthest2 = farthest * farthest;
   ORGANBAKE_INDEPENDENT
-  for (unsigned j = 0; j < whole_vectors(count); ++j) {
-    const FilmPoint at = film_point(in, hills, inverse_pixel, first + j);
-    const float shown = shows[first + j];
-    const float wet = wetness(at.hill.wet + kOff).value > -1 ? shown : 0;
-    shows[first + j] = at.lacks.squared < farthest2 ? wet : 0;
+  for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
+    const FilmPoint at = film_point(view, skin, hills, reach, i);
+    lit[i] = (at.lacks.squared < farthest2) & (wetness(at.hill.wet + kOff).value > -1);
   }
 }
 
-// Some whole vectors from pixel `first` on; mirrored: the share of full exposure, of drops with
-// that of the pixel that they cover.
-ORGANBAKE_MULTIVERSION void film_pixels(const FilmPlanes& planes, const WetFilm::Drops& of_drops,
-                                        const Wave* hills, const ShineLobe& of_film,
-                                        float inverse_pixel, std::size_t first, int count,
+// The share of full exposure that skin mirrors, of drops with that of the pixel that they cover.
+ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView& of_view, const ScopeSkin& skin,
+                                        const WetFilm::Drops& of_drops, const Wave* hills,
+                                        const ShineLobe& of_film, const FilmReach& of_reach,
                                         float* __restrict mirrored) {
-  const FilmPlanes in = planes;
+  const ScopeView view = of_view;
+  const FilmReach reach = of_reach;
   const WetFilm::Drops drops = of_drops;
   const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
     ORGANBAKE_INDEPENDENT
-    for (unsigned j = 0; j < whole_vectors(count); ++j) {
-      const std::size_t i = first + j;
-      const FilmPoint at = film_point(in, hills, inverse_pixel, i);
-      mirrored[j] = in.shows[i] * WetFilm::kBlown * at_most_1(in.share[i] * film.strength) *
-                    covered_by_drops(drops, at, in.depth[i], in.bend[i]);
+    for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
+      const FilmPoint at = film_point(view, skin, hills, reach, i);
+      mirrored[i] = at.shows * WetFilm::kBlown * at_most_1(at.share * film.strength) *
+                    covered_by_drops(drops, at, skin.depth_mm[i], skin.bends[i]);
     }
     return;
   }
   ORGANBAKE_INDEPENDENT
-  for (unsigned j = 0; j < whole_vectors(count); ++j) {
-    const std::size_t i = first + j;
-    const FilmPoint at = film_point(in, hills, inverse_pixel, i);
+  for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
+    const FilmPoint at = film_point(view, skin, hills, reach, i);
     // Water bridges a crease, and a pixel shows no less than its own size of it.
-    const float bent = in.bend[i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
-    mirrored[j] = in.shows[i] * WetFilm::kBlown *
-                  light_of_film(film, in.share[i], at.hill.lost + bent * bent, at.lacks.squared);
+    const float bent = skin.bends[i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
+    mirrored[i] = at.shows * WetFilm::kBlown *
+                  light_of_film(film, at.share, at.hill.lost + bent * bent, at.lacks.squared);
   }
-}
-
-FilmPlanes planes_of(const ScopeSpan& span) {
-  return {span.lit.share,
-          span.lit.shows,
-          span.skin.depth_mm,
-          span.at_rest.bends,
-          SkinVectors(span.skin.normals),
-          SkinVectors(span.lit.half_way),
-          SkinVectors(span.at_rest.normals),
-          SkinVectors(span.at_rest.places_mm)};
 }
 
 }  // namespace
 
-bool WetFilm::may_show(float inverse_pixel, int count, ScopeSpan& span) const {
+void WetFilm::find_lit(const ScopeView& view, const ScopeSkin& skin, std::int32_t* lit) const {
   if (drops_.inverse_lit2 > 0)
-    each_shown_part(span.lit.shows, count, [&](unsigned first, int in_part) {
-      keep_lit(planes_of(span), drops_, hills_.data(), inverse_pixel, first, in_part,
-               span.lit.shows);
-    });
-  return any_shows(span.lit.shows, whole_vectors(count));
+    return find_lit_drops(view, skin, drops_, hills_.data(), reach_, lit);
+  std::fill_n(lit, skin.count, 1);
 }
 
-void WetFilm::add(const ScopeSpan& span, float inverse_pixel, unsigned first, int count,
+void WetFilm::add(const ScopeView& view, const ScopeSkin& skin, const std::int32_t* at,
                   const SpanColors& colors) const {
   alignas(64) float mirrored[kSpan];
-  film_pixels(planes_of(span), drops_, hills_.data(), lobe_, inverse_pixel, first, count, mirrored);
-  const float* const white = colors.white + first;
+  film_pixels(view, skin, drops_, hills_.data(), lobe_, reach_, mirrored);
   // The skin that a pixel shows beside a drop is all that adds to its light: a drop alone is blown.
   const float covers = drops_.inverse_lit2 > 0 ? 1 : 0;
-  for (float* const of_span : colors.planes) {
-    float* const plane = of_span + first;
-    for (unsigned j = 0; j < whole_vectors(count); ++j)
-      plane[j] += mirrored[j] * positive(white[j] - covers * plane[j]);
+  for (int k = 0; k < skin.count; ++k) {
+    for (float* const plane : colors.planes)
+      plane[at[k]] += mirrored[k] * positive(colors.white[at[k]] - covers * plane[at[k]]);
   }
 }
 
