@@ -284,7 +284,7 @@ int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& tria
   const float nearest = Eigen::Map<const Eigen::ArrayXf>(skin.depth_mm, knots.count).minCoeff();
   ScopeLit lit;
   mix<&Node::gain>(triangles, knots.count, lit.times);
-  mix<&Node::normal>(triangles, knots.count, skin.normals, skin.bends);
+  mix<&Node::normal>(triangles, knots.count, skin.normals);
   shine_.light(skin, lit);
   const bool grain = shine_.grain().shows(nearest, shine_.view().inverse_pixel);
   const bool film = std::any_of(lit.film_near, lit.film_near + knots.count, std::identity());
@@ -296,7 +296,7 @@ int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& tria
   }
   take_light(span, lit, colors);
   if (!film) return 0;
-  mix<&Node::rest_normal>(triangles, knots.count, skin.rest_normals);
+  mix<&Node::rest_normal>(triangles, knots.count, skin.rest_normals, skin.bends);
   return find_film(skin, lit, span, colors, film_at);
 }
 
@@ -315,6 +315,7 @@ int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const Spar
       span.mix(g, of_knots, plane + skin.count);
     };
     mix(knots.column, skin.column), mix(knots.depth_mm, skin.depth_mm);
+    mix(knots.bends, skin.bends);
     for (int c = 0; c < 3; ++c) {
       mix(knots.normals.of[c], skin.normals.of[c]);
       mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);

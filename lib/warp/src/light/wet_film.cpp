@@ -341,14 +341,15 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
 ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
                                            const WetFilm::Drops& drops, const Wave* hills,
                                            const FilmReach& of_reach, std::int32_t* __restrict lit) {
-  constexpr float kOff = 0.1f;
+  constexpr float kOff = 0.02f;
   const ScopeView view = of_view;
   const FilmReach reach = of_reach;
   const float farthest = drops.farthest + kOff, farthest2 = farthest * farthest;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
     const FilmPoint at = film_point(view, skin, hills, reach, i);
-    lit[i] = (at.lacks.squared < farthest2) & (wetness(at.hill.wet + kOff).value > -1);
+    const float wet = wetness(at.hill.wet + kOff).value - WetFilm::kCrease * skin.bends[i];
+    lit[i] = (at.lacks.squared < farthest2) & (wet > -1 - kOff);
   }
 }
 
