@@ -193,8 +193,7 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
   std::array<float, kSpan> white;
   std::array<std::int32_t, kSpan> at;
   white.fill(1), std::iota(at.begin(), at.end(), 0);
-  for (int c = 0; c < 3; ++c)
-    std::copy_n(skin.normals.of[c], skin.count, skin.rest_normals.of[c]);
+  for (int c = 0; c < 3; ++c) std::copy_n(skin.normals.of[c], skin.count, skin.rest_normals.of[c]);
   SkinDirections gloss{};
   shine.film().add(shine.view(), skin, at.data(),
                    {0, 0, skin.count, gloss.planes(), white.data(), skin.depth_mm});

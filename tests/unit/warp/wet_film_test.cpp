@@ -29,14 +29,10 @@ constexpr float kDepth_mm = 1e4f;  // half-way is one direction
 
 // A view straight down, from so far, whose light lies at the eye and is full there.
 ScopeView far_view(double pixel_mm) {
-  return {{},
-          {},
-          {0, 0, -1},
-          {},
-          {0, 0, -1},
-          kDepth_mm * kDepth_mm,
-          1,
-          static_cast<float>(kDepth_mm / pixel_mm)};
+  return {{},         {},
+          {0, 0, -1}, {},
+          {0, 0, -1}, kDepth_mm * kDepth_mm,
+          1,          static_cast<float>(kDepth_mm / pixel_mm)};
 }
 
 // Pixels of that size from column x0 on of row y of a picture, side × side of them, of a bulge in

@@ -19,7 +19,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Whatever part of a picture is drawn, its groups of pixels are the same.
 static_assert(TileGrid::kWidth % SparseShading::kGroup == 0 && kSpan % SparseShading::kGroup == 0 &&
               DirtyCells::kCell_px % SparseShading::kGroup == 0 &&
-              kLanes % SparseShading::kGroup == 0);
+              DirtyCells::kCell_px % kSpanRows == 0 && kLanes % SparseShading::kGroup == 0);
 
 // A span of one layer's row, decoded from its keys.
 struct LayerSpan {
@@ -51,7 +51,7 @@ ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerSpan& __restrict r
 struct DominantSamples {
   alignas(64) std::int32_t layer[kSpan];
 
-  DominantSamples(const TileLayers& tile, const LayerSpans& rows, const SumSpan& sum, int count) {
+  void find(const TileLayers& tile, const LayerSpans& rows, const SumSpan& sum, int count) {
     alignas(64) float nearest_mm[kSpan];
     std::fill_n(layer, whole_vectors(count), 0);
     std::fill_n(nearest_mm, whole_vectors(count), kInfinity);
@@ -181,7 +181,8 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
 // where it hides them or there are none.
 void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
                  const SumSpan& sum, BoundPixel* bound) {
-  const DominantSamples leading(tile, rows, sum, count);
+  DominantSamples leading;
+  leading.find(tile, rows, sum, count);
   for (int i = 0; i < count; ++i) {
     const int layer = leading.layer[i];
     bound[i] = {};
@@ -204,40 +205,55 @@ void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, 
   }
 }
 
+// A span's rows while they are blended and lit.
+struct Span {
+  int x0, y0, count, rows;
+  std::array<LayerSpans, kSpanRows> layers;
+  std::array<SumSpan, kSpanRows> sums;
+  SparseShading::Rows of_samples;  // their part of the sums' weights
+};
+
 // Lights what a span summed to, once: by each pixel's leading sample, or by the base layer where
 // that weighs more than all samples. Whatever else counts lies on the same skin.
-// of_samples: their part of sum.weight.
-void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
-             const float* of_samples, SumSpan& sum) {
-  alignas(64) float depth[kSpan], white[kSpan];
-  for (int i = 0; i < count; ++i) {
-    depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
-    white[i] = sum.weight[i] * kFullScale;
-  }
-  const SparseShading lit(depth, count, tile.frame.texel_mm);
-  const DominantSamples leading(tile, rows, sum, count);
-  const auto add_skin = [&](int i, SkinPixels& skin) {
-    if (sum.weight[i] > 2 * of_samples[i]) {
-      const BaseTile::BoundPoint& bound = tile.base->bound[tile.base->at(x0 + i, y)];
-      return skin.add(i, bound.face, bound.b1, bound.b2);
+void relight(const TileLayers& tile, Span& span) {
+  alignas(64) SparseShading::Rows depth, white;
+  std::array<DominantSamples, kSpanRows> leading;
+  std::array<SpanColors, kSpanRows> colors;
+  for (int r = 0; r < span.rows; ++r) {
+    SumSpan& sum = span.sums[r];
+    for (int i = 0; i < span.count; ++i) {
+      depth[r][i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
+      white[r][i] = sum.weight[i] * kFullScale;
     }
-    const int layer = leading.layer[i];
+    leading[r].find(tile, span.layers[r], sum, span.count);
+    colors[r] = {span.x0,  span.y0 + r, span.count, {sum.red, sum.green, sum.blue},
+                 white[r], depth[r]};
+  }
+  const auto add_skin = [&](int pixel, SkinPixels& skin) {
+    const int r = pixel / kSpan, i = pixel % kSpan;
+    if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
+      const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
+      const BaseTile::BoundPoint& bound = tile.base->bound[at];
+      return skin.add(pixel, bound.face, bound.b1, bound.b2);
+    }
+    const int layer = leading[r].layer[i];
+    const LayerSpan& row = span.layers[r][layer];
     const SampleSet& set = *tile.layers[layer].set;
-    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+    const auto slot = static_cast<std::uint32_t>(row.slot[i]);
     std::array<float, 3> bound = set.bound(slot);
     if (tile.frame.relit->from_scope()) {
       // The relief is finer than a texel: by what the pixel's own centre looks at.
       const Patch& patch = set.chunks[slot / kChunk].patch;
-      const float u = rows[layer].u[i], v = rows[layer].v[i];
-      for (int k = 0; k < 2; ++k) bound[k] += u * patch.along_u[k] + v * patch.along_v[k];
+      for (int k = 0; k < 2; ++k)
+        bound[k] += row.u[i] * patch.along_u[k] + row.v[i] * patch.along_v[k];
     }
-    skin.add(i, set.face(slot), bound[0], bound[1]);
+    skin.add(pixel, set.face(slot), bound[0], bound[1]);
   };
+  const SparseShading lit(depth, span.rows, span.count, tile.frame.texel_mm);
   SkinPixels skin;
   for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
   skin.fill_up();
-  const SpanColors colors{x0, y, count, {sum.red, sum.green, sum.blue}, white, depth};
-  std::array<std::int32_t, kSpan> film_at;
+  std::array<std::int32_t, kMostSkin> film_at;
   const int with_film = tile.frame.relit->light(skin, lit, colors, film_at.data());
   if (with_film == 0) return;
   skin.count = 0;
@@ -278,8 +294,11 @@ void fill(float* plane, float value) {
   Eigen::Map<Eigen::Array<float, kSpan, 1>, Eigen::Aligned64>(plane).setConstant(value);
 }
 
-// The span's layers, base included, as colour and weight sums.
-void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows, SumSpan& sum) {
+// The layers of a span's row, base included, as colour and weight sums.
+void sum_row(const TileLayers& tile, int r, Span& span) {
+  const int y = span.y0 + r, x0 = span.x0, count = span.count;
+  LayerSpans& rows = span.layers[r];
+  SumSpan& sum = span.sums[r];
   const float inverse_tolerance = 1 / tile.frame.same_surface_mm();
   fill(sum.nearest, kInfinity);
   std::array<Part, 3> parts;  // each layer's own
@@ -306,10 +325,8 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     fetch(rows[l], layer.set->colors.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
-  alignas(64) float of_samples[kSpan];
-  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, of_samples);
+  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, span.of_samples[r]);
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
-  if (tile.frame.relit) relight(tile, rows, y, x0, count, of_samples, sum);
 }
 
 }  // namespace
@@ -317,29 +334,37 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
                   SkinDepth& depth, Frame& frame) {
   const Background& background = tile.frame.background;
-  LayerSpans rows;
-  SumSpan sum;
-  const auto blend = [&](int x0, int count, int y) {
-    sum_span(tile, y, x0, count, rows, sum);
-    const std::size_t first = std::size_t(y) * frame.color.width + x0;
+  Span span;
+  const auto write = [&](int r) {
+    const SumSpan& sum = span.sums[r];
+    const int y = span.y0 + r;
+    const std::size_t first = std::size_t(y) * frame.color.width + span.x0;
     Cover* const cover = &frame.cover[first];
-    encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
-    if (tile.frame.keep_bound) write_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
-    if (tile.base) mark_base(sum, count, cover);
-    depth.put(x0, y, count, sum.nearest);
-    if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
+    encode(sum, span.count, background.color(), frame.color.pixels.data() + 3 * first, cover);
+    if (tile.frame.keep_bound)
+      write_bound(tile, span.layers[r], y, span.x0, span.count, sum, &frame.bound[first]);
+    if (tile.base) mark_base(sum, span.count, cover);
+    depth.put(span.x0, y, span.count, sum.nearest);
+    if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, span.count, &frame.depth_mm[first]);
   };
-  for (int y = box.y0; y < box.y1; ++y) {
+  for (span.y0 = box.y0; span.y0 < box.y1; span.y0 += kSpanRows) {
+    const int y0 = span.y0, y1 = std::min(y0 + kSpanRows, box.y1);
+    span.rows = y1 - y0;
     // Boxes begin at such columns, too.
-    const int x0 = (spans.first(y - box.y0) + box.x0) & ~(SparseShading::kGroup - 1);
-    const int x1 = spans.last(y - box.y0) + box.x0;
+    const int x0 = (spans.first(y0 - box.y0) + box.x0) & ~(SparseShading::kGroup - 1);
+    const int x1 = spans.last(y0 - box.y0) + box.x0;
     if (x0 >= x1) {
-      background.fill({box.x0, y, box.x1, y + 1}, depth, frame);
+      background.fill({box.x0, y0, box.x1, y1}, depth, frame);
       continue;
     }
-    background.fill({box.x0, y, x0, y + 1}, depth, frame);
-    background.fill({x1, y, box.x1, y + 1}, depth, frame);
-    for (int x = x0; x < x1; x += kSpan) blend(x, std::min(kSpan, x1 - x), y);
+    background.fill({box.x0, y0, x0, y1}, depth, frame);
+    background.fill({x1, y0, box.x1, y1}, depth, frame);
+    for (span.x0 = x0; span.x0 < x1; span.x0 += kSpan) {
+      span.count = std::min(kSpan, x1 - span.x0);
+      for (int r = 0; r < span.rows; ++r) sum_row(tile, r, span);
+      if (tile.frame.relit) relight(tile, span);
+      for (int r = 0; r < span.rows; ++r) write(r);
+    }
   }
 }
 

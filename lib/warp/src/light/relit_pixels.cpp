@@ -23,14 +23,14 @@ using Eigen::Vector4f;
 // the third at the nearest place within, and where the pixel's own lies. Light ends at the edge:
 // normals that went on would lean on beyond it, where the next face's do not. Places at rest go on.
 struct LatticeTriangles {
-  alignas(64) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
-  alignas(64) float along[kSpan], down[kSpan], own_along[kSpan], own_down[kSpan];
+  alignas(64) std::int32_t corner[kMostSkin], below[kMostSkin], beside[kMostSkin];
+  alignas(64) float along[kMostSkin], down[kMostSkin], own_along[kMostSkin], own_down[kMostSkin];
 };
 
 namespace {
 
 constexpr int kGroup = SparseShading::kGroup;
-constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a group that runs on
+constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a row of a group that runs on
 
 // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
 // seen at a grazing angle.
@@ -44,7 +44,7 @@ constexpr std::array<float, kGroup> way_on(std::size_t k) {
   return ways;
 }
 
-// A group's numbers from those of its knots, linear between them.
+// A row of a group from its knots, linear between them.
 inline void mix_group(const std::array<float, 4>& at, float* __restrict group) {
   static constexpr std::array kWays = {way_on(0), way_on(1), way_on(2)};
   // Unrolled before it becomes a vector, its weights would be worked with one by one.
@@ -100,41 +100,74 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLay
 
 }  // namespace
 
-SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) : count_(count) {
+SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm)
+    : rows_(rows), count_(count) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float smooth_mm = kSmoothTexels * texel_mm;
-  alignas(64) std::array<std::uint8_t, kSpan>
-      runs_on;  // to the next pixel; not where either is +inf
-  for (int i = 0; i + 1 < count; ++i)
-    runs_on[i] = std::abs(depth_mm[i + 1] - depth_mm[i]) <= smooth_mm;
-  for (int first = 0; first < count; first += kGroup) {
-    first_knot_[first / kGroup] = knot_count_;
-    smooth_[first / kGroup] = first + kGroup <= count && all_run_on(&runs_on[first]);
-    if (smooth_[first / kGroup]) {
-      for (const int at : kKnots) knots_[knot_count_++] = first + at;
-      continue;
-    }
-    for (int i = first; i < std::min(first + kGroup, count); ++i) {
-      knots_[knot_count_] = i;
-      knot_count_ += depth_mm[i] < kInfinity;
-    }
+  // To the next pixel, and the next row's; not where either is +inf.
+  alignas(64) std::array<std::array<std::uint8_t, kSpan>, kSpanRows> along;
+  alignas(64) std::array<std::uint8_t, kSpan> down;
+  down.fill(rows == kSpanRows);
+  for (int r = 0; r < rows; ++r) {
+    const auto& own = depth_mm[r];
+    for (int i = 0; i + 1 < count; ++i) along[r][i] = std::abs(own[i + 1] - own[i]) <= smooth_mm;
+    if (r == 0) continue;
+    for (int i = 0; i < count; ++i) down[i] &= std::abs(own[i] - depth_mm[r - 1][i]) <= smooth_mm;
   }
-  first_knot_[groups()] = knot_count_;
+  int knots = 0;
+  const auto add_knots = [&](int first) {
+    for (const int at : kKnots) knots_[knots++] = first + at;
+  };
+  for (int g = 0; g < groups(); ++g) {
+    const int first = g * kGroup;
+    const bool whole = first + kGroup <= count;
+    bool block = whole && all_run_on(&down[first]) && down[first + kGroup - 1];
+    for (int r = 0; r < rows; ++r) {
+      kinds_[g][r] = whole && all_run_on(&along[r][first]) ? Kind::row : Kind::by_pixel;
+      block = block && kinds_[g][r] == Kind::row;
+    }
+    if (block) kinds_[g].fill(Kind::block);
+    for (int r = 0; r < rows; ++r) {
+      first_knot_[g][r] = knots;
+      if (block && r > 0 && r + 1 < rows) continue;
+      if (kinds_[g][r] != Kind::by_pixel) {
+        add_knots(r * kSpan + first);
+        continue;
+      }
+      for (int i = first; i < std::min(first + kGroup, count); ++i) {
+        knots_[knots] = r * kSpan + i;
+        knots += depth_mm[r][i] < kInfinity;
+      }
+    }
+    std::fill(first_knot_[g].begin() + rows, first_knot_[g].end(), knots);
+  }
+  first_knot_[groups()].fill(knots);
 }
 
-void SparseShading::mix(int g, const float* of_knots, float* __restrict group) const {
-  const int first = first_knot_[g];
-  if (smooth_[g]) {
-    const float* const at = of_knots + first;
-    return mix_group({at[0], at[1], at[2], at[3]}, group);
+void SparseShading::mix(int g, int r, const float* of_knots, float* __restrict group) const {
+  const float* const at = of_knots + first_knot_[g][r];
+  switch (kinds_[g][r]) {
+    case Kind::row:
+      return mix_group({at[0], at[1], at[2], at[3]}, group);
+    case Kind::block: {
+      const float* const top = of_knots + first_knot_[g][0];
+      const float* const end = of_knots + first_knot_[g][kSpanRows - 1];
+      const float way = static_cast<float>(r) * (1.0f / (kSpanRows - 1));
+      std::array<float, 4> own;
+      for (int k = 0; k < 4; ++k) own[k] = top[k] + way * (end[k] - top[k]);
+      return mix_group(own, group);
+    }
+    case Kind::by_pixel:
+      std::fill_n(group, kGroup, 0.f);
+      const int last = r + 1 < kSpanRows ? first_knot_[g][r + 1] : first_knot_[g + 1][0];
+      for (int k = first_knot_[g][r]; k < last; ++k)
+        group[knots_[k] - r * kSpan - g * kGroup] = of_knots[k];
   }
-  std::fill_n(group, kGroup, 0.f);
-  for (int k = first; k < first_knot_[g + 1]; ++k) group[knots_[k] - g * kGroup] = of_knots[k];
 }
 
-void SparseShading::mix(const SkinPlanes<3>& of_knots, SkinPlanes<3>& span) const {
+void SparseShading::mix(int r, const SkinPlanes& of_knots, SkinPlanes& row) const {
   for (int c = 0; c < 3; ++c)
-    for (int g = 0; g < groups(); ++g) mix(g, of_knots.of[c], span.of[c] + g * kGroup);
+    for (int g = 0; g < groups(); ++g) mix(g, r, of_knots.of[c], row.of[c] + g * kGroup);
 }
 
 Gloss::Gloss(const Lighting& lighting) {
@@ -160,9 +193,9 @@ Gloss::Gloss(const Lighting& lighting) {
     lamps_.push_back({lamp.toward.cast<float>(), lamp.color.cast<float>()});
 }
 
-void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
-                  SkinPlanes<3>& gloss) const {
-  for (auto& channel : gloss.of) std::fill_n(channel, count, 0.0f);
+void Gloss::shine(const SkinPlanes& normals, const SkinPlanes& toward_eye, int count,
+                  SkinPlanes& gloss) const {
+  for (float* const channel : gloss.planes()) std::fill_n(channel, count, 0.0f);
   // Where the loop's conditions could hide a load, it would not vectorise.
   const float least_cosine = least_cosine_, inverse_range = inverse_range_;
   for (const Lamp& lamp : lamps_) {
@@ -199,169 +232,165 @@ bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& towar
   });
 }
 
-// In plain numbers: Eigen's expressions are fused differently on another processor.
-template <Eigen::Vector4f RelitSkin::Node::*number>
-void RelitSkin::mix(const LatticeTriangles& t, int count, SkinPlanes<3>& planes,
-                    float* fourth) const {
-  constexpr bool own = number == &Node::rest_mm;
-  alignas(16) float rows[kSpan][4];  // four at once, then taken apart
+// In plain numbers: Eigen's expressions are fused differently on another processor. Four of them at
+// once, then taken apart.
+template <Eigen::Vector4f RelitSkin::Node::*... numbers>
+void RelitSkin::mix(const LatticeTriangles& t, int count,
+                    const std::array<SkinPlanes*, sizeof...(numbers)>& planes) const {
+  alignas(16) float rows[sizeof...(numbers)][kMostSkin][4];
   for (unsigned k = 0; k < whole_vectors(count); ++k) {
-    const float a = own ? t.own_along[k] : t.along[k], d = own ? t.own_down[k] : t.down[k];
-    const Vector4f &corner = nodes_[t.corner[k]].*number, &below = nodes_[t.below[k]].*number,
-                   &beside = nodes_[t.beside[k]].*number;
-    std::array<float, 4> sum;  // equal numbers stay what they are
-    for (int c = 0; c < 4; ++c)
-      sum[c] = corner[c] + a * (below[c] - corner[c]) + d * (beside[c] - corner[c]);
-    std::copy(sum.begin(), sum.end(), rows[k]);
+    const Node &corner = nodes_[t.corner[k]], &below = nodes_[t.below[k]],
+               &beside = nodes_[t.beside[k]];
+    const auto put = [&](Vector4f Node::*number, bool own, float* row) {
+      const float a = own ? t.own_along[k] : t.along[k], d = own ? t.own_down[k] : t.down[k];
+      const Vector4f &from = corner.*number, &there = below.*number, &aside = beside.*number;
+      std::array<float, 4> sum;  // equal numbers stay what they are
+      for (int c = 0; c < 4; ++c)
+        sum[c] = from[c] + a * (there[c] - from[c]) + d * (aside[c] - from[c]);
+      std::copy(sum.begin(), sum.end(), row);
+    };
+    int n = 0;
+    (put(numbers, numbers == &Node::rest_mm, rows[n++][k]), ...);
   }
-  const auto take = [&](int c, float* __restrict plane) {
-    for (unsigned k = 0; k < whole_vectors(count); ++k) plane[k] = rows[k][c];
-  };
-  for (int c = 0; c < 3; ++c) take(c, planes.of[c]);
-  if (fourth) take(3, fourth);
+  for (std::size_t n = 0; n < planes.size(); ++n) {
+    auto& __restrict of = planes[n]->of;
+    for (unsigned k = 0; k < whole_vectors(count); ++k)
+      for (int c = 0; c < 4; ++c) of[c][k] = rows[n][k][c];
+  }
 }
 
-int RelitSkin::light(const SkinPixels& knots, const SparseShading& span, const SpanColors& colors,
-                     std::int32_t* film_at) const {
+int RelitSkin::light(const SkinPixels& knots, const SparseShading& span,
+                     std::span<const SpanColors> rows, std::int32_t* film_at) const {
   if (std::all_of(knots.face, knots.face + knots.count, [&](auto f) { return unchanged(f); }))
     return 0;
   LatticeTriangles triangles;
   find_triangles(knots, lattice_, triangles);
-  if (from_scope_) return light_scope(knots, triangles, span, colors, film_at);
-  SkinPlanes<3> gains;
-  mix<&Node::gain>(triangles, knots.count, gains);
-  for (int g = 0; g < span.groups(); ++g) {
-    for (int c = 0; c < 3; ++c) {
-      alignas(64) float gain[kGroup];
-      span.mix(g, gains.of[c], gain);
-      float* const plane = colors.planes[c] + g * kGroup;
-#pragma GCC unroll 1
-      for (int i = 0; i < kGroup; ++i) plane[i] *= gain[i];
-    }
+  if (from_scope_) return light_scope(knots, triangles, span, rows, film_at);
+  SkinPlanes gains, of_knots;
+  mix<&Node::gain, &Node::normal>(triangles, knots.count, {&gains, &of_knots});
+  const bool shines = std::any_of(knots.face, knots.face + knots.count,
+                                  [&](std::uint32_t face) { return shines_[face] != 0; });
+  for (int r = 0; r < span.rows(); ++r) {
+    SkinPlanes gain;
+    span.mix(r, gains, gain);
+    for (int c = 0; c < 3; ++c)
+      for (unsigned i = 0; i < whole_vectors(rows[r].count); ++i)
+        rows[r].planes[c][i] *= gain.of[c][i];
+    if (!shines) continue;
+    SkinPlanes normals;
+    span.mix(r, of_knots, normals);
+    add_gloss(normals, rows[r]);
   }
-  const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
-  if (std::none_of(knots.face, knots.face + knots.count, shines)) return 0;
-  SkinDirections of_knots, normals;
-  mix<&Node::normal>(triangles, knots.count, of_knots);
-  span.mix(of_knots, normals);
-  add_gloss(normals, colors);
   return 0;
 }
 
 namespace {
 
-// Colours by their light, which is mixed from that of the knots.
-void take_light(const SparseShading& span, const ScopeLit& lit, const SpanColors& colors) {
+// A row's colours by their light, which is mixed from that of the knots.
+void take_light(const SparseShading& span, int r, const ScopeLit& lit, const SpanColors& colors) {
   for (int g = 0; g < span.groups(); ++g) {
     alignas(64) float rim[kGroup], sheen[kGroup], times[kGroup];
-    span.mix(g, lit.rim, rim);
-    span.mix(g, lit.sheen, sheen);
+    span.mix(g, r, lit.rim, rim);
+    span.mix(g, r, lit.sheen, sheen);
     const float* const white = colors.white + g * kGroup;
     for (int c = 0; c < 3; ++c) {
-      span.mix(g, lit.times.of[c], times);
+      span.mix(g, r, lit.times.of[c], times);
       float* const plane = colors.planes[c] + g * kGroup;
 #pragma GCC unroll 1
       for (int i = 0; i < kGroup; ++i)
-        plane[i] =
-            plane[i] * times[i] + white[i] * (rim[i] + ScopeShine::kSheen[c] * sheen[i]);
+        plane[i] = plane[i] * times[i] + white[i] * (rim[i] + ScopeShine::kSheen[c] * sheen[i]);
     }
   }
 }
 
 }  // namespace
 
-// Where skin lies at rest is asked for only where film or grain may show: both are bound to it.
 int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
-                           const SparseShading& span, const SpanColors& colors,
+                           const SparseShading& span, std::span<const SpanColors> rows,
                            std::int32_t* film_at) const {
   ScopeSkin skin;
   skin.count = knots.count;
-  skin.row = static_cast<float>(colors.y) + 0.5f;
-  for (unsigned k = 0; k < whole_vectors(knots.count); ++k) {
-    skin.column[k] = static_cast<float>(colors.x0 + knots.at[k]) + 0.5f;
-    skin.depth_mm[k] = colors.depth_mm[knots.at[k]];
-  }
+  for (unsigned k = 0; k < whole_vectors(knots.count); ++k) skin.place(k, knots.at[k], rows);
   const float nearest = Eigen::Map<const Eigen::ArrayXf>(skin.depth_mm, knots.count).minCoeff();
   ScopeLit lit;
-  mix<&Node::gain>(triangles, knots.count, lit.times);
-  mix<&Node::normal>(triangles, knots.count, skin.normals);
+  mix<&Node::gain, &Node::normal, &Node::rest_normal, &Node::rest_mm>(
+      triangles, knots.count, {&lit.times, &skin.normals, &skin.rest_normals, &skin.rest_mm});
   shine_.light(skin, lit);
   const bool grain = shine_.grain().shows(nearest, shine_.view().inverse_pixel);
-  const bool film = std::any_of(lit.film_near, lit.film_near + knots.count, std::identity());
-  if (grain || film) mix<&Node::rest_mm>(triangles, knots.count, skin.rest_mm);
-  if (grain) {
-    SkinDirections rest_mm;
-    span.mix(skin.rest_mm, rest_mm);
-    shine_.grain().add(rest_mm, shine_.view().inverse_pixel, nearest, colors);
+  for (int r = 0; r < span.rows(); ++r) {
+    if (grain) {
+      SkinPlanes rest_mm;
+      span.mix(r, skin.rest_mm, rest_mm);
+      shine_.grain().add(rest_mm, shine_.view().inverse_pixel, nearest, rows[r]);
+    }
+    take_light(span, r, lit, rows[r]);
   }
-  take_light(span, lit, colors);
-  if (!film) return 0;
-  mix<&Node::rest_normal>(triangles, knots.count, skin.rest_normals, skin.bends);
-  return find_film(skin, lit, span, colors, film_at);
+  return find_film(skin, lit, span, rows, film_at);
 }
 
 // Of the groups with a knot that a film may show near, the pixels where it may be lit.
 int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                         const SpanColors& colors, std::int32_t* film_at) const {
+                         std::span<const SpanColors> rows, std::int32_t* film_at) const {
   ScopeSkin skin;
-  skin.row = knots.row;
-  std::array<int, kSpan / kGroup> groups;
+  std::array<int, kMostSkin / kGroup> first_pixel;  // of each sixteen
   for (int g = 0; g < span.groups(); ++g) {
     const std::int32_t* const near = lit.film_near;
     if (std::none_of(near + span.first_knot(g), near + span.first_knot(g + 1), std::identity()))
       continue;
-    groups[skin.count / kGroup] = g;
-    const auto mix = [&](const float* of_knots, float* plane) {
-      span.mix(g, of_knots, plane + skin.count);
-    };
-    mix(knots.column, skin.column), mix(knots.depth_mm, skin.depth_mm);
-    mix(knots.bends, skin.bends);
-    for (int c = 0; c < 3; ++c) {
-      mix(knots.normals.of[c], skin.normals.of[c]);
-      mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
-      mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
+    for (int r = 0; r < span.rows(); ++r) {
+      first_pixel[skin.count / kGroup] = r * kSpan + g * kGroup;
+      const auto mix = [&](const float* of_knots, float* plane) {
+        span.mix(g, r, of_knots, plane + skin.count);
+      };
+      mix(knots.column, skin.column), mix(knots.row, skin.row);
+      mix(knots.depth_mm, skin.depth_mm), mix(knots.rest_normals.of[3], skin.rest_normals.of[3]);
+      for (int c = 0; c < 3; ++c) {
+        mix(knots.normals.of[c], skin.normals.of[c]);
+        mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
+        mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
+      }
+      skin.count += kGroup;
     }
-    skin.count += kGroup;
   }
-  alignas(64) std::int32_t may_be_lit[kSpan];
+  if (skin.count == 0) return 0;
+  alignas(64) std::int32_t may_be_lit[kMostSkin];
   shine_.film().find_lit(shine_.view(), skin, may_be_lit);
   int count = 0;
   for (int i = 0; i < skin.count; ++i) {
-    film_at[count] = groups[i / kGroup] * kGroup + i % kGroup;
-    count += may_be_lit[i] && film_at[count] < colors.count &&
-             colors.depth_mm[film_at[count]] < std::numeric_limits<float>::infinity();
+    if (!may_be_lit[i]) continue;
+    const int pixel = first_pixel[i / kGroup] + i % kGroup;
+    const SpanColors& row = rows[pixel / kSpan];
+    film_at[count] = pixel;
+    count += pixel % kSpan < row.count &&
+             row.depth_mm[pixel % kSpan] < std::numeric_limits<float>::infinity();
   }
   return count;
 }
 
 // By the pixel: drops are narrower than the distance of knots, and knots move over the skin.
-void RelitSkin::add_film(const SkinPixels& pixels, const SpanColors& colors) const {
+void RelitSkin::add_film(const SkinPixels& pixels, std::span<const SpanColors> rows) const {
   LatticeTriangles triangles;
   find_triangles(pixels, lattice_, triangles);
   ScopeSkin skin;
   skin.count = pixels.count;
-  skin.row = static_cast<float>(colors.y) + 0.5f;
-  float more_bent[kSpan];
-  mix<&Node::normal>(triangles, pixels.count, skin.normals, more_bent);
-  mix<&Node::rest_normal>(triangles, pixels.count, skin.rest_normals, skin.bends);
-  mix<&Node::rest_mm>(triangles, pixels.count, skin.rest_mm);
+  mix<&Node::normal, &Node::rest_normal, &Node::rest_mm>(
+      triangles, pixels.count, {&skin.normals, &skin.rest_normals, &skin.rest_mm});
   for (unsigned k = 0; k < whole_vectors(pixels.count); ++k) {
-    skin.column[k] = static_cast<float>(colors.x0 + pixels.at[k]) + 0.5f;
-    skin.depth_mm[k] = colors.depth_mm[pixels.at[k]];
-    skin.bends[k] += more_bent[k];
+    skin.place(k, pixels.at[k], rows);
+    skin.rest_normals.of[3][k] += skin.normals.of[3][k];
   }
-  shine_.film().add(shine_.view(), skin, pixels.at, colors);
+  shine_.film().add(shine_.view(), skin, pixels.at, rows);
 }
 
 // By the pixel: a highlight may be narrower than the distance of knots.
-void RelitSkin::add_gloss(const SkinDirections& normals, const SpanColors& colors) const {
-  SkinDirections toward_eye;
+void RelitSkin::add_gloss(const SkinPlanes& normals, const SpanColors& colors) const {
+  SkinPlanes toward_eye;
   const Vector3f row = ray_origin_ + (static_cast<float>(colors.y) + 0.5f) * ray_down_;
   for (int c = 0; c < 3; ++c) {
     for (int i = 0; i < colors.count; ++i)
       toward_eye.of[c][i] = -(row[c] + (static_cast<float>(colors.x0 + i) + 0.5f) * ray_right_[c]);
   }
-  SkinPlanes<3> gloss;
+  SkinPlanes gloss;
   gloss_.shine(normals, toward_eye, colors.count, gloss);
   for (int c = 0; c < 3; ++c) {
     float* const plane = colors.planes[c];

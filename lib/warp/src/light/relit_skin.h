@@ -29,8 +29,8 @@ class Gloss {
   bool none() const { return lamps_.empty(); }
 
   // Of `count` pixels whose vectors may have any length; RGB. Nothing for a normal that is 0.
-  void shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
-             SkinPlanes<3>& gloss) const;
+  void shine(const SkinPlanes& normals, const SkinPlanes& toward_eye, int count,
+             SkinPlanes& gloss) const;
 
   // Whether it shows on a unit normal, or on one that leans from it by up to kLean.
   bool may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const;
@@ -180,11 +180,11 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights a span by its knots' skin, from the scope without the film: that add_film() adds, of
-  // skin of the very pixels whose numbers are put into film_at. Returns how many they are.
-  int light(const SkinPixels& knots, const SparseShading& span, const SpanColors& colors,
+  // Lights a span's rows by their knots' skin, from the scope without the film: that add_film()
+  // adds, of skin of the very pixels whose numbers are put into film_at. Returns how many they are.
+  int light(const SkinPixels& knots, const SparseShading& span, std::span<const SpanColors> rows,
             std::int32_t* film_at) const;
-  void add_film(const SkinPixels& skin, const SpanColors& colors) const;
+  void add_film(const SkinPixels& skin, std::span<const SpanColors> rows) const;
 
  private:
   // What light asks for at a node, in a line of the cache; of the fourth numbers that of the normal
@@ -199,14 +199,15 @@ class RelitSkin {
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
-  template <Eigen::Vector4f Node::*number>
-  void mix(const LatticeTriangles& triangles, int count, SkinPlanes<3>& planes,
-           float* fourth = nullptr) const;
-  void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
+  template <Eigen::Vector4f Node::*... numbers>
+  void mix(const LatticeTriangles& triangles, int count,
+           const std::array<SkinPlanes*, sizeof...(numbers)>& planes) const;
+  void add_gloss(const SkinPlanes& normals, const SpanColors& colors) const;
   int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
-                  const SparseShading& span, const SpanColors& colors, std::int32_t* film_at) const;
+                  const SparseShading& span, std::span<const SpanColors> rows,
+                  std::int32_t* film_at) const;
   int find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                const SpanColors& colors, std::int32_t* film_at) const;
+                std::span<const SpanColors> rows, std::int32_t* film_at) const;
   void place_rest_nodes();
 
   BaseLayer lattice_;  // heights alone

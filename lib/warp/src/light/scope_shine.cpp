@@ -21,13 +21,15 @@ struct GrainPlaces {
   alignas(64) float value[SkinGrain::kOctaves][kSpan];
 };
 
-ORGANBAKE_MULTIVERSION void find_grain(const SkinVectors& p, float per_mm, int count,
-                                       std::int32_t* __restrict at) {
+ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int octave, float per_mm,
+                                       int count, std::int32_t* __restrict at) {
   constexpr std::int32_t kMask = GrainTable::kSide - 1;
   constexpr int kBits = GrainTable::kBits;
   const auto whole = [](float v) { return static_cast<std::int32_t>(std::floor(v)) & kMask; };
+  const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3]; };
+  const float *const of_x = axis(0), *const of_y = axis(1), *const of_z = axis(2);
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    const float x = per_mm * p.x[i], y = per_mm * p.y[i], z = per_mm * p.z[i];
+    const float x = per_mm * of_x[i], y = per_mm * of_y[i], z = per_mm * of_z[i];
     at[i] =
         whole(x + 0.31f * y) << (2 * kBits) | whole(y + 0.27f * z) << kBits | whole(z - 0.29f * x);
   }
@@ -62,14 +64,11 @@ bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
   return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
-void SkinGrain::add(const SkinDirections& rest_mm, float inverse_pixel, float nearest_mm,
+void SkinGrain::add(const SkinPlanes& rest_mm, float inverse_pixel, float nearest_mm,
                     const SpanColors& colors) const {
   const std::int8_t* const table = GrainTable::shared().data();
   GrainPlaces grain;
-  const SkinVectors place(rest_mm);
-  const SkinVectors other = place.turned(), third = other.turned();
   float per_mm = GrainTable::kPerGrain / grain_mm_;
-  const std::array<const SkinVectors*, kOctaves> places = {&place, &other, &third};
   const float grain_px = inverse_pixel * grain_mm_;
   float most_px = grain_px / nearest_mm;
   for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep, most_px *= kOctaveStep) {
@@ -78,7 +77,7 @@ void SkinGrain::add(const SkinDirections& rest_mm, float inverse_pixel, float ne
       std::fill_n(grain.value[k], kSpan, 0.f);
       continue;
     }
-    find_grain(*places[k], per_mm, colors.count, grain.at[k]);
+    find_grain(rest_mm, k, per_mm, colors.count, grain.at[k]);
     for (unsigned i = 0; i < whole_vectors(colors.count); ++i)
       grain.value[k][i] = table[grain.at[k][i]];
   }
@@ -139,7 +138,7 @@ ORGANBAKE_MULTIVERSION void light_skin(const ScopeSkin& __restrict skin, const S
   const ShineLobe wide = sheen[0], wider = sheen[1];
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
-    const ScopeRay ray = scope_ray(view, skin.column[i], skin.row, skin.depth_mm[i]);
+    const ScopeRay ray = scope_ray(view, skin.column[i], skin.row[i], skin.depth_mm[i]);
     const auto& [lx, ly, lz] = ray.light;
     const auto& [ex, ey, ez] = ray.eye;
     const auto& [hx, hy, hz] = ray.half_way;

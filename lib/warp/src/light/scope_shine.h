@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "light/skin_light.h"
@@ -44,7 +45,7 @@ class SkinGrain {
   bool shows(float depth_mm, float inverse_pixel) const;
   // Multiplies colours by it, where the skin lies at rest_mm; of it nothing is nearer than
   // nearest_mm.
-  void add(const SkinDirections& rest_mm, float inverse_pixel, float nearest_mm,
+  void add(const SkinPlanes& rest_mm, float inverse_pixel, float nearest_mm,
            const SpanColors& colors) const;
 
   static constexpr int kOctaves = 3;
@@ -85,9 +86,9 @@ class WetFilm {
   const FilmReach& reach() const { return reach_; }
   // Where skin that is mixed from knots may be lit: lit[i] of each of its places, 1 or 0.
   void find_lit(const ScopeView& view, const ScopeSkin& skin, std::int32_t* lit) const;
-  // Adds what skin mirrors to the colours of the pixels at[…] that show it.
+  // Adds what skin mirrors to the colours of the pixels at[…] of a span's rows that show it.
   void add(const ScopeView& view, const ScopeSkin& skin, const std::int32_t* at,
-           const SpanColors& colors) const;
+           std::span<const SpanColors> rows) const;
 
   void describe(ScopeShading& shading) const;
   static std::vector<ShaderConstant> constants();
@@ -118,7 +119,7 @@ class WetFilm {
   static constexpr double kBreaks = 0.06;   // slope of the relief from which on the film is drops
   // A whole film fades out over this share of what 1 − cosine it may show up to.
   static constexpr float kFade = 0.3f, kNoFade = 1e6f;
-  static constexpr double kBesideKnots = 0.1;  // rad: more than skin turns from one to the next
+  static constexpr double kBesideKnots = 0.05;  // rad: more than skin turns from one to the next
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {

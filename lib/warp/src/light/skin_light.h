@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 #include "picture/spans.h"
 
@@ -21,12 +22,16 @@ namespace organbake {
   return squared > 0 ? Eigen::Vector3f(v / std::sqrt(squared)) : v;
 }
 
-// Pixels of a span whose light is worked out, and the place on the proxy whose skin each shows.
+// So many pixels are lit together: a span's, of all its rows. Pixel i of row r is r · kSpan + i.
+inline constexpr int kMostSkin = kSpanRows * kSpan;
+
+// Some pixels of a span's rows whose light is worked out, and the place on the proxy whose skin
+// each shows.
 struct SkinPixels {
   int count = 0;
-  alignas(32) std::int32_t at[kSpan];  // of the span
-  alignas(32) std::uint32_t face[kSpan];
-  alignas(32) float b1[kSpan], b2[kSpan];
+  alignas(32) std::int32_t at[kMostSkin];  // pixel of the rows
+  alignas(32) std::uint32_t face[kMostSkin];
+  alignas(32) float b1[kMostSkin], b2[kMostSkin];
 
   void add(int pixel, std::uint32_t on_face, float at_b1, float at_b2) {
     at[count] = pixel;
@@ -36,12 +41,13 @@ struct SkinPixels {
   }
   // To whole vectors, which are looked up: with a place that there is.
   void fill_up() {
-    for (unsigned i = count; i < whole_vectors(count); ++i) at[i] = 0, face[i] = 0, b1[i] = b2[i] = 0;
+    for (unsigned i = count; i < whole_vectors(count); ++i)
+      at[i] = 0, face[i] = 0, b1[i] = b2[i] = 0;
   }
 };
 
-// The colours of a span: `count` pixels of the picture's row y from column x0 on. Gloss is added
-// in parts of `white`. All planes have room for whole vectors (spans.h).
+// The colours of a row of a span: `count` pixels of the picture's row y from column x0 on. Gloss is
+// added in parts of `white`. All planes have room for whole vectors (spans.h).
 struct SpanColors {
   int x0 = 0, y = 0, count = 0;
   std::array<float*, 3> planes;
@@ -49,29 +55,11 @@ struct SpanColors {
   const float* depth_mm = nullptr;  // planar z of what is seen, +inf where there is none
 };
 
-// One plane for each of a pixel's numbers.
-template <int numbers>
+// Four numbers of each pixel, the fourth often unused, one plane for each.
 struct SkinPlanes {
-  alignas(64) float of[numbers][kSpan];
+  alignas(64) float of[4][kMostSkin];
 
-  std::array<float*, numbers> planes() {
-    std::array<float*, numbers> all;
-    for (int c = 0; c < numbers; ++c) all[c] = of[c];
-    return all;
-  }
-};
-using SkinDirections = SkinPlanes<3>;  // x, y, z
-
-// The same, as the loops take them.
-struct SkinVectors {
-  const float *x, *y, *z;
-
-  explicit SkinVectors(const SkinDirections& planes)
-      : x(planes.of[0]), y(planes.of[1]), z(planes.of[2]) {}
-  SkinVectors(const float* of_x, const float* of_y, const float* of_z)
-      : x(of_x), y(of_y), z(of_z) {}
-  // Its axes in another order.
-  SkinVectors turned() const { return {y, z, x}; }
+  std::array<float*, 3> planes() { return {of[0], of[1], of[2]}; }
 };
 
 // A view with the light at the scope, as plain numbers, so that loops over pixels see constants.
@@ -83,24 +71,30 @@ struct ScopeView {
   float inverse_pixel = 1;  // pixels to a mm at depth 1 mm
 };
 
-// Skin at some places of a row, side by side or not, as the light at the scope takes it.
+// Skin at some places of a picture, as the light at the scope takes it: x, y, z.
 struct ScopeSkin {
   int count = 0;
-  float row;                                                 // their centre's, of the picture
-  alignas(64) float column[kSpan];                           // and theirs
-  alignas(64) float depth_mm[kSpan];                         // planar z
-  SkinDirections normals;                                    // now, world, any length
-  SkinDirections rest_normals, rest_mm;                      // where it lies at rest
-  // Of the lattice's normals, rad a mm, the most of any way; of a whole film, as it lies now.
-  alignas(64) float bends[kSpan];
+  alignas(64) float column[kMostSkin], row[kMostSkin];  // their centre's
+  alignas(64) float depth_mm[kMostSkin];                // planar z
+  SkinPlanes normals;                                   // now, world, any length
+  // Where it lies at rest; the normals' fourth: how they bend, rad a mm, the most of any way; of a
+  // whole film, as it lies now.
+  SkinPlanes rest_normals, rest_mm;
+
+  void place(int k, int pixel, std::span<const SpanColors> rows) {
+    const SpanColors& own = rows[pixel / kSpan];
+    column[k] = static_cast<float>(own.x0 + pixel % kSpan) + 0.5f;
+    row[k] = static_cast<float>(own.y) + 0.5f;
+    depth_mm[k] = own.depth_mm[pixel % kSpan];
+  }
 };
 
 // What the light at the scope makes of skin that is `white` where all of it counts: colours times
 // `times`, and `rim` and ScopeShine::kSheen `sheen` of the white.
 struct ScopeLit {
-  SkinPlanes<3> times;
-  alignas(64) float rim[kSpan], sheen[kSpan];
-  alignas(64) std::int32_t film_near[kSpan];  // 1 where a film may show there or beside it
+  SkinPlanes times;
+  alignas(64) float rim[kMostSkin], sheen[kMostSkin];
+  alignas(64) std::int32_t film_near[kMostSkin];  // 1 where a film may show there or beside it
 };
 
 // A lobe of mirrored light: how bright in its middle, and how wide.
@@ -148,39 +142,41 @@ struct ScopeRay {
   return at;
 }
 
-// What light depends on changes slowly over skin that runs on: of each sixteen pixels of a row it
-// is worked out for four, and mixed between them; for every pixel where the skin breaks off or
-// falls away steeply. Groups lie at multiples of sixteen of the picture's columns, so that a
-// pixel's light does not depend on which part of the picture is drawn.
+// What light depends on changes slowly over skin that runs on: of four rows of sixteen pixels it is
+// worked out for eight, four of the first and four of the last, and mixed between them; for four of
+// a row that runs on alone; for every pixel where the skin breaks off or falls away steeply. Groups
+// lie at multiples of sixteen of the picture's columns, and of four of its rows, so that a pixel's
+// light does not depend on which part of the picture is drawn.
 class SparseShading {
  public:
   static constexpr int kGroup = 16;
+  using Rows = float[kSpanRows][kSpan];
 
   // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
-  // of kGroup. texel_mm: of the cameras, on the surface.
-  SparseShading(const float* depth_mm, int count, float texel_mm);
+  // of kGroup, its first row one of kSpanRows. texel_mm: of the cameras, on the surface.
+  SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm);
 
-  // The pixels that are asked for, by their place in the span, ascending.
-  int knot_count() const { return knot_count_; }
+  // The pixels that are asked for, by group.
+  int knot_count() const { return first_knot_[groups()][0]; }
   int knot(int k) const { return knots_[k]; }
 
-  int count() const { return count_; }  // pixels
-
+  int rows() const { return rows_; }
   int groups() const { return static_cast<int>(whole_vectors(count_)) / kGroup; }
-  int first_knot(int g) const { return first_knot_[g]; }
+  int first_knot(int g) const { return first_knot_[g][0]; }
 
-  // Group g's numbers from those of the span's knots: as they are, linear between them, 0 where
-  // nothing is to be lit. Equal numbers stay what they are.
-  void mix(int g, const float* of_knots, float* __restrict group) const;
-  // All groups'.
-  void mix(const SkinPlanes<3>& of_knots, SkinPlanes<3>& span) const;
+  // The numbers of group g's row r from those of the span's knots: as they are, linear between
+  // them, 0 where nothing is to be lit. Equal numbers stay what they are.
+  void mix(int g, int r, const float* of_knots, float* __restrict group) const;
+  // Three of each pixel of all groups.
+  void mix(int r, const SkinPlanes& of_knots, SkinPlanes& row) const;
 
  private:
-  int count_;
-  std::array<bool, kSpan / kGroup> smooth_{};
-  int knot_count_ = 0;
-  std::array<std::int32_t, kSpan> knots_;
-  std::array<std::int32_t, kSpan / kGroup + 1> first_knot_{};
+  enum class Kind : std::uint8_t { by_pixel, row, block };
+
+  int rows_, count_;
+  std::array<std::array<Kind, kSpanRows>, kSpan / kGroup> kinds_;
+  std::array<std::int32_t, kMostSkin> knots_;
+  std::array<std::array<std::int32_t, kSpanRows>, kSpan / kGroup + 1> first_knot_;
 };
 
 }  // namespace organbake

@@ -291,16 +291,15 @@ struct FilmPoint {
                                                    const Wave* hills, const FilmReach& reach,
                                                    unsigned i) {
   const float depth = skin.depth_mm[i];
-  const ScopeRay ray = scope_ray(view, skin.column[i], skin.row, depth);
-  const auto& [nx, ny, nz] = skin.normals.of;
-  const auto& [mx, my, mz] = skin.rest_normals.of;
+  const ScopeRay ray = scope_ray(view, skin.column[i], skin.row[i], depth);
+  const auto& [nx, ny, nz, more_bent] = skin.normals.of;
+  const auto& [mx, my, mz, bend] = skin.rest_normals.of;
   const auto& [lx, ly, lz] = ray.light;
   const auto& [ex, ey, ez] = ray.eye;
   const auto& [hx, hy, hz] = ray.half_way;
   const float unit = 1 / std::sqrt(mx[i] * mx[i] + my[i] * my[i] + mz[i] * mz[i] + 1e-20f);
-  FilmPoint at = {
-      {unit * mx[i], unit * my[i], unit * mz[i]},
-      {skin.rest_mm.of[0][i], skin.rest_mm.of[1][i], skin.rest_mm.of[2][i]}};
+  FilmPoint at = {{unit * mx[i], unit * my[i], unit * mz[i]},
+                  {skin.rest_mm.of[0][i], skin.rest_mm.of[1][i], skin.rest_mm.of[2][i]}};
   const float of_normal = 1 / std::sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i] + 1e-20f);
   const float normal[3] = {of_normal * nx[i], of_normal * ny[i], of_normal * nz[i]};
   const float near = normal[0] * hx + normal[1] * hy + normal[2] * hz;
@@ -340,7 +339,8 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
 // A place's own numbers may differ from the skin's by as much as knots may be off.
 ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
                                            const WetFilm::Drops& drops, const Wave* hills,
-                                           const FilmReach& of_reach, std::int32_t* __restrict lit) {
+                                           const FilmReach& of_reach,
+                                           std::int32_t* __restrict lit) {
   constexpr float kOff = 0.02f;
   const ScopeView view = of_view;
   const FilmReach reach = of_reach;
@@ -348,7 +348,8 @@ ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const Scope
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
     const FilmPoint at = film_point(view, skin, hills, reach, i);
-    const float wet = wetness(at.hill.wet + kOff).value - WetFilm::kCrease * skin.bends[i];
+    const float wet =
+        wetness(at.hill.wet + kOff).value - WetFilm::kCrease * skin.rest_normals.of[3][i];
     lit[i] = (at.lacks.squared < farthest2) & (wet > -1 - kOff);
   }
 }
@@ -367,7 +368,7 @@ ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView& of_view, const ScopeSki
     for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
       const FilmPoint at = film_point(view, skin, hills, reach, i);
       mirrored[i] = at.shows * WetFilm::kBlown * at_most_1(at.share * film.strength) *
-                    covered_by_drops(drops, at, skin.depth_mm[i], skin.bends[i]);
+                    covered_by_drops(drops, at, skin.depth_mm[i], skin.rest_normals.of[3][i]);
     }
     return;
   }
@@ -375,7 +376,7 @@ ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView& of_view, const ScopeSki
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
     const FilmPoint at = film_point(view, skin, hills, reach, i);
     // Water bridges a crease, and a pixel shows no less than its own size of it.
-    const float bent = skin.bends[i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
+    const float bent = skin.rest_normals.of[3][i] * (1 / at.pixels_per_mm + WetFilm::kBridges_mm);
     mirrored[i] = at.shows * WetFilm::kBlown *
                   light_of_film(film, at.share, at.hill.lost + bent * bent, at.lacks.squared);
   }
@@ -390,14 +391,17 @@ void WetFilm::find_lit(const ScopeView& view, const ScopeSkin& skin, std::int32_
 }
 
 void WetFilm::add(const ScopeView& view, const ScopeSkin& skin, const std::int32_t* at,
-                  const SpanColors& colors) const {
-  alignas(64) float mirrored[kSpan];
+                  std::span<const SpanColors> rows) const {
+  alignas(64) float mirrored[kMostSkin];
   film_pixels(view, skin, drops_, hills_.data(), lobe_, reach_, mirrored);
   // The skin that a pixel shows beside a drop is all that adds to its light: a drop alone is blown.
   const float covers = drops_.inverse_lit2 > 0 ? 1 : 0;
   for (int k = 0; k < skin.count; ++k) {
-    for (float* const plane : colors.planes)
-      plane[at[k]] += mirrored[k] * positive(colors.white[at[k]] - covers * plane[at[k]]);
+    if (!(mirrored[k] > 0)) continue;
+    const SpanColors& row = rows[at[k] / kSpan];
+    const int i = at[k] % kSpan;
+    for (float* const plane : row.planes)
+      plane[i] += mirrored[k] * positive(row.white[i] - covers * plane[i]);
   }
 }
 

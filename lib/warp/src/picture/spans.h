@@ -59,6 +59,8 @@ constexpr unsigned whole_vectors(int count) {
 // those of a tile's whole row don't.
 inline constexpr int kSpan = 128;
 static_assert(kSpan % kLanes == 0);
+// Rows that are lit together: what light depends on is asked for at some of their pixels.
+inline constexpr int kSpanRows = RowSpans::kRows;
 inline constexpr float kFullScale = 255.0f * 255.0f;  // square-root light squared
 
 // A span of a tile's row while it is summed: colour × weight in 0…255², the weight, and the

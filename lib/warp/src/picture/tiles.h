@@ -106,6 +106,9 @@ class TileLists {
 // cheap to keep and enough to pass over what lies outside a silhouette.
 class RowSpans {
  public:
+  static constexpr int kRows = 4;
+  static_assert(TileGrid::kHeight % kRows == 0);
+
   void clear(const PixelBox& tile) {
     tile_ = tile;
     first_.fill(TileGrid::kWidth);
@@ -131,9 +134,6 @@ class RowSpans {
   int last(int row) const { return last_[row / kRows]; }
 
  private:
-  static constexpr int kRows = 4;
-  static_assert(TileGrid::kHeight % kRows == 0);
-
   PixelBox tile_;
   std::array<int, TileGrid::kHeight / kRows> first_, last_;
 };
