@@ -254,12 +254,13 @@ void relight(const TileLayers& tile, Span& span) {
   for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
   skin.fill_up();
   std::array<std::int32_t, kMostSkin> film_at;
-  const int with_film = tile.frame.relit->light(skin, lit, colors, film_at.data());
+  const auto of_rows = std::span(colors).first(span.rows);
+  const int with_film = tile.frame.relit->light(skin, lit, of_rows, film_at.data());
   if (with_film == 0) return;
   skin.count = 0;
   for (int k = 0; k < with_film; ++k) add_skin(film_at[k], skin);
   skin.fill_up();
-  tile.frame.relit->add_film(skin, colors);
+  tile.frame.relit->add_film(skin, of_rows);
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

@@ -30,6 +30,15 @@ struct LatticeTriangles {
 namespace {
 
 constexpr int kGroup = SparseShading::kGroup;
+// visit(plane, white, channel, first) for each row of each plane of group g; first: of its numbers.
+template <class Visit>
+void each_row(int g, std::span<const SpanColors> rows, const Visit& visit) {
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (int c = 0; c < 3; ++c)
+      visit(rows[r].planes[c] + g * kGroup, rows[r].white + g * kGroup, c,
+            static_cast<int>(r) * kGroup);
+}
+
 constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a row of a group that runs on
 
 // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
@@ -45,13 +54,20 @@ constexpr std::array<float, kGroup> way_on(std::size_t k) {
 }
 
 // A row of a group from its knots, linear between them.
-inline void mix_group(const std::array<float, 4>& at, float* __restrict group) {
+inline void mix_row(const float* at, float* __restrict row) {
   static constexpr std::array kWays = {way_on(0), way_on(1), way_on(2)};
+  const float first = at[0], second = at[1] - first, third = at[2] - at[1], last = at[3] - at[2];
   // Unrolled before it becomes a vector, its weights would be worked with one by one.
 #pragma GCC unroll 1
   for (int i = 0; i < kGroup; ++i)
-    group[i] = at[0] + kWays[0][i] * (at[1] - at[0]) + kWays[1][i] * (at[2] - at[1]) +
-               kWays[2][i] * (at[3] - at[2]);
+    row[i] = first + kWays[0][i] * second + kWays[1][i] * third + kWays[2][i] * last;
+}
+
+// A row of a group that lies so far of the way from the first to the last.
+inline void mix_between(const float* __restrict first, const float* __restrict last, float way,
+                        float* __restrict row) {
+#pragma GCC unroll 1
+  for (int i = 0; i < kGroup; ++i) row[i] = first[i] + way * (last[i] - first[i]);
 }
 
 // Whether all pixels of a group run on to the next, the last wherever it goes.
@@ -122,6 +138,7 @@ SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float te
     const int first = g * kGroup;
     const bool whole = first + kGroup <= count;
     bool block = whole && all_run_on(&down[first]) && down[first + kGroup - 1];
+    kinds_[g].fill(Kind::by_pixel);
     for (int r = 0; r < rows; ++r) {
       kinds_[g][r] = whole && all_run_on(&along[r][first]) ? Kind::row : Kind::by_pixel;
       block = block && kinds_[g][r] == Kind::row;
@@ -144,30 +161,28 @@ SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float te
   first_knot_[groups()].fill(knots);
 }
 
-void SparseShading::mix(int g, int r, const float* of_knots, float* __restrict group) const {
-  const float* const at = of_knots + first_knot_[g][r];
-  switch (kinds_[g][r]) {
-    case Kind::row:
-      return mix_group({at[0], at[1], at[2], at[3]}, group);
-    case Kind::block: {
-      const float* const top = of_knots + first_knot_[g][0];
-      const float* const end = of_knots + first_knot_[g][kSpanRows - 1];
+void SparseShading::mix(int g, const float* of_knots, float* __restrict group) const {
+  const auto& first = first_knot_[g];
+  if (kinds_[g][0] == Kind::block) {
+    constexpr int kLast = kPixels - kGroup;
+    mix_row(of_knots + first[0], group);
+    mix_row(of_knots + first[kSpanRows - 1], group + kLast);
+    for (int r = 1; r + 1 < kSpanRows; ++r) {
       const float way = static_cast<float>(r) * (1.0f / (kSpanRows - 1));
-      std::array<float, 4> own;
-      for (int k = 0; k < 4; ++k) own[k] = top[k] + way * (end[k] - top[k]);
-      return mix_group(own, group);
+      mix_between(group, group + kLast, way, group + r * kGroup);
     }
-    case Kind::by_pixel:
-      std::fill_n(group, kGroup, 0.f);
-      const int last = r + 1 < kSpanRows ? first_knot_[g][r + 1] : first_knot_[g + 1][0];
-      for (int k = first_knot_[g][r]; k < last; ++k)
-        group[knots_[k] - r * kSpan - g * kGroup] = of_knots[k];
+    return;
   }
-}
-
-void SparseShading::mix(int r, const SkinPlanes& of_knots, SkinPlanes& row) const {
-  for (int c = 0; c < 3; ++c)
-    for (int g = 0; g < groups(); ++g) mix(g, r, of_knots.of[c], row.of[c] + g * kGroup);
+  for (int r = 0; r < kSpanRows; ++r) {
+    float* const row = group + r * kGroup;
+    if (kinds_[g][r] == Kind::row) {
+      mix_row(of_knots + first[r], row);
+      continue;
+    }
+    std::fill_n(row, kGroup, 0.f);
+    const int last = r + 1 < kSpanRows ? first[r + 1] : first_knot_[g + 1][0];
+    for (int k = first[r]; k < last; ++k) row[knots_[k] % kGroup] = of_knots[k];
+  }
 }
 
 Gloss::Gloss(const Lighting& lighting) {
@@ -266,44 +281,47 @@ int RelitSkin::light(const SkinPixels& knots, const SparseShading& span,
   LatticeTriangles triangles;
   find_triangles(knots, lattice_, triangles);
   if (from_scope_) return light_scope(knots, triangles, span, rows, film_at);
-  SkinPlanes gains, of_knots;
-  mix<&Node::gain, &Node::normal>(triangles, knots.count, {&gains, &of_knots});
+  SkinPlanes gains, normals;
+  mix<&Node::gain, &Node::normal>(triangles, knots.count, {&gains, &normals});
   const bool shines = std::any_of(knots.face, knots.face + knots.count,
                                   [&](std::uint32_t face) { return shines_[face] != 0; });
-  for (int r = 0; r < span.rows(); ++r) {
-    SkinPlanes gain;
-    span.mix(r, gains, gain);
-    for (int c = 0; c < 3; ++c)
-      for (unsigned i = 0; i < whole_vectors(rows[r].count); ++i)
-        rows[r].planes[c][i] *= gain.of[c][i];
+  for (int g = 0; g < span.groups(); ++g) {
+    SkinPlanes gain, normal;
+    span.mix(g, gains, gain);
+    each_row(g, rows, [&](float* plane, const float*, int c, int first) {
+      for (int i = 0; i < kGroup; ++i) plane[i] *= gain.of[c][first + i];
+    });
     if (!shines) continue;
-    SkinPlanes normals;
-    span.mix(r, of_knots, normals);
-    add_gloss(normals, rows[r]);
+    span.mix(g, normals, normal);
+    add_gloss(g, normal, rows);
   }
   return 0;
 }
 
-namespace {
-
-// A row's colours by their light, which is mixed from that of the knots.
-void take_light(const SparseShading& span, int r, const ScopeLit& lit, const SpanColors& colors) {
+// Groups' colours by their light, which is mixed from that of the knots.
+void RelitSkin::take_light(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
+                           std::span<const SpanColors> rows) const {
+  const float nearest = Eigen::Map<const Eigen::ArrayXf>(knots.depth_mm, knots.count).minCoeff();
+  const float inverse_pixel = shine_.view().inverse_pixel;
+  const bool grain = shine_.grain().shows(nearest, inverse_pixel);
   for (int g = 0; g < span.groups(); ++g) {
-    alignas(64) float rim[kGroup], sheen[kGroup], times[kGroup];
-    span.mix(g, r, lit.rim, rim);
-    span.mix(g, r, lit.sheen, sheen);
-    const float* const white = colors.white + g * kGroup;
-    for (int c = 0; c < 3; ++c) {
-      span.mix(g, r, lit.times.of[c], times);
-      float* const plane = colors.planes[c] + g * kGroup;
+    SkinPlanes times, rest_mm;
+    alignas(64) float rim[SparseShading::kPixels], sheen[SparseShading::kPixels],
+        depth_mm[SparseShading::kPixels];
+    span.mix(g, lit.times, times);
+    span.mix(g, lit.rim, rim), span.mix(g, lit.sheen, sheen);
+    if (grain) {
+      span.mix(g, knots.rest_mm, rest_mm), span.mix(g, knots.depth_mm, depth_mm);
+      shine_.grain().multiply(rest_mm, depth_mm, nearest, inverse_pixel, times);
+    }
+    each_row(g, rows, [&](float* plane, const float* white, int c, int first) {
 #pragma GCC unroll 1
       for (int i = 0; i < kGroup; ++i)
-        plane[i] = plane[i] * times[i] + white[i] * (rim[i] + ScopeShine::kSheen[c] * sheen[i]);
-    }
+        plane[i] = plane[i] * times.of[c][first + i] +
+                   white[i] * (rim[first + i] + ScopeShine::kSheen[c] * sheen[first + i]);
+    });
   }
 }
-
-}  // namespace
 
 int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
                            const SparseShading& span, std::span<const SpanColors> rows,
@@ -311,20 +329,11 @@ int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& tria
   ScopeSkin skin;
   skin.count = knots.count;
   for (unsigned k = 0; k < whole_vectors(knots.count); ++k) skin.place(k, knots.at[k], rows);
-  const float nearest = Eigen::Map<const Eigen::ArrayXf>(skin.depth_mm, knots.count).minCoeff();
   ScopeLit lit;
   mix<&Node::gain, &Node::normal, &Node::rest_normal, &Node::rest_mm>(
       triangles, knots.count, {&lit.times, &skin.normals, &skin.rest_normals, &skin.rest_mm});
   shine_.light(skin, lit);
-  const bool grain = shine_.grain().shows(nearest, shine_.view().inverse_pixel);
-  for (int r = 0; r < span.rows(); ++r) {
-    if (grain) {
-      SkinPlanes rest_mm;
-      span.mix(r, skin.rest_mm, rest_mm);
-      shine_.grain().add(rest_mm, shine_.view().inverse_pixel, nearest, rows[r]);
-    }
-    take_light(span, r, lit, rows[r]);
-  }
+  take_light(skin, lit, span, rows);
   return find_film(skin, lit, span, rows, film_at);
 }
 
@@ -332,37 +341,35 @@ int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& tria
 int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
                          std::span<const SpanColors> rows, std::int32_t* film_at) const {
   ScopeSkin skin;
-  std::array<int, kMostSkin / kGroup> first_pixel;  // of each sixteen
+  std::array<int, kSpan / kGroup> groups;
   for (int g = 0; g < span.groups(); ++g) {
     const std::int32_t* const near = lit.film_near;
     if (std::none_of(near + span.first_knot(g), near + span.first_knot(g + 1), std::identity()))
       continue;
-    for (int r = 0; r < span.rows(); ++r) {
-      first_pixel[skin.count / kGroup] = r * kSpan + g * kGroup;
-      const auto mix = [&](const float* of_knots, float* plane) {
-        span.mix(g, r, of_knots, plane + skin.count);
-      };
-      mix(knots.column, skin.column), mix(knots.row, skin.row);
-      mix(knots.depth_mm, skin.depth_mm), mix(knots.rest_normals.of[3], skin.rest_normals.of[3]);
-      for (int c = 0; c < 3; ++c) {
-        mix(knots.normals.of[c], skin.normals.of[c]);
-        mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
-        mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
-      }
-      skin.count += kGroup;
+    groups[skin.count / SparseShading::kPixels] = g;
+    const auto mix = [&](const float* of_knots, float* plane) {
+      span.mix(g, of_knots, plane + skin.count);
+    };
+    mix(knots.column, skin.column), mix(knots.row, skin.row);
+    mix(knots.depth_mm, skin.depth_mm), mix(knots.rest_normals.of[3], skin.rest_normals.of[3]);
+    for (int c = 0; c < 3; ++c) {
+      mix(knots.normals.of[c], skin.normals.of[c]);
+      mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
+      mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
     }
+    skin.count += SparseShading::kPixels;
   }
   if (skin.count == 0) return 0;
   alignas(64) std::int32_t may_be_lit[kMostSkin];
   shine_.film().find_lit(shine_.view(), skin, may_be_lit);
   int count = 0;
-  for (int i = 0; i < skin.count; ++i) {
-    if (!may_be_lit[i]) continue;
-    const int pixel = first_pixel[i / kGroup] + i % kGroup;
-    const SpanColors& row = rows[pixel / kSpan];
-    film_at[count] = pixel;
-    count += pixel % kSpan < row.count &&
-             row.depth_mm[pixel % kSpan] < std::numeric_limits<float>::infinity();
+  for (int k = 0; k < skin.count; ++k) {
+    if (!may_be_lit[k]) continue;
+    const int r = k % SparseShading::kPixels / kGroup;
+    const int i = groups[k / SparseShading::kPixels] * kGroup + k % kGroup;
+    film_at[count] = r * kSpan + i;
+    count += r < span.rows() && i < rows[r].count &&
+             rows[r].depth_mm[i] < std::numeric_limits<float>::infinity();
   }
   return count;
 }
@@ -383,19 +390,19 @@ void RelitSkin::add_film(const SkinPixels& pixels, std::span<const SpanColors> r
 }
 
 // By the pixel: a highlight may be narrower than the distance of knots.
-void RelitSkin::add_gloss(const SkinPlanes& normals, const SpanColors& colors) const {
-  SkinPlanes toward_eye;
-  const Vector3f row = ray_origin_ + (static_cast<float>(colors.y) + 0.5f) * ray_down_;
-  for (int c = 0; c < 3; ++c) {
-    for (int i = 0; i < colors.count; ++i)
-      toward_eye.of[c][i] = -(row[c] + (static_cast<float>(colors.x0 + i) + 0.5f) * ray_right_[c]);
+void RelitSkin::add_gloss(int g, const SkinPlanes& normals,
+                          std::span<const SpanColors> rows) const {
+  SkinPlanes toward_eye, gloss;
+  for (int k = 0; k < SparseShading::kPixels; ++k) {
+    const float column = static_cast<float>(rows[0].x0 + g * kGroup + k % kGroup) + 0.5f;
+    const float row = static_cast<float>(rows[0].y + k / kGroup) + 0.5f;
+    for (int c = 0; c < 3; ++c)
+      toward_eye.of[c][k] = -(ray_origin_[c] + row * ray_down_[c] + column * ray_right_[c]);
   }
-  SkinPlanes gloss;
-  gloss_.shine(normals, toward_eye, colors.count, gloss);
-  for (int c = 0; c < 3; ++c) {
-    float* const plane = colors.planes[c];
-    for (int i = 0; i < colors.count; ++i) plane[i] += colors.white[i] * gloss.of[c][i];
-  }
+  gloss_.shine(normals, toward_eye, SparseShading::kPixels, gloss);
+  each_row(g, rows, [&](float* plane, const float* white, int c, int first) {
+    for (int i = 0; i < kGroup; ++i) plane[i] += white[i] * gloss.of[c][first + i];
+  });
 }
 
 }  // namespace organbake

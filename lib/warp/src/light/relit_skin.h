@@ -202,7 +202,9 @@ class RelitSkin {
   template <Eigen::Vector4f Node::*... numbers>
   void mix(const LatticeTriangles& triangles, int count,
            const std::array<SkinPlanes*, sizeof...(numbers)>& planes) const;
-  void add_gloss(const SkinPlanes& normals, const SpanColors& colors) const;
+  void add_gloss(int g, const SkinPlanes& normals, std::span<const SpanColors> rows) const;
+  void take_light(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
+                  std::span<const SpanColors> rows) const;
   int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
                   const SparseShading& span, std::span<const SpanColors> rows,
                   std::int32_t* film_at) const;

@@ -14,21 +14,23 @@ namespace {
 
 constexpr float kTone = 0.65f;  // of a share, the largest octave's deviation
 
+constexpr int kPixels = SparseShading::kPixels;
+
 // Where octave k of the grain looks a pixel up. Each octave has its axes in another order, a
 // little askew, so that no two repeat together.
 struct GrainPlaces {
-  alignas(64) std::int32_t at[SkinGrain::kOctaves][kSpan];
-  alignas(64) float value[SkinGrain::kOctaves][kSpan];
+  alignas(64) std::int32_t at[SkinGrain::kOctaves][kPixels];
+  alignas(64) float value[SkinGrain::kOctaves][kPixels];
 };
 
 ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int octave, float per_mm,
-                                       int count, std::int32_t* __restrict at) {
+                                       std::int32_t* __restrict at) {
   constexpr std::int32_t kMask = GrainTable::kSide - 1;
   constexpr int kBits = GrainTable::kBits;
   const auto whole = [](float v) { return static_cast<std::int32_t>(std::floor(v)) & kMask; };
   const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3]; };
   const float *const of_x = axis(0), *const of_y = axis(1), *const of_z = axis(2);
-  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+  for (int i = 0; i < kPixels; ++i) {
     const float x = per_mm * of_x[i], y = per_mm * of_y[i], z = per_mm * of_z[i];
     at[i] =
         whole(x + 0.31f * y) << (2 * kBits) | whole(y + 0.27f * z) << kBits | whole(z - 0.29f * x);
@@ -37,11 +39,11 @@ ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int octave, 
 
 ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const float* depths,
                                               float grain_px, const std::array<float, 3>& shares,
-                                              int count, const std::array<float*, 3>& planes) {
-  float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
+                                              SkinPlanes& __restrict colors) {
   constexpr float kPart = kTone / GrainTable::kDeviation, kLeast = 0.15f;
+  const float share_r = shares[0], share_g = shares[1], share_b = shares[2];
   ORGANBAKE_INDEPENDENT
-  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+  for (int i = 0; i < kPixels; ++i) {
     const float px = grain_px / depths[i];
     const float a = resolved(px) * grain.value[0][i];
     const float b = resolved(px * SkinGrain::kOctaveStep) * grain.value[1][i];
@@ -52,9 +54,9 @@ ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const fl
       const float by = 1 + share * (tone + of_hue * hue);
       return by > kLeast ? by : kLeast;
     };
-    red[i] *= times(shares[0], -0.5f);
-    green[i] *= times(shares[1], 0.3f);
-    blue[i] *= times(shares[2], 0.6f);
+    colors.of[0][i] *= times(share_r, -0.5f);
+    colors.of[1][i] *= times(share_g, 0.3f);
+    colors.of[2][i] *= times(share_b, 0.6f);
   }
 }
 
@@ -64,24 +66,23 @@ bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
   return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
-void SkinGrain::add(const SkinPlanes& rest_mm, float inverse_pixel, float nearest_mm,
-                    const SpanColors& colors) const {
+void SkinGrain::multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
+                         float inverse_pixel, SkinPlanes& colors) const {
   const std::int8_t* const table = GrainTable::shared().data();
   GrainPlaces grain;
   float per_mm = GrainTable::kPerGrain / grain_mm_;
   const float grain_px = inverse_pixel * grain_mm_;
   float most_px = grain_px / nearest_mm;
   for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep, most_px *= kOctaveStep) {
-    // What no pixel of the span shows needs not be looked up.
+    // What no pixel shows needs not be looked up.
     if (resolved(most_px) <= 0) {
-      std::fill_n(grain.value[k], kSpan, 0.f);
+      std::fill_n(grain.value[k], kPixels, 0.f);
       continue;
     }
-    find_grain(rest_mm, k, per_mm, colors.count, grain.at[k]);
-    for (unsigned i = 0; i < whole_vectors(colors.count); ++i)
-      grain.value[k][i] = table[grain.at[k][i]];
+    find_grain(rest_mm, k, per_mm, grain.at[k]);
+    for (int i = 0; i < kPixels; ++i) grain.value[k][i] = table[grain.at[k][i]];
   }
-  multiply_by_grain(grain, colors.depth_mm, grain_px, shares_, colors.count, colors.planes);
+  multiply_by_grain(grain, depth_mm, grain_px, shares_, colors);
 }
 
 namespace {

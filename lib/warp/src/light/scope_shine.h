@@ -43,10 +43,10 @@ class SkinGrain {
   // Whether any shows on skin at that depth, however little: a pixel must not depend on those that
   // are lit with it. inverse_pixel: pixels to a mm at depth 1 mm.
   bool shows(float depth_mm, float inverse_pixel) const;
-  // Multiplies colours by it, where the skin lies at rest_mm; of it nothing is nearer than
-  // nearest_mm.
-  void add(const SkinPlanes& rest_mm, float inverse_pixel, float nearest_mm,
-           const SpanColors& colors) const;
+  // Multiplies a group's colours by it, where its skin lies at rest_mm; of it nothing is nearer
+  // than nearest_mm.
+  void multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
+                float inverse_pixel, SkinPlanes& colors) const;
 
   static constexpr int kOctaves = 3;
   static constexpr float kOctaveStep = 0.47f;

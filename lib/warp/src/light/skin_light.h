@@ -149,7 +149,7 @@ struct ScopeRay {
 // light does not depend on which part of the picture is drawn.
 class SparseShading {
  public:
-  static constexpr int kGroup = 16;
+  static constexpr int kGroup = 16, kPixels = kSpanRows * kGroup;
   using Rows = float[kSpanRows][kSpan];
 
   // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
@@ -164,11 +164,13 @@ class SparseShading {
   int groups() const { return static_cast<int>(whole_vectors(count_)) / kGroup; }
   int first_knot(int g) const { return first_knot_[g][0]; }
 
-  // The numbers of group g's row r from those of the span's knots: as they are, linear between
-  // them, 0 where nothing is to be lit. Equal numbers stay what they are.
-  void mix(int g, int r, const float* of_knots, float* __restrict group) const;
-  // Three of each pixel of all groups.
-  void mix(int r, const SkinPlanes& of_knots, SkinPlanes& row) const;
+  // The numbers of group g, kSpanRows rows of kGroup, from those of the span's knots: as they are,
+  // linear between them, 0 where nothing is to be lit. Equal numbers stay what they are.
+  void mix(int g, const float* of_knots, float* __restrict group) const;
+  // Three of each pixel.
+  void mix(int g, const SkinPlanes& of_knots, SkinPlanes& group) const {
+    for (int c = 0; c < 3; ++c) mix(g, of_knots.of[c], group.of[c]);
+  }
 
  private:
   enum class Kind : std::uint8_t { by_pixel, row, block };
