@@ -126,15 +126,17 @@ inline float linear_color(float value) {
 // beats scattered loads of bytes.
 void fetch(const LayerSpan& row, const TexelColors* __restrict colors, const Part& part,
            TexelColors* __restrict fetched) {
-  for (std::size_t i = part.first; i < part.first + part.count; ++i)
-    fetched[i] = colors[row.slot[i]];
+#pragma GCC unroll 8
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k)
+    fetched[part.first + k] = colors[row.slot[part.first + k]];
 }
 
 // Sends for what the row below will fetch: a copy that has to wait for its colour keeps all that
 // follow waiting, which this does not.
 void send_for(const std::uint64_t* keys, const Part& part, const TexelColors* colors) {
-  for (std::size_t i = part.first; i < part.first + part.count; ++i)
-    __builtin_prefetch(colors + slot_of(static_cast<std::uint32_t>(keys[i])));
+#pragma GCC unroll 8
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k)
+    __builtin_prefetch(colors + slot_of(static_cast<std::uint32_t>(keys[part.first + k])));
 }
 
 ORGANBAKE_MULTIVERSION void find_nearest(const LayerSpan& __restrict row, const Part& part,
@@ -317,7 +319,9 @@ void sum_row(const TileLayers& tile, int r, Span& span) {
   if (tile.base) {
     std::copy_n(sum.nearest, kSpan, sum.nearest_sample);
     const float* const base_mm = tile.base->depth.data() + tile.base->at(x0, y);
-    for (int i = 0; i < count; ++i) sum.nearest[i] = std::min(sum.nearest[i], base_mm[i]);
+    using Depths = Eigen::ArrayXf;
+    Eigen::Map<Depths, Eigen::Aligned64> nearest(sum.nearest, count);
+    nearest = nearest.min(Eigen::Map<const Depths>(base_mm, count));
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
   for (int l = 0; l < tile.count; ++l) {
