@@ -269,38 +269,66 @@ TEST(RelitSkin, WithoutAKnownLightItIsRefused) {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kShadingTexel_mm = 0.25f;  // steps of 1 mm are smooth, of 2 mm are not
-// A plane over a span of this depth: number_of tells what it is at the pixels that are asked for.
-template <class NumberOf>
-std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
-                         int* asked = nullptr) {
-  const SparseShading span(depth.data(), static_cast<int>(depth.size()), kShadingTexel_mm);
-  if (asked) *asked = span.knot_count();
-  SkinPlanes<3> knots{}, plane;
-  for (int k = 0; k < span.knot_count(); ++k) knots.of[1][k] = number_of(span.knot(k));
-  span.mix(knots, plane);
-  return {plane.of[1], plane.of[1] + depth.size()};
+struct ShadedRows {
+  SparseShading::Rows depth_mm;
+  int rows, count, asked = 0;
+
+  explicit ShadedRows(int of_rows = kSpanRows, int pixels = kSpan) : rows(of_rows), count(pixels) {
+    for (auto& row : depth_mm) std::fill_n(row, kSpan, 300.f);
+  }
+  // Four rows of a plane: number_of(row, pixel) tells what it is where it is asked for.
+  template <class NumberOf>
+  std::array<std::vector<float>, kSpanRows> mixed(const NumberOf& number_of) {
+    const SparseShading span(depth_mm, rows, count, kShadingTexel_mm);
+    asked = span.knot_count();
+    SkinPlanes knots{};
+    for (int k = 0; k < asked; ++k)
+      knots.of[1][k] = number_of(span.knot(k) / kSpan, span.knot(k) % kSpan);
+    std::array<std::vector<float>, kSpanRows> plane;
+    for (int g = 0; g < span.groups(); ++g) {
+      SkinPlanes group;
+      span.mix(g, knots, group);
+      for (int i = 0; i < SparseShading::kPixels; ++i)
+        plane[i / SparseShading::kGroup].push_back(group.of[1][i]);
+    }
+    return plane;
+  }
+};
+
+TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromEightOfFourRows) {
+  ShadedRows span;
+  const auto number = [](int r, int i) { return 0.5f + 0.25f * float(i) + 0.5f * float(r); };
+  const auto plane = span.mixed(number);
+  EXPECT_EQ(span.asked, kSpan * 8 / SparseShading::kGroup);
+  for (int r = 0; r < kSpanRows; ++r)
+    for (int i = 0; i < kSpan; ++i) EXPECT_NEAR(plane[r][i], number(r, i), 1e-5) << r << ", " << i;
 }
 
-TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromFourOfSixteen) {
-  int asked = 0;
-  const auto number = [](int i) { return 0.5f + 0.25f * static_cast<float>(i); };
-  const auto plane = mixed(std::vector<float>(kSpan, 300), number, &asked);
-  EXPECT_EQ(asked, kSpan * 4 / SparseShading::kGroup);
-  for (int i = 0; i < kSpan; ++i) EXPECT_NEAR(plane[i], number(i), 1e-5) << i;
-}
-
-// Where the skin breaks off or falls away, and in a group that the span's end cuts, every pixel
-// is asked for, however its light jumps.
+// Where a row breaks off, and in a group that the span's end cuts, every pixel is asked for,
+// however its light jumps; rows that run on beside it by four of sixteen.
 TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
-  std::vector<float> depth(70, 300);
-  depth[3] = 302;         // a step in the first group
-  depth[33] = kInfinity;  // a hole in the third
-  const auto number = [](int i) { return static_cast<float>(i % 3); };
-  const auto plane = mixed(depth, number);
-  for (const int i : {0, 1, 2, 3, 4, 5, 14, 15, 16, 21, 26, 31, 32, 34, 46, 47, 64, 65, 69})
-    EXPECT_EQ(plane[i], number(i)) << i;
-  EXPECT_EQ(plane[33], 0) << "not skin";
-  EXPECT_NEAR(plane[18], number(16) + 0.4f * (number(21) - number(16)), 1e-6);
+  ShadedRows span(kSpanRows, 70);
+  span.depth_mm[1][3] = 302;         // a step in the first group
+  span.depth_mm[1][33] = kInfinity;  // a hole in the third
+  const auto number = [](int r, int i) { return static_cast<float>((r + i) % 3); };
+  const auto plane = span.mixed(number);
+  for (const int i : {0, 1, 2, 3, 4, 5, 14, 15, 16, 31, 32, 34, 46, 47, 64, 65, 69})
+    EXPECT_EQ(plane[1][i], i == 16 || i == 31 ? plane[1][i] : number(1, i)) << i;
+  EXPECT_EQ(plane[1][33], 0) << "not skin";
+  EXPECT_NEAR(plane[2][3], number(2, 0) + 0.6f * (number(2, 5) - number(2, 0)), 1e-6);
+  for (const int i : {64, 65, 69}) EXPECT_EQ(plane[3][i], number(3, i)) << i;
+}
+
+// Rows that lie behind one another are not mixed, nor is a picture's last rows' lack of others.
+TEST(SparseShading, RowsApartAreNotMixed) {
+  const auto number = [](int r, int i) { return static_cast<float>(10 * r + i % 2); };
+  ShadedRows apart, few(2);
+  std::fill_n(apart.depth_mm[2], kSpan, 310.f);
+  for (ShadedRows* span : {&apart, &few}) {
+    const auto plane = span->mixed(number);
+    for (int r = 0; r < span->rows; ++r)
+      for (const int i : {0, 5, 10, 15}) EXPECT_EQ(plane[r][i], number(r, i)) << r << ", " << i;
+  }
 }
 
 }  // namespace

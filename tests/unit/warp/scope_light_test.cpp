@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
+#include <numeric>
+
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
 #include "organbake/core/error.h"
@@ -170,7 +172,6 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
   constexpr int kAngles = 16;  // round the eye's direction, by pairs of a normal and its opposite
   ScopeSkin skin{};
   skin.count = 2 * kAngles;
-  skin.row = static_cast<float>(view.camera.intrinsics.cy) + 0.5f;
   ScopeLit lit;
   for (int i = 0; i < skin.count; ++i) {
     const double angle = 0.01 + 1.5 * (i / 2) / kAngles;
@@ -181,6 +182,7 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
       lit.times.of[c][i] = 0.5f;
     }
     skin.column[i] = static_cast<float>(view.camera.intrinsics.cx + i / 2) + 0.5f;
+    skin.row[i] = static_cast<float>(view.camera.intrinsics.cy) + 0.5f;
     skin.depth_mm[i] = 120;
   }
   shine.light(skin, lit);
@@ -194,9 +196,10 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
   std::array<std::int32_t, kSpan> at;
   white.fill(1), std::iota(at.begin(), at.end(), 0);
   for (int c = 0; c < 3; ++c) std::copy_n(skin.normals.of[c], skin.count, skin.rest_normals.of[c]);
-  SkinDirections gloss{};
-  shine.film().add(shine.view(), skin, at.data(),
-                   {0, 0, skin.count, gloss.planes(), white.data(), skin.depth_mm});
+  SkinPlanes gloss{};
+  const std::array row = {
+      SpanColors{0, 0, skin.count, gloss.planes(), white.data(), skin.depth_mm}};
+  shine.film().add(shine.view(), skin, at.data(), row);
   EXPECT_GT(gloss.of[0][0], 0.01f);
   for (int i = 0; i < skin.count; i += 2) EXPECT_EQ(gloss.of[0][i + 1], 0) << i;
 }
