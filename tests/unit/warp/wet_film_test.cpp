@@ -344,7 +344,7 @@ TEST(WetFilm, NormalsEndAtTheirFacesEdge) {
     went_on += std::abs(beyond[1].of[1][i] - edge[1].of[1][i]);
   }
   EXPECT_GT(turned, 1) << "light hardly changes here";
-  EXPECT_GT(went_on, 1) << "the film shows no other place";
+  EXPECT_GT(went_on, 0.1) << "the film shows no other place";
 }
 
 }  // namespace
