@@ -15,7 +15,6 @@
 #include "organbake/core/text.h"
 #include "organbake/core/version.h"
 #include "organbake/pipelines/recipe.h"
-#include "organbake/pipelines/stage.h"
 #include "stop_signal.h"
 
 namespace organbake {

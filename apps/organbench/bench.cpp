@@ -16,10 +16,8 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
-#include <map>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <thread>
 
 #include "organbake/core/files.h"

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <optional>
 #include <set>
 
 #include "comparison/comparison_module.h"
@@ -15,12 +13,6 @@
 #include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
 #include "organbake/player/contact_sheet.h"
-#include "organbake/player/orbit.h"
-#include "organbake/player/play.h"
-#include "organbake/player/player.h"
-#include "organbake/player/script.h"
-#include "organbake/truth/lens_picture.h"
-#include "organbake/truth/truth_recorder.h"
 #include "organbake/warp/paper_warp.h"
 
 namespace organbake {

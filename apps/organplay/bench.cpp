@@ -5,15 +5,12 @@
 #include <array>
 #include <utility>
 
-#include "organbake/bundle/json_fields.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
-#include "organbake/player/play.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {

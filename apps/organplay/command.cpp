@@ -5,14 +5,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/evaluation/comparison_table.h"
 #include "organbake/options/options.h"
-#include "organbake/truth/truth_recorder.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

@@ -2,14 +2,10 @@
 #include "organplay.h"
 
 #include <dlfcn.h>
-#include <filesystem>
-#include <string>
 
 #include "graphics/graphics_module.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/truth/lens_picture.h"
-#include "window/run_window.h"
 
 namespace organbake {
 

@@ -8,20 +8,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/image/png.h"
 #include "organbake/image/video_pipe.h"
-#include "organbake/player/script.h"
-#include "organbake/truth/lens_picture.h"
-#include "organbake/truth/pixel_truth.h"
-#include "organbake/truth/truth_recorder.h"
 
 namespace organbake {
 ShownPicture::ShownPicture(Player& player, std::shared_ptr<const LensPicture> lens,

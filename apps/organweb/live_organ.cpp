@@ -10,7 +10,6 @@
 #include "organbake/core/error.h"
 #include "organbake/graphics/graphics_drawing.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/play.h"
 #include "organbake/player/script.h"
 
 namespace organbake {

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/recipe.h"

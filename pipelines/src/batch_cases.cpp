@@ -10,7 +10,6 @@
 #include <optional>
 #include <set>
 
-#include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/cache.h"

@@ -20,7 +20,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/pipelines/processes.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"

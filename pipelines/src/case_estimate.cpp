@@ -8,10 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
-#include <string>
-#include <vector>
 
-#include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/pipelines/runner.h"
 

@@ -3,9 +3,7 @@
 #include "organbake/pipelines/recipe.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"

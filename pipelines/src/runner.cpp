@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/bake_report.h"
-#include "organbake/pipelines/cache.h"
 #include "organbake/pipelines/documents.h"
 #include "organbake/pipelines/options_json.h"
 

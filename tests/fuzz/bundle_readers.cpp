@@ -10,8 +10,8 @@
 #include "organbake/bundle/stored_maps.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
-#include "organbake/player/play.h"
 #include "organbake/player/player.h"
+#include "organbake/player/script.h"
 #include "support/meshes.h"
 #include "support/organs.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "support/files.h"
 
-#include <cstdint>
-
 #include "organbake/core/text.h"
 
 namespace organbake {

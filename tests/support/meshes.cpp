@@ -8,7 +8,6 @@
 
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/refine.h"
-#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 TriangleMesh tetrahedron_mesh() {

@@ -9,7 +9,6 @@
 #include "measuring/scenes.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
-#include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/refine.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "bench.h"
-#include "organbake/decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"

@@ -7,14 +7,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <vector>
 
 #include "bench.h"
 #include "measuring/programs.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
-#include "organbake/deform/deformer.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/pipelines/processes.h"

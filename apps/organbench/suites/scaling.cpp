@@ -18,7 +18,7 @@
 #include "organbake/phantom/phantom.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 #include "organbake/viewpoints/placement.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 #include "organbake/phantom/known_answers.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 
 namespace organbake {
 namespace {

@@ -8,14 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
-#include <filesystem>
 #include <system_error>
-#include <vector>
 
 #include "organbake/core/error.h"
-#include "organbake/player/panel_layout.h"
 
 namespace organbake {
 namespace {

@@ -15,7 +15,6 @@
 #endif
 #include "organbake/image/png.h"
 #include "organbake/player/orbit.h"
-#include "organbake/truth/lens_picture.h"
 
 namespace organbake {
 namespace {

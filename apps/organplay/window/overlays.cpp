@@ -5,7 +5,6 @@
 #include <imgui.h>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <utility>
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "organbake/raycast/winding.h"
+#include "organbake/raycast/face_queries.h"
 
 namespace organbake {
 namespace py = pybind11;

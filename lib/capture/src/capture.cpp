@@ -13,13 +13,11 @@
 #include <span>
 
 #include "baking.h"
-#include "organbake/capture/traced_surface.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/shell.h"
-#include "organbake/geometry/smooth_skin.h"
 
 namespace organbake {
 namespace {

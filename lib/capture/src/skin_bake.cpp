@@ -22,7 +22,6 @@
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
-#include "organbake/geometry/smooth_skin.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

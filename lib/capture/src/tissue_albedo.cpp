@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/capture/solid_noise.h"
 #include "organbake/core/random.h"
 
 namespace organbake {

@@ -13,7 +13,6 @@
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/raycast/face_queries.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 void check_camera(const PosedCamera& camera) {

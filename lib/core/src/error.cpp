@@ -3,7 +3,6 @@
 // user.
 #include "organbake/core/error.h"
 
-#include <filesystem>
 #include <new>
 
 #include "organbake/core/text.h"

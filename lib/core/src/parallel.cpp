@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 
 namespace organbake {
 namespace {

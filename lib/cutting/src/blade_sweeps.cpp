@@ -6,10 +6,8 @@
 #include "organbake/cutting/blade_sweeps.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 namespace organbake {
 namespace {

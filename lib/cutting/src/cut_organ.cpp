@@ -4,10 +4,7 @@
 #include "organbake/cutting/cut_organ.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
 #include <numeric>
-#include <span>
 #include <utility>
 
 #include "cut_walls.h"

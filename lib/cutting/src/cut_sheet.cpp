@@ -6,10 +6,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 namespace organbake {
 namespace {

@@ -4,16 +4,11 @@
 // be carried from then on.
 #include "organbake/cutting/cut_skin.h"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
-#include <vector>
-
-#include "organbake/cutting/cut_sheet.h"
 
 namespace organbake {
 SkinInside::SkinInside(const TriangleMesh& skin, const MaterialGrid& grid, std::uint32_t first_rank)

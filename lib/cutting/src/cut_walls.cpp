@@ -6,10 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <map>
-#include <optional>
 
 namespace organbake {
 namespace {

@@ -4,7 +4,6 @@
 // The walls of a cut, and what the inside of the tissue looks like.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include "organbake/bundle/json_fields.h"
@@ -15,7 +14,6 @@
 #include "organbake/core/files.h"
 #include "organbake/core/random.h"
 #include "organbake/image/png.h"
-#include "organbake/player/play.h"
 #include "organbake/player/skin_point.h"
 #include "organbake/truth/truth_recorder.h"
 

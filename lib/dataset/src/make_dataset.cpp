@@ -3,10 +3,7 @@
 #include "organbake/dataset/dataset.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "dataset_shard.h"
 #include "organbake/bundle/bundle_reader.h"
@@ -14,8 +11,8 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
-#include "organbake/player/play.h"
 #include "organbake/player/player.h"
+#include "organbake/player/script.h"
 
 namespace organbake {
 namespace {

@@ -16,7 +16,7 @@
 #include <OpenMesh/Tools/Decimater/Observer.hh>
 #include <stdexcept>
 
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "proxies.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "organbake/decimate/decimate.h"
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "proxies.h"
 

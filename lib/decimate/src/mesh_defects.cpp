@@ -2,7 +2,7 @@
 // Faces that meet other faces, by tests of segments against triangles on what CGAL's box
 // intersection finds (Zomorodian & Edelsbrunner 2002); and surfaces made fit for a half-edge
 // structure.
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 
 #include <CGAL/Box_intersection_d/Box_with_info_d.h>
 #include <CGAL/box_intersection_d.h>

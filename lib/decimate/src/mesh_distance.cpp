@@ -5,19 +5,16 @@
 // A piece of a face is bounded from above by what its corners measure and its size, or by a single
 // triangle of the other surface, distance to which is convex; pieces whose bound lies below the
 // best found are never cut. Samples alone would give a lower bound only.
-#include "organbake/decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_measures.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/refine.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {

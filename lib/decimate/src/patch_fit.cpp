@@ -5,7 +5,6 @@
 #include "proxies.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
 #include <limits>
 
 #include "organbake/geometry/refine.h"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "organbake/core/parallel.h"
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "organbake/core/parallel.h"
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 
 namespace organbake {
 namespace {

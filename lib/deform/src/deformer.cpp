@@ -12,7 +12,6 @@
 #include "contact/contact_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/instruments/instrument.h"
 #include "solver/shape_solver.h"
 #include "solver/state_tape.h"
 

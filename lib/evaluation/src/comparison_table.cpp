@@ -13,14 +13,12 @@
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/view_manifold.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/skin_point.h"
 #include "organbake/warp/paper_warp.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

@@ -6,19 +6,16 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
 
-#include "organbake/bundle/bundle.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
 #include "organbake/geometry/refine.h"
-#include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/draw_options.h"
 
 namespace organbake {

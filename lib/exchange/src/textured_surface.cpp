@@ -9,20 +9,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <unordered_map>
-#include <vector>
 
 #include "charts.h"
-#include "organbake/bundle/bundle.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/decimate/decimate.h"
-#include "organbake/decimate/mesh_defects.h"
-#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/image/grow.h"
 #include "organbake/image/srgb.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {

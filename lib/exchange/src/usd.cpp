@@ -4,7 +4,6 @@
 #include "organbake/exchange/exports.h"
 
 #include <numeric>
-#include <vector>
 
 #include "asset_text.h"
 

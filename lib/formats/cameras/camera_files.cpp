@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "cameras/camera_formats.h"
 #include "organbake/bundle/json_fields.h"

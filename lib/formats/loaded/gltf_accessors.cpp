@@ -8,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <type_traits>
 
 #include "organbake/core/error.h"

@@ -12,7 +12,6 @@
 #include <numeric>
 
 #include "organbake/core/error.h"
-#include "organbake/geometry/polygon.h"
 
 namespace organbake {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A depth map with its pose, smoothed as far as its noise asks for, with normals and weights.
-#include "organbake/fusion/depth_view.h"
+#include "organbake/fusion/fuse_views.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -10,7 +10,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/camera.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
 

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"

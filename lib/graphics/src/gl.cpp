@@ -4,11 +4,10 @@
 #include "gl.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
-#include <string>
-#include <utility>
 
 #include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"

@@ -2,17 +2,14 @@
 // Draws organs by OpenGL, and finishes the picture as lib/warp's finishing does.
 #include "organbake/graphics/graphics_drawing.h"
 
-#include <algorithm>
 #include <cstdint>
+#include <algorithm>
 #include <limits>
 
-#include "gl.h"
 #include "organ_passes.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
 #include "organbake/image/difference.h"
-#include "organbake/warp/joint_drawing.h"
-#include "organbake/warp/solids.h"
 
 namespace organbake {
 namespace {
@@ -108,11 +105,6 @@ struct Finishing {
   }
 
   void draw_solids() {
-    const auto box_of = [&](const std::vector<Solid>& all) {
-      PixelBox box;
-      for (const PictureBlock& block : solid_blocks(all, view)) box = united(box, block.box);
-      return box;
-    };
     Rows rows;
     for (const Solid& solid : options.solids) {
       rows.add(pose * solid.from, solid.radius_mm);
@@ -121,8 +113,8 @@ struct Finishing {
                             : Eigen::Vector3d(pose.rotation * solid.pressed_mm));
       rows.add(solid.color.cast<double>());
     }
-    if (scale.relit) pass_tools("shadows", rows, box_of(with_shadows(options.solids)));
-    pass_tools("solids", rows, box_of(options.solids));
+    if (scale.relit) pass_tools("shadows", rows, box_round(with_shadows(options.solids), view));
+    pass_tools("solids", rows, box_round(options.solids, view));
   }
 
   void draw_blood() {

@@ -3,12 +3,7 @@
 #include "organ_passes.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <numeric>
-
-#include "gl.h"
-#include "organbake/warp/organ_source.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

@@ -7,12 +7,10 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "gl.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/view.h"
 #include "organbake/warp/warper.h"

@@ -5,11 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
-#include <utility>
-
-#include "gl.h"
-#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {

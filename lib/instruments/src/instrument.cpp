@@ -4,8 +4,6 @@
 #include "organbake/instruments/instrument.h"
 
 #include <algorithm>
-#include <string>
-#include <variant>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

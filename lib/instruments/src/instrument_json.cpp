@@ -4,7 +4,6 @@
 #include "organbake/instruments/instrument_json.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/union_find.h"

@@ -9,13 +9,10 @@
 
 #include <algorithm>
 #include <deque>
-#include <optional>
-#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/text.h"
-#include "organbake/motion/scene.h"
 #include "two_views.h"
 
 namespace organbake {

@@ -12,7 +12,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <optional>
 #include <utility>
 
 #include "organbake/core/error.h"

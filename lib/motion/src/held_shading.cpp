@@ -6,7 +6,6 @@
 // lamp at the lens is explained. Out: depth with confidence.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 

@@ -11,14 +11,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/parallel.h"
-#include "organbake/core/quantile.h"
 #include "organbake/core/smooth_step.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
-#include "sweep_costs.h"
 #include "view_depths.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 // Costs of depths summed up with what neighbours ask for, along eight directions (semi-global
 // matching, Hirschmüller 2008). In: a cost volume and the picture, whose edges let depth jump. Out:
 // sums, of which the least at each pixel is its depth.
-#include "sweep_costs.h"
+#include "view_depths.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 //
 // How unlike the windows are that neighbours show at each depth of a pixel: 1 − NCC (Lewis 1995) of
 // the best neighbours. In: a reference, neighbours, and the depths to try. Out: a cost volume.
-#include "sweep_costs.h"
+#include "view_depths.h"
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -4,12 +4,8 @@
 #include "formulas.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
-#include "organbake/capture/solid_noise.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

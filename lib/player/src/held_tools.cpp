@@ -4,15 +4,11 @@
 // sees them open. They are built of balls, rods and plates.
 #include "organbake/player/held_tools.h"
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "organbake/instruments/instrument.h"
-#include "organbake/player/script.h"
-#include "organbake/warp/solids.h"
 #include "trocar.h"
 
 namespace organbake {

@@ -3,15 +3,11 @@
 // tools were held: played again, the same solver holds them off in the same way.
 #include "organbake/player/live_session.h"
 
-#include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/orbit.h"
-#include "organbake/player/player.h"
 #include "trocar.h"
 
 namespace organbake {

@@ -7,9 +7,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <string>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plays a script frame by frame: tools and camera of the moment, a step, a picture; and writes the
 // report of times, contacts and forces.
-#include "organbake/player/play.h"
-
-#include <algorithm>
-#include <limits>
+#include "organbake/player/script.h"
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
@@ -12,8 +9,6 @@
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
 #include "organbake/player/held_tools.h"
-#include "organbake/player/orbit.h"
-#include "organbake/player/script.h"
 
 namespace organbake {
 namespace {

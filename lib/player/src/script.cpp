@@ -5,10 +5,6 @@
 #include "organbake/player/script.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <string>
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <utility>
-#include <variant>
 
 #include "organbake/player/live_session.h"
 

@@ -10,7 +10,6 @@
 // any two moments: with D ≥ 4 S, by less than 29°.
 #include "trocar.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -14,7 +14,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/raycast/face_queries.h"
 
 namespace organbake {
 namespace {

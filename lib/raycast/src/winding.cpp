@@ -2,9 +2,8 @@
 // Which way the pieces of a mesh are wound: a closed piece tells by the sign of its volume, and
 // whether it is a body or the wall of a cavity by how many others hold it, which rays from one of
 // its points count.
-#include "organbake/raycast/winding.h"
+#include "organbake/raycast/face_queries.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -7,24 +7,21 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <set>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/core/union_find.h"
-#include "organbake/decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/rigid_transform.h"
-#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/raycast/winding.h"
 #include "repair_steps.h"
 
 namespace organbake {

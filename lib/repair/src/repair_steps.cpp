@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 
 namespace organbake {
 namespace {

@@ -14,9 +14,9 @@
 #include <map>
 #include <unordered_map>
 
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
+#include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/raycast/winding.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "organbake/core/parallel.h"
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {

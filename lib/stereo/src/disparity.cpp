@@ -13,7 +13,6 @@
 #include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/tent_mean.h"
 
 namespace organbake {
 namespace {

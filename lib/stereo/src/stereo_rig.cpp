@@ -11,8 +11,6 @@
 #include "organbake/core/text.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
-#include "organbake/geometry/camera.h"
-#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {

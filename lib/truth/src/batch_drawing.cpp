@@ -13,7 +13,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/one_thread.h"
 #include "organbake/core/parallel.h"
-#include "organbake/truth/pixel_truth.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"

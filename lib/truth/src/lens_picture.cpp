@@ -16,7 +16,6 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

@@ -5,10 +5,7 @@
 #include "organbake/truth/truth_recorder.h"
 
 #include <cmath>
-#include <memory>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/json_fields.h"
@@ -17,9 +14,6 @@
 #include "organbake/core/text.h"
 #include "organbake/image/exr.h"
 #include "organbake/image/png.h"
-#include "organbake/player/play.h"
-#include "organbake/player/player.h"
-#include "organbake/truth/pixel_truth.h"
 #include "skin_tracks.h"
 
 namespace organbake {

@@ -6,11 +6,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
-#include <vector>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"

@@ -7,15 +7,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 namespace {

@@ -3,7 +3,6 @@
 // stretches of a row that lie inside.
 #include "dicom/dicom.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 

@@ -8,19 +8,15 @@
 #include <unistd.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCommand.h>
-#include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
 #include <vtkDICOMUtilities.h>
-#include <vtkNew.h>
 #include <zlib.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <optional>
-#include <string>
 
-#include "dicom/dicom.h"
 #include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

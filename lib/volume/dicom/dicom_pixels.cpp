@@ -10,7 +10,6 @@
 #include <type_traits>
 
 #include "dicom/dicom_document.h"
-#include "files/volume_files.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
-#include "grid/grids.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several organs in one frame, each pixel the nearest one's; and what was drawn last, so that a
 // frame that stays is not drawn again.
-#include "organbake/warp/joint_drawing.h"
+#include "organbake/warp/warper.h"
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <utility>
 
 #include "finishing/post_process.h"
@@ -90,13 +89,13 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
 
 double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options) {
-  ScopeLight scope;
+  std::optional<ScopeLight> scope;
   std::vector<const TriangleMesh*> proxies;
-  for (auto organ = organs.rbegin(); organ != organs.rend(); ++organ)
-    if (const auto& lighting = organ->lighting; lighting && lighting->scope)
-      scope = *lighting->scope;
-  for (const JointDrawing::Organ& organ : organs) proxies.push_back(&organ.proxy_at_rest);
-  return metered_mm(scope, proxies, view, options);
+  for (const JointDrawing::Organ& organ : organs) {
+    if (!scope && organ.lighting) scope = organ.lighting->scope;
+    proxies.push_back(&organ.proxy_at_rest);
+  }
+  return metered_mm(scope.value_or(ScopeLight()), proxies, view, options);
 }
 
 void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& frame) const {

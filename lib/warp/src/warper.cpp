@@ -4,7 +4,6 @@
 // with.
 #include "organbake/warp/warper.h"
 
-#include <array>
 #include <atomic>
 
 #include "drawing/base_drawing.h"
@@ -15,7 +14,6 @@
 #include "light/scope_shine.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
 #include "picture/tiles.h"
 #include "placing/placing.h"

@@ -13,7 +13,6 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/fusion/depth_view.h"
 #include "organbake/fusion/fuse_views.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/mesh_checks.h"

@@ -3,7 +3,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/dataset/dataset.h"
-#include "organbake/decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/pipelines/stage.h"

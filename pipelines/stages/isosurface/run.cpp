@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

@@ -6,8 +6,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/motion/clip_motion.h"
-#include "organbake/motion/feature_tracker.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 #include "stages/shared/clip_source.h"

@@ -6,7 +6,6 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/files.h"
 #include "organbake/formats/camera_files.h"
-#include "organbake/geometry/ply.h"
 #include "organbake/image/png.h"
 #include "stages/motion/motion_clip.h"
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/quantile.h"
@@ -15,9 +14,7 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
 #include "organbake/formats/mesh_files.h"
-#include "organbake/geometry/camera.h"
 #include "organbake/image/exr.h"
-#include "organbake/pipelines/stage.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/shading/prepared_frame.h"
 

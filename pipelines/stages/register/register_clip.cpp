@@ -8,12 +8,10 @@
 #include <map>
 #include <memory>
 
-#include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/image/png.h"
-#include "organbake/registration/register_photo.h"
 #include "organbake/shading/frame_source.h"
 #include "organbake/shading/masks.h"
 #include "stages/shared/clip_source.h"

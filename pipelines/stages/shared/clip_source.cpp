@@ -5,10 +5,8 @@
 #include <tbb/parallel_pipeline.h>
 
 #include <cmath>
-#include <memory>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -16,7 +14,6 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/shading/frame_source.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 

@@ -8,7 +8,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/prepared_frame.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_measures.h"
 
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/decimate/mesh_defects.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/raycast/ray_scene.h"

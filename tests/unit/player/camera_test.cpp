@@ -4,7 +4,7 @@
 #include "organbake/core/error.h"
 #include "organbake/player/embedded_player.h"
 #include "organbake/player/panel_layout.h"
-#include "organbake/player/play.h"
+#include "organbake/player/script.h"
 #include "organs_to_play.h"
 #include "support/testing.h"
 

@@ -6,10 +6,9 @@
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
 #include "organbake/player/contact_sheet.h"
-#include "organbake/player/play.h"
 #include "organbake/player/script.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/warp/solids.h"
+#include "organbake/warp/draw_options.h"
 #include "organs_to_play.h"
 #include "support/testing.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
 #include "support/organs.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/player/play.h"
+#include "organbake/player/script.h"
 
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"

@@ -4,7 +4,6 @@
 #include "organbake/core/random.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/raycast/winding.h"
 #include "support/meshes.h"
 #include "support/testing.h"
 

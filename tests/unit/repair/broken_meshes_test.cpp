@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
 #include "organbake/decimate/decimate.h"
-#include "organbake/decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_measures.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/polygon.h"
 #include "organbake/geometry/triangle_mesh.h"

@@ -7,11 +7,10 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/phantom/known_answers.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/laparoscope.h"
 #include "organbake/shading/prepared_frame.h"
+#include "organbake/shading/shape_from_shading.h"
 #include "support/testing.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 
 #include "known_depth.h"
 #include "organbake/core/error.h"

@@ -4,10 +4,9 @@
 #include "organbake/core/error.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_albedo.h"
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 #include "support/testing.h"
 
 namespace organbake {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/solids.h"
-
 #include "finishing/post_process.h"
+
 #include "organbake/core/random.h"
 #include "support/testing.h"
 

@@ -19,9 +19,6 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
 
 #include "organbake/core/error.h"

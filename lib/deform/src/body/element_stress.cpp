@@ -5,9 +5,6 @@
 #include "body/tissue.h"
 
 #include <Eigen/Dense>
-#include <array>
-
-#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 namespace {

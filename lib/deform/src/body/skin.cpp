@@ -11,7 +11,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "contact/padded_vector.h"
 #include "organbake/geometry/refine.h"
 #include "organbake/geometry/smooth_skin.h"
 

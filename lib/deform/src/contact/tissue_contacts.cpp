@@ -5,7 +5,6 @@
 // tissue_probes.cpp.
 #include "contact/contact.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "contact/contact_search.h"

@@ -6,9 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <span>
-#include <utility>
 
 namespace organbake::deform {
 namespace {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/contact_search.h"
 #include "organbake/core/stopwatch.h"
 
 namespace organbake::deform {

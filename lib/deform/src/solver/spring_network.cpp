@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "body/tissue.h"
-#include "organbake/core/error.h"
 
 namespace organbake::deform {
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <any>
 #include <cstddef>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <type_traits>

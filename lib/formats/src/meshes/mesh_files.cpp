@@ -10,8 +10,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "meshes/mesh_readers.h"
@@ -23,7 +21,7 @@
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/geometry/polygon.h"
-#include "organbake/raycast/winding.h"
+#include "organbake/raycast/face_queries.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

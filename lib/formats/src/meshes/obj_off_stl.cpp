@@ -3,17 +3,12 @@
 // bytes of a file to its triangles, with every fault named by its line.
 #include "meshes/mesh_readers.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/polygon.h"
 
 namespace organbake {
 namespace {

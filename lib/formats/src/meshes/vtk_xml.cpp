@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <map>
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"

@@ -11,7 +11,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/geometry/shell.h"
 #include "organbake/image/srgb.h"
 #include "organbake/warp/rasteriser.h"
 

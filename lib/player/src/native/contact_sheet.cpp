@@ -15,8 +15,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/player/held_tools.h"
-#include "organbake/player/orbit.h"
-#include "organbake/player/skin_point.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <string>
 
 #include "organbake/core/error.h"
 #include "organbake/player/embedded_types.h"

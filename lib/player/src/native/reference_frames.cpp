@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds the frames of a script against the pictures of an earlier run, and fails where the worst of
 // them has too low a PSNR.
-#include "organbake/player/play.h"
+#include "organbake/player/script.h"
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

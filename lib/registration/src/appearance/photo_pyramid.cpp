@@ -4,7 +4,6 @@
 // backgrounds are black, too.
 #include "appearance/prediction.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,7 +12,6 @@
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/dense_solve.h"
 #include "organbake/image/srgb.h"
-#include "organbake/registration/registered_surface.h"
 
 namespace organbake {
 namespace {

@@ -14,7 +14,6 @@
 #include "organbake/image/srgb.h"
 #include "organbake/raycast/face_queries.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 namespace {

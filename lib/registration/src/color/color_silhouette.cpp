@@ -11,7 +11,6 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
-#include "pose/poses.h"
 
 namespace organbake {
 namespace {

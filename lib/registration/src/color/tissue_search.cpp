@@ -7,15 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
-#include "appearance/prediction.h"
-#include "cost_functions/cost_functions.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/core/random.h"
 #include "organbake/geometry/dense_solve.h"
-#include "organbake/registration/registered_surface.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,6 @@
 #include "cost_functions/cost_functions.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "organbake/core/parallel.h"
 

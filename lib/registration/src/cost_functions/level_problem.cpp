@@ -6,7 +6,6 @@
 #include <ceres/ceres.h>
 
 #include <map>
-#include <memory>
 #include <numeric>
 
 namespace organbake {

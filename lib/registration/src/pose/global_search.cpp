@@ -3,9 +3,6 @@
 // level. The runner-up's margin tells how unique the answer is.
 #include "pose/poses.h"
 
-#include <algorithm>
-#include <optional>
-
 #include "organbake/core/parallel.h"
 
 namespace organbake {

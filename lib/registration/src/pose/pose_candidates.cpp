@@ -4,12 +4,9 @@
 // dimensions to search.
 #include "pose/poses.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
-#include "cost_functions/cost_functions.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/quantile.h"
 #include "organbake/geometry/dense_solve.h"

@@ -5,14 +5,11 @@
 // passes.
 #include "pose/poses.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
 
-#include "appearance/prediction.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/dense_solve.h"
 

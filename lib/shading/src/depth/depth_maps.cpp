@@ -5,12 +5,10 @@
 #include "organbake/shading/depth_maps.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

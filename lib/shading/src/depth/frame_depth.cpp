@@ -4,7 +4,7 @@
 // masks. Out: depth, normals, and how far each pixel can be trusted.
 //   The paper's shape from shading (Tsai & Shah 1994) is one linearisation per pixel, without
 // coupling between pixels. It is kept as it is published, but for the step's denominator
-// (distant.h), to compare with.
+// (shape_from_shading.h), to compare with.
 #include "organbake/shading/frame_depth.h"
 
 #include <Eigen/Geometry>
@@ -14,8 +14,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/depth_maps.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/grid_filters.h"
 
 namespace organbake {

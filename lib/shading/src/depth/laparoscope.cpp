@@ -4,17 +4,13 @@
 // start without an initial guess; regularised least squares from coarse to fine then take noise and
 // texture into account, which the solution of the equation cannot. A light beside the lens is a
 // fixed point over both.
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <optional>
-#include <vector>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/grid_filters.h"
 
 namespace organbake {
 namespace {

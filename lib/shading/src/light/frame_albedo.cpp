@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "light/light.h"
 #include "organbake/core/error.h"
@@ -16,7 +15,6 @@
 #include "organbake/shading/depth_maps.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
-#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

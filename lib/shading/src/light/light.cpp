@@ -6,7 +6,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -19,9 +18,8 @@
 #include "organbake/image/srgb.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/depth_maps.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/frame_albedo.h"
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 
 namespace organbake {
 namespace {

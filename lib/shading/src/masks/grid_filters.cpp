@@ -8,11 +8,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
-#include <vector>
 
 #include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/tent_mean.h"
 
 namespace organbake {
 namespace {

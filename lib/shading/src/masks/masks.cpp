@@ -5,9 +5,7 @@
 #include "organbake/shading/masks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
 
 #include "organbake/core/quantile.h"
 #include "organbake/shading/cv_grid.h"

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "organbake/shading/grid_filters.h"
-#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/shape_from_shading.h"
 #include "solvers/first_order_equations.h"
 
 namespace organbake {

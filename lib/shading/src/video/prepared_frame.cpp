@@ -6,17 +6,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <vector>
 
-#include "organbake/core/error.h"
-#include "organbake/geometry/camera.h"
-#include "organbake/image/channel_image.h"
 #include "organbake/image/srgb.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/grid.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
 

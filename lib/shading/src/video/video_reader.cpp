@@ -2,7 +2,6 @@
 // Videos are decoded in a module of their own (lib/shading/video), loaded with the first of them.
 //   Of a clip's frames those that are worth shading are chosen: each n-th, or the sharpest of n,
 // without duplicates. In: a path, or frames. Out: frames in order, one in memory at a time.
-#include <algorithm>
 #include <string>
 #include <utility>
 

@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "dicom/dicom.h"
 #include "files/volume_files.h"

@@ -4,7 +4,6 @@
 // The room of files: bytes, numbers in them, time points, a reader for each format, and what a text
 // chooses among the labels of masks.
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>

@@ -7,8 +7,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <set>
 
 #include "organbake/core/error.h"

@@ -7,7 +7,6 @@
 #include <tbb/parallel_reduce.h>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <type_traits>

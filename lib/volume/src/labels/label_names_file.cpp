@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <span>
-#include <string>
 
 #include "files/volume_files.h"
 #include "organbake/core/error.h"

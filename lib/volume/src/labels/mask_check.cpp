@@ -11,7 +11,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/text.h"
-#include "organbake/volume/volume.h"
 
 namespace organbake {
 namespace {

@@ -6,18 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <set>
-#include <span>
 #include <utility>
-#include <vector>
 
-#include "grid/grids.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/core/text.h"
-#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -3,11 +3,8 @@
 #include "drawing/splat.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
-
-#include "picture/spans.h"
 
 namespace organbake {
 namespace {

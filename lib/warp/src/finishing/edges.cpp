@@ -4,15 +4,11 @@
 #include "finishing/post_process.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <utility>
 
 #include "organbake/core/parallel.h"
-#include "picture/spans.h"
 
 namespace organbake {
 namespace {

@@ -2,19 +2,13 @@
 // Closes the slits and holes that samples leave open between skin. Beside its border skin fades
 // into the background.
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <mutex>
 #include <span>
-#include <vector>
 
 #include "finishing/post_process.h"
-#include "organbake/bundle/lighting.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
-#include "picture/spans.h"
 
 namespace organbake {
 namespace {
@@ -119,7 +113,6 @@ std::size_t fill_slits(CoverMask& bits, Frame& frame, KeptPixels& kept) {
 // narrower than the fade are cut along a smooth curve (level set of a filtered indicator: Merriman,
 // Bence, Osher 1992, "Diffusion generated motion by mean curvature"). In whole numbers, as
 // graphics hardware counts it, too (fade.frag).
-
 void fade_borders(const PixelBox& box, int width_px, const std::array<std::uint8_t, 3>& background,
                   Frame& frame, KeptPixels& kept) {
   if (width_px < 2 || box.empty()) return;

@@ -8,8 +8,6 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
-#include "organbake/warp/draw_options.h"
-#include "picture/tiles.h"
 
 namespace organbake {
 namespace {

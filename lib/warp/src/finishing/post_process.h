@@ -10,10 +10,8 @@
 #include <vector>
 
 #include "organbake/bundle/lighting.h"
-#include "organbake/cutting/bleeding.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/frame.h"
-#include "organbake/warp/solids.h"
-#include "organbake/warp/view.h"
 #include "picture/spans.h"
 #include "picture/tiles.h"
 
@@ -210,12 +208,32 @@ void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deepe
 
 // The pixels that a ball in the camera's frame may touch, by the box round it.
 PixelBox box_round(const Eigen::Vector3d& middle, double radius, const View& view);
+// A block of the picture's pixels, of eight by eight at most, and the numbers of what may be seen
+// in it.
+struct PictureBlock {
+  PixelBox box;
+  std::vector<std::uint32_t> numbers;
+};
+
 // All blocks of the picture that boxes touch; those of one number follow on each other.
 struct NumberedBox {
   std::uint32_t number;
   PixelBox box;
 };
 std::vector<PictureBlock> blocks_of(const std::vector<NumberedBox>& boxes, const View& view);
+
+// All blocks that the solids may touch.
+std::vector<PictureBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
+
+// Draws solids lit from the eye into their blocks of a frame that keeps its depth, hidden where
+// tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. in_cavity: as the light at the
+// scope shows them amid tissue.
+void draw_solids(const std::vector<Solid>& solids, const std::vector<PictureBlock>& blocks,
+                 const View& view, bool in_cavity, Frame& frame);
+// What steel that faces the lamp sends back by the light at the scope, of its colour's square.
+inline constexpr float kSteelLit = 0.4f;
+// Of its own light, what the tissue round about sends to a tool, RGB.
+inline constexpr std::array<float, 3> kTissueMirrored = {0.3f, 0.08f, 0.06f};
 
 // From which on a solid does nothing to skin: most of a shaft.
 inline constexpr double kShadeReach_mm = 8;
@@ -257,9 +275,6 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
 // Over all that is drawn behind it.
 void draw_smoke(const std::vector<SmokePuff>& smoke, const View& view, Frame& frame,
                 KeptPixels& kept);
-
-struct DrawOptions;
-struct DrawReport;
 
 // The last steps of a frame, after its tiles: slits opened and filled, borders that a picture
 // cut faded, tools drawn, the outline smoothed. The next frame of the same view takes it all back,

@@ -2,18 +2,15 @@
 // Draws tools: capsules, spheres and rounded plates, met by rays in closed form, whole vectors of
 // them. Before that the picture is divided into blocks, each with the solids that may lie there, so
 // that a long shaft costs only the blocks beside it.
-#include "organbake/warp/solids.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "finishing/post_process.h"
 #include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
+#include "organbake/warp/organ_source.h"
 
 namespace organbake {
 namespace {
@@ -310,6 +307,12 @@ std::vector<PictureBlock> solid_blocks(const std::vector<Solid>& solids, const V
       boxes.push_back({s, box_round(from + i / pieces * way, radius, view)});
   }
   return blocks_of(boxes, view);
+}
+
+PixelBox box_round(const std::vector<Solid>& solids, const View& view) {
+  PixelBox box;
+  for (const PictureBlock& block : solid_blocks(solids, view)) box = united(box, block.box);
+  return box;
 }
 
 void trace_solids(const std::vector<Solid>& solids, const View& view,

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "organbake/core/parallel.h"
 #include "organbake/core/smooth_step.h"

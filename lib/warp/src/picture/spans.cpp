@@ -2,9 +2,6 @@
 // A span's sums as sRGB bytes, and its depths as levels.
 #include "picture/spans.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "organbake/core/parallel.h"
-#include "organbake/warp/draw_options.h"
 #include "placing/placing.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/vertex_gradients.h"
-#include "organbake/warp/solids.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/view.h"
 #include "picture/tiles.h"
 #include "samples/samples.h"
@@ -179,8 +179,6 @@ class DirtyCells {
   int columns_ = 0;
   std::vector<std::uint8_t> moved_;
 };
-
-struct DrawReport;
 
 // What one camera does in one frame.
 struct ActiveCamera {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "organbake/geometry/camera.h"
-#include "organbake/shading/distant.h"
 #include "organbake/shading/grid.h"
+#include "organbake/shading/shape_from_shading.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {

@@ -8,7 +8,7 @@
 
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
-#include "organbake/warp/solids.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

@@ -11,7 +11,6 @@
 
 #include "organbake/instruments/instrument.h"
 #include "organbake/player/held_tools.h"
-#include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
 #include "organbake/warp/view.h"

@@ -3,7 +3,6 @@
 
 // A viewer on its orbit about an organ, and why it may see nothing: the eye is inside, or too near.
 
-#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
 #include <optional>

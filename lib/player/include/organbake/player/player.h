@@ -13,7 +13,6 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/player/state_reader.h"
-#include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/warper.h"
 

@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "organbake/shading/depth_maps.h"
-#include "organbake/shading/distant.h"
-#include "organbake/shading/laparoscope.h"
 #include "organbake/shading/prepared_frame.h"
+#include "organbake/shading/shape_from_shading.h"
 
 namespace organbake {
 

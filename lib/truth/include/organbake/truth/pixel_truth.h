@@ -15,8 +15,8 @@
 #include "organbake/bundle/base_layer.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/player/player.h"
+#include "organbake/warp/draw_options.h"
 #include "organbake/warp/frame.h"
-#include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "organbake/player/play.h"
 #include "organbake/player/player.h"
+#include "organbake/player/script.h"
 #include "organbake/truth/lens_picture.h"
 #include "organbake/truth/pixel_truth.h"
 

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "organbake/cutting/bleeding.h"
-#include "organbake/geometry/view_manifold.h"
-#include "organbake/warp/solids.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 
@@ -35,6 +36,32 @@ std::string all_lights();  // "baked, world or scope", for messages
 
 // Texels of less confidence are not drawn: of 255 it rounds to 0.
 inline constexpr float kLeastConfidence = 0.5f / 255;
+
+// An instrument's part, world millimetres: all that lies within the radius of a segment, a point
+// (both ends agree) or, with a third corner, a triangle: a capsule, a sphere or a rounded plate.
+struct Solid {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  double radius_mm = 1;
+  std::optional<Eigen::Vector3d> corner = {};
+  Eigen::Vector3f color = Eigen::Vector3f::Constant(0.35f);  // linear
+  std::uint32_t instrument = 0;                              // that it is a part of
+  // How it has pressed skin in from rest, world mm: in what direction, and how deep.
+  Eigen::Vector3d pressed_mm = Eigen::Vector3d::Zero();
+
+  bool operator==(const Solid& other) const = default;
+};
+
+// Skin that a grasper's jaws draw together into a ridge. It is shorter than the edges of the mesh
+// that the tissue is reckoned on, so it is there in pictures alone. World, mm.
+struct SkinFold {
+  Eigen::Vector3d middle_mm;       // of the skin, before it is drawn together
+  Eigen::Vector3d along, outward;  // unit: the ridge's, and across it to where it rises
+  double reach_mm = 0;             // from its middle to its foot
+  double closed = 0;               // 0: as the skin lies … 1
+
+  bool operator==(const SkinFold& other) const = default;
+};
 
 struct DrawOptions {
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
@@ -68,6 +95,18 @@ struct DrawOptions {
   }
   bool operator==(const DrawOptions& other) const = default;
 };
+
+// What the ray through a pixel's centre meets first of the solids.
+struct SolidSeen {
+  std::uint32_t solid = 0;  // its place in the list
+  float depth_mm = 0;       // planar z
+  Eigen::Vector3f normal;   // camera axes, unit, outward
+};
+
+// Calls visit(x, y, seen) for every pixel whose centre a solid lies at, from several threads at
+// once, each pixel one time. Whether something else lies before it is the caller's to ask.
+void trace_solids(const std::vector<Solid>& solids, const View& view,
+                  const std::function<void(int, int, const SolidSeen&)>& visit);
 
 // Milliseconds of processor time by phase; zero unless measured.
 struct DrawTimes {

@@ -18,7 +18,7 @@
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/geometry/view_manifold.h"
-#include "organbake/warp/joint_drawing.h"
+#include "organbake/warp/warper.h"
 
 // What another way of drawing, such as graphics hardware, needs to know of a Warper's organ. All
 // spans and pointers lead into the Warper, and hold until its next pose, draw or end.
@@ -161,9 +161,13 @@ struct ShaderConstant {
 };
 std::vector<ShaderConstant> shader_constants();
 
-// The pixels that blood, or smoke, may change.
+// The pixels that blood, smoke, or solids may change.
 PixelBox box_round(const BloodLine& line, const View& view);
 PixelBox box_round(const SmokePuff& puff, const View& view);
+PixelBox box_round(const std::vector<Solid>& solids, const View& view);
+// The same solids, wider by how far from skin they still shade it by the light at the scope, and by
+// the dents that they press.
+std::vector<Solid> with_shadows(std::vector<Solid> solids);
 
 // The grain's noise: kGrainSide³ numbers, x slowest, z fastest.
 inline constexpr int kGrainSide = 64;
@@ -189,8 +193,10 @@ class OrganDrawing {
   // Whether pictures appear where people look at them, and frames tell no more than their serial.
   virtual bool shows_pictures() const { return false; }
   // Why these organs cannot be drawn so with these options; empty when they can.
-  virtual std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                              const DrawOptions& options) const = 0;
+  virtual std::string refusal(const std::vector<JointDrawing::Organ>&, const View&,
+                              const DrawOptions&) const {
+    return {};
+  }
   virtual DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                           const DrawOptions& options, Frame& frame) = 0;
 };

@@ -30,10 +30,6 @@ class PaperWarp : public OrganDrawing {
   // As Player::draw_by() takes it: of one organ that no blade has cut, else throws UsageError.
   DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
                   const DrawOptions& options, Frame& frame) override;
-  std::string refusal(const std::vector<JointDrawing::Organ>&, const View&,
-                      const DrawOptions&) const override {
-    return {};
-  }
 
  private:
   struct Warped;

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
+#include "organbake/geometry/triangle_mesh.h"
 #include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 
