@@ -50,22 +50,16 @@ void average_over_neighbours(const TriangleMesh& mesh, int rounds,
   const VertexFaces around(mesh.faces, mesh.vertices.size());
   std::vector<Eigen::Vector3d> sums(mesh.faces.size());
   for (int round = 0; round < rounds; ++round) {
-    parallel_pieces(std::size_t{0}, sums.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t f = first; f < last; ++f) {
-        const Face& face = mesh.faces[f];
-        sums[f] = normals[face[0]] + normals[face[1]] + normals[face[2]];
-      }
+    parallel_each(std::size_t{0}, sums.size(), kGrain, [&](std::size_t f) {
+      const Face& face = mesh.faces[f];
+      sums[f] = normals[face[0]] + normals[face[1]] + normals[face[2]];
     });
-    parallel_pieces(std::size_t{0}, normals.size(), kGrain,
-                    [&](std::size_t first, std::size_t last) {
-                      for (std::size_t v = first; v < last; ++v) {
-                        Eigen::Vector3d sum = normals[v];
-                        for (const std::uint32_t f : around.of(static_cast<std::uint32_t>(v)))
-                          sum += sums[f];
-                        const double length = sum.norm();
-                        if (length > 0) normals[v] = sum / length;
-                      }
-                    });
+    parallel_each(std::size_t{0}, normals.size(), kGrain, [&](std::size_t v) {
+      Eigen::Vector3d sum = normals[v];
+      for (const std::uint32_t f : around.of(static_cast<std::uint32_t>(v))) sum += sums[f];
+      const double length = sum.norm();
+      if (length > 0) normals[v] = sum / length;
+    });
   }
 }
 
@@ -74,11 +68,8 @@ void average_over_neighbours(const TriangleMesh& mesh, int rounds,
 SmoothNormals::SmoothNormals(const TriangleMesh& mesh)
     : mesh_(mesh), vertex_normals_(vertex_normals(mesh)), face_normals_(mesh.faces.size()) {
   average_over_neighbours(mesh, averaging_rounds(mesh), vertex_normals_);
-  parallel_pieces(std::size_t{0}, mesh.faces.size(), kGrain,
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t f = first; f < last; ++f)
-                      face_normals_[f] = face_normal(mesh, f);
-                  });
+  parallel_each(std::size_t{0}, mesh.faces.size(), kGrain,
+                [&](std::size_t f) { face_normals_[f] = face_normal(mesh, f); });
 }
 
 Eigen::Vector3d SmoothNormals::at(const RayHit& hit) const {

@@ -34,13 +34,7 @@ float away_from_grid_point(float x) {
   return share == 0 ? x : plane + std::clamp(share, kLeastShare, 1 - kLeastShare);
 }
 
-template <typename Body>
-void for_each_block(std::size_t count, const Body& body) {
-  constexpr std::size_t kGrain = 16384;
-  parallel_pieces(std::size_t{0}, count, kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) body(i);
-  });
-}
+constexpr std::size_t kGrain = 16384;
 
 TriangleMesh mesh_from(vtkPolyData& surface) {
   TriangleMesh mesh;
@@ -56,11 +50,11 @@ TriangleMesh mesh_from(vtkPolyData& surface) {
   const float* xyz = coordinates->GetPointer(0);
   const auto* ids = corners->GetPointer(0);
   mesh.vertices.resize(static_cast<std::size_t>(points));
-  for_each_block(mesh.vertices.size(), [&](std::size_t v) {
+  parallel_each(std::size_t{0}, mesh.vertices.size(), kGrain, [&](std::size_t v) {
     for (int c = 0; c < 3; ++c) mesh.vertices[v][c] = away_from_grid_point(xyz[3 * v + c]);
   });
   mesh.faces.resize(static_cast<std::size_t>(faces));
-  for_each_block(mesh.faces.size(), [&](std::size_t f) {
+  parallel_each(std::size_t{0}, mesh.faces.size(), kGrain, [&](std::size_t f) {
     for (int c = 0; c < 3; ++c) mesh.faces[f][c] = static_cast<std::uint32_t>(ids[3 * f + c]);
   });
   return mesh;

@@ -45,11 +45,9 @@ RefinedProxy::RefinedProxy(const TriangleMesh& proxy, const FitReference& refere
   const RayScene scene(proxy);
   std::vector<std::uint32_t> owner(reference.samples().size());
   constexpr std::size_t kSamplesAtOnce = 64;
-  parallel_pieces(std::size_t{0}, owner.size(), kSamplesAtOnce,
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t s = first; s < last; ++s)
-                      owner[s] = scene.closest_point(reference.samples()[s]).face;
-                  });
+  parallel_each(std::size_t{0}, owner.size(), kSamplesAtOnce, [&](std::size_t s) {
+    owner[s] = scene.closest_point(reference.samples()[s]).face;
+  });
   for (std::uint32_t s = 0; s < owner.size(); ++s) samples_[owner[s]].push_back(s);
   parallel_for(std::size_t{0}, faces_.size(), [&](std::size_t f) {
     ProxyPatch patch;

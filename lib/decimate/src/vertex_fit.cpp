@@ -204,14 +204,12 @@ std::vector<Match> match_both(const TriangleMesh& proxy, const FitReference& ref
   }
   const RayScene scene(proxy);
   constexpr std::size_t kAtOnce = 256;
-  parallel_pieces(std::size_t{0}, matches.size(), kAtOnce, [&](std::size_t i, std::size_t end) {
-    for (; i < end; ++i) {
-      if (i < reference.samples().size()) {
-        matches[i] = match_sample(proxy, scene, reference.samples()[i], reference.sample_weight());
-      } else {
-        const Eigen::Vector3d point = blend(proxy, matches[i].face, matches[i].weights);
-        matches[i].gap = reference.closest(point).point - point;
-      }
+  parallel_each(std::size_t{0}, matches.size(), kAtOnce, [&](std::size_t i) {
+    if (i < reference.samples().size()) {
+      matches[i] = match_sample(proxy, scene, reference.samples()[i], reference.sample_weight());
+    } else {
+      const Eigen::Vector3d point = blend(proxy, matches[i].face, matches[i].weights);
+      matches[i].gap = reference.closest(point).point - point;
     }
   });
   return matches;

@@ -212,19 +212,15 @@ template <typename Crossing>
 void move_along_edges(TriangleMesh& mesh, const Volume& ct, const Crossing& crossing) {
   with_values(ct, [&](const auto values) {
     constexpr std::size_t kVerticesAtOnce = 4096;
-    parallel_pieces(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce,
-                    [&](std::size_t first, std::size_t last) {
-                      for (std::size_t v = first; v < last; ++v) {
-                        Eigen::Vector3d& vertex = mesh.vertices[v];
-                        const std::optional<GridEdge> edge = edge_of(vertex, ct.size);
-                        if (!edge) continue;
-                        const double at = crossing(Row(values, ct.size, *edge));
-                        const int from = edge->from[edge->axis];
-                        if (!std::isfinite(at)) continue;
-                        vertex[edge->axis] =
-                            std::clamp(at, from + kEdgeMargin, from + 1 - kEdgeMargin);
-                      }
-                    });
+    parallel_each(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce, [&](std::size_t v) {
+      Eigen::Vector3d& vertex = mesh.vertices[v];
+      const std::optional<GridEdge> edge = edge_of(vertex, ct.size);
+      if (!edge) return;
+      const double at = crossing(Row(values, ct.size, *edge));
+      const int from = edge->from[edge->axis];
+      if (!std::isfinite(at)) return;
+      vertex[edge->axis] = std::clamp(at, from + kEdgeMargin, from + 1 - kEdgeMargin);
+    });
   });
 }
 
@@ -350,11 +346,8 @@ void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d
   const Eigen::Matrix3d axes = grid.direction * grid.spacing_mm.asDiagonal();
   const Eigen::Vector3d origin = grid.world_from_index(first_index);
   constexpr std::size_t kGrain = 16384;
-  parallel_pieces(std::size_t{0}, mesh.vertices.size(), kGrain,
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t v = first; v < last; ++v)
-                      mesh.vertices[v] = axes * mesh.vertices[v] + origin;
-                  });
+  parallel_each(std::size_t{0}, mesh.vertices.size(), kGrain,
+                [&](std::size_t v) { mesh.vertices[v] = axes * mesh.vertices[v] + origin; });
   if (axes.determinant() > 0) return;
   for (auto& face : mesh.faces) std::swap(face[1], face[2]);
 }

@@ -166,14 +166,10 @@ void place_landmark(const Scene& scene, Landmark& landmark) {
 }  // namespace
 
 void triangulate(Scene& scene, std::optional<std::size_t> view) {
-  parallel_pieces(std::size_t{0}, scene.landmarks.size(), std::size_t{256},
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t i = first; i < last; ++i) {
-                      Landmark& landmark = scene.landmarks[i];
-                      if (!landmark.place && (!view || sighting_in(landmark, *view)))
-                        place_landmark(scene, landmark);
-                    }
-                  });
+  parallel_each(std::size_t{0}, scene.landmarks.size(), std::size_t{256}, [&](std::size_t i) {
+    Landmark& landmark = scene.landmarks[i];
+    if (!landmark.place && (!view || sighting_in(landmark, *view))) place_landmark(scene, landmark);
+  });
 }
 
 void drop_outliers(Scene& scene) {

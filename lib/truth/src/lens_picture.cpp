@@ -313,44 +313,42 @@ void LensPicture::show(const PixelTruth& drawn, PixelTruth& seen) const {
   seen.normal.resize(drawn.normal.empty() ? 0 : pixels);
   seen.solid.resize(drawn.solid.empty() ? 0 : pixels);
   constexpr std::size_t kGrain = 1 << 13;
-  parallel_pieces(std::size_t{0}, pixels, kGrain, [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from; i < to; ++i) {
-      const Corners c = corners(i, drawn);
-      seen.label[i] = drawn.label[c.own];
-      if (!seen.organ.empty()) seen.organ[i] = drawn.organ[c.own];
-      if (!seen.solid.empty()) seen.solid[i] = drawn.solid[c.own];
-      seen.depth_mm[i] = drawn.depth_mm[c.own];
-      if (std::isfinite(seen.depth_mm[i])) {  // of a plane 1/z is linear in the picture
-        float inverse = 0;
-        for (int n = 0; n < 4; ++n)
-          if (c.share[n] > 0) inverse += c.share[n] / drawn.depth_mm[c.at[n]];
-        seen.depth_mm[i] = 1 / inverse;
-      }
-      if (!seen.normal.empty()) {
-        Vector3f sum = Vector3f::Zero();
-        for (int n = 0; n < 4; ++n) sum += c.share[n] * drawn.normal[c.at[n]];
-        const float length = sum.norm();
-        seen.normal[i] = length > 0 ? Vector3f(sum / length) : Vector3f(Vector3f::Zero());
-      }
-      BoundPixel& bound = seen.bound[i];
-      bound = drawn.bound[c.own];
-      bound.depth_mm = seen.depth_mm[i];
-      if (!bound.has_skin()) continue;
-      float sum = 0;
-      BoundPixel mean = bound;
-      mean.b1 = mean.b2 = mean.height_mm = 0;
-      for (int n = 0; n < 4; ++n) {
-        const BoundPixel& other = drawn.bound[c.at[n]];
-        if (other.face != bound.face || drawn.organ_at(c.at[n]) != drawn.organ_at(c.own)) continue;
-        sum += c.share[n];
-        mean.b1 += c.share[n] * other.b1;
-        mean.b2 += c.share[n] * other.b2;
-        mean.height_mm += c.share[n] * other.height_mm;
-      }
-      if (!(sum > 0)) continue;
-      mean.b1 /= sum, mean.b2 /= sum, mean.height_mm /= sum;
-      bound = mean;
+  parallel_each(std::size_t{0}, pixels, kGrain, [&](std::size_t i) {
+    const Corners c = corners(i, drawn);
+    seen.label[i] = drawn.label[c.own];
+    if (!seen.organ.empty()) seen.organ[i] = drawn.organ[c.own];
+    if (!seen.solid.empty()) seen.solid[i] = drawn.solid[c.own];
+    seen.depth_mm[i] = drawn.depth_mm[c.own];
+    if (std::isfinite(seen.depth_mm[i])) {  // of a plane 1/z is linear in the picture
+      float inverse = 0;
+      for (int n = 0; n < 4; ++n)
+        if (c.share[n] > 0) inverse += c.share[n] / drawn.depth_mm[c.at[n]];
+      seen.depth_mm[i] = 1 / inverse;
     }
+    if (!seen.normal.empty()) {
+      Vector3f sum = Vector3f::Zero();
+      for (int n = 0; n < 4; ++n) sum += c.share[n] * drawn.normal[c.at[n]];
+      const float length = sum.norm();
+      seen.normal[i] = length > 0 ? Vector3f(sum / length) : Vector3f(Vector3f::Zero());
+    }
+    BoundPixel& bound = seen.bound[i];
+    bound = drawn.bound[c.own];
+    bound.depth_mm = seen.depth_mm[i];
+    if (!bound.has_skin()) return;
+    float sum = 0;
+    BoundPixel mean = bound;
+    mean.b1 = mean.b2 = mean.height_mm = 0;
+    for (int n = 0; n < 4; ++n) {
+      const BoundPixel& other = drawn.bound[c.at[n]];
+      if (other.face != bound.face || drawn.organ_at(c.at[n]) != drawn.organ_at(c.own)) continue;
+      sum += c.share[n];
+      mean.b1 += c.share[n] * other.b1;
+      mean.b2 += c.share[n] * other.b2;
+      mean.height_mm += c.share[n] * other.height_mm;
+    }
+    if (!(sum > 0)) return;
+    mean.b1 /= sum, mean.b2 /= sum, mean.height_mm /= sum;
+    bound = mean;
   });
 }
 

@@ -65,13 +65,11 @@ void place_faces(const std::vector<ShellMatrix>& world, const RigidTransform& po
                  std::vector<Moment::Columns>& placed) {
   placed.resize(world.size());
   constexpr std::size_t kGrain = 1 << 10;
-  parallel_pieces(std::size_t{0}, world.size(), kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t f = first; f < last; ++f) {
-      ShellMatrix metric = pose.rotation * world[f];
-      metric.col(0) += pose.translation;
-      placed[f].topRows<3>() = metric.cast<float>();
-      placed[f].row(3).setZero();
-    }
+  parallel_each(std::size_t{0}, world.size(), kGrain, [&](std::size_t f) {
+    ShellMatrix metric = pose.rotation * world[f];
+    metric.col(0) += pose.translation;
+    placed[f].topRows<3>() = metric.cast<float>();
+    placed[f].row(3).setZero();
   });
 }
 
@@ -230,16 +228,14 @@ void follow_fills(const Frame& picture, PixelTruth& truth) {
 
 void put_skin(const Moment& moment, const Frame& picture, PixelTruth& truth) {
   constexpr std::size_t kGrain = 1 << 13;
-  parallel_pieces(std::size_t{0}, truth.pixels(), kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      BoundPixel& bound = truth.bound[i];
-      // What the warp opened and did not fill shows nothing.
-      if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
-      const bool skin = bound.has_skin();
-      truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
-      truth.label[i] = skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
-      if (skin && !truth.point.empty()) truth.point[i] = moment.place(truth.organ_at(i), bound);
-    }
+  parallel_each(std::size_t{0}, truth.pixels(), kGrain, [&](std::size_t i) {
+    BoundPixel& bound = truth.bound[i];
+    // What the warp opened and did not fill shows nothing.
+    if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
+    const bool skin = bound.has_skin();
+    truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
+    truth.label[i] = skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
+    if (skin && !truth.point.empty()) truth.point[i] = moment.place(truth.organ_at(i), bound);
   });
 }
 

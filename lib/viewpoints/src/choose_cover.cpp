@@ -321,9 +321,8 @@ ChosenCover greedy_cover(const CandidateVisibility& seen, ChosenCover cover, con
   std::vector<std::size_t> gains(seen.size());
   while (cover.covered < goal.samples && cover.chosen.size() < most) {
     constexpr std::size_t kGrain = 128;
-    parallel_pieces(std::size_t{0}, seen.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t c = first; c < last; ++c) gains[c] = taken[c] ? 0 : gain(seen[c], counts);
-    });
+    parallel_each(std::size_t{0}, seen.size(), kGrain,
+                  [&](std::size_t c) { gains[c] = taken[c] ? 0 : gain(seen[c], counts); });
     const auto best = std::max_element(gains.begin(), gains.end());
     if (*best == 0) break;
     const auto c = static_cast<std::uint32_t>(best - gains.begin());

@@ -14,14 +14,6 @@
 
 namespace organbake {
 
-// body(i) for each of begin … end − 1, of which pieces of `grain` are worked on at once.
-template <class Index, class Body>
-void parallel_each(Index begin, Index end, Index grain, const Body& body) {
-  parallel_pieces(begin, end, grain, [&](Index i, Index last) {
-    for (; i < last; ++i) body(i);
-  });
-}
-
 // visit(column, row) for the blocks of so many pixels, counted from pixel 0, that a box touches.
 template <class Visit>
 void each_block(const PixelBox& box, int width, int height, const Visit& visit) {

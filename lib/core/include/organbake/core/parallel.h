@@ -37,12 +37,18 @@ void parallel_pieces(Index begin, Index end, Index grain, const Body& body) {
       &shifted);
 }
 
-// body(i) for each of begin … end − 1.
+// body(i) for each of begin … end − 1, of which pieces of `grain` are worked on at once.
+template <class Index, class Body>
+void parallel_each(Index begin, Index end, Index grain, const Body& body) {
+  parallel_pieces(begin, end, grain, [&](Index i, Index last) {
+    for (; i < last; ++i) body(i);
+  });
+}
+
+// Each at once with all others.
 template <class Index, class Body>
 void parallel_for(Index begin, Index end, const Body& body) {
-  parallel_pieces(begin, end, Index{1}, [&](Index first, Index last) {
-    for (Index i = first; i < last; ++i) body(i);
-  });
+  parallel_each(begin, end, Index{1}, body);
 }
 
 // body(i) for each of 0 … count − 1, begun in this order by whichever thread is free next: with the
