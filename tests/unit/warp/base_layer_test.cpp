@@ -145,13 +145,13 @@ TEST(Rasterise, SharedEdgesAreDrawnOnce) {
   RandomStream random(4);
   for (int round = 0; round < 50; ++round) {
     std::vector<int> count(64 * 64, 0);
-    const RasterCorner middle{random.uniform(20, 44), random.uniform(20, 44), 1};
-    const RasterCorner rim[] = {{2, 2, 1},   {random.uniform(10, 50), 1, 1},  {62, 3, 1},
-                                {61, 60, 1}, {random.uniform(10, 50), 62, 1}, {3, 61, 1}};
+    const SnappedCorner middle{random.uniform(20, 44), random.uniform(20, 44), 1};
+    const SnappedCorner rim[] = {{2, 2, 1},   {random.uniform(10, 50), 1, 1},  {62, 3, 1},
+                                 {61, 60, 1}, {random.uniform(10, 50), 62, 1}, {3, 61, 1}};
     for (int i = 0; i < 6; ++i) {
-      std::array<RasterCorner, 3> t = {middle, rim[i], rim[(i + 1) % 6]};
+      std::array<SnappedCorner, 3> t = {middle, rim[i], rim[(i + 1) % 6]};
       if (i % 2) std::swap(t[1], t[2]);
-      rasterise(SnappedTriangle(t), kPicture,
+      rasterise(SnappedTriangle(t[0], t[1], t[2]), kPicture,
                 [&](int x, int y, double, const auto&) { ++count[y * 64 + x]; });
     }
     for (const int n : count) ASSERT_LE(n, 1);
@@ -163,9 +163,7 @@ TEST(Rasterise, SharedEdgesAreDrawnOnce) {
 
 TEST(Rasterise, WeightsAreCorrectInPerspective) {
   // Depths 100, 200, 400 at the corners: at a pixel, 1/z is linear.
-  const std::array<RasterCorner, 3> t = {
-      RasterCorner{4, 4, 1 / 100.0}, {60, 4, 1 / 200.0}, {4, 60, 1 / 400.0}};
-  rasterise(SnappedTriangle(t), kPicture,
+  rasterise(SnappedTriangle({4, 4, 1 / 100.0}, {60, 4, 1 / 200.0}, {4, 60, 1 / 400.0}), kPicture,
             [&](int x, int y, double depth, const std::array<double, 3>& w) {
               const double u = (x + 0.5 - 4) / 56, v = (y + 0.5 - 4) / 56;
               const double inverse = (1 - u - v) / 100 + u / 200 + v / 400;
@@ -176,12 +174,12 @@ TEST(Rasterise, WeightsAreCorrectInPerspective) {
 }
 
 TEST(Rasterise, StaysInItsWindow) {
-  rasterise(SnappedTriangle({RasterCorner{-500, -400, 1}, {900, -300, 1}, {30, 800, 1}}), kPicture,
+  rasterise(SnappedTriangle({-500, -400, 1}, {900, -300, 1}, {30, 800, 1}), kPicture,
             [&](int x, int y, double, const auto&) {
               ASSERT_TRUE(x >= 0 && y >= 0 && x < 64 && y < 64);
             });
   const double huge = 1e12;
-  rasterise(SnappedTriangle({RasterCorner{-huge, 0, 1}, {huge, 0, 1}, {0, huge, 1}}), kPicture,
+  rasterise(SnappedTriangle({-huge, 0, 1}, {huge, 0, 1}, {0, huge, 1}), kPicture,
             [&](int, int, double, const auto&) { FAIL(); });  // beyond reach: the clipper's to cut
 }
 

@@ -20,24 +20,6 @@ namespace {
 constexpr int kRaysPerSide = TruthFrame::kRaysPerSide;
 constexpr int kBandRows = 16;  // output rows that one task draws: their 4×4 rays stay in cache
 
-// Every face in the picture, in units of a pixel over `scale`; one that reaches before the near
-// plane has no area.
-std::vector<SnappedTriangle> project_faces(const TriangleMesh& mesh,
-                                           const std::vector<Eigen::Vector3d>& positions,
-                                           const View& view, double scale) {
-  std::vector<SnappedCorner> corners(positions.size());
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    const Eigen::Vector3d p = view.camera.camera_from_world * positions[v];
-    if (p.z() < view.near_mm) continue;
-    const Eigen::Vector2d pixel = project(view.camera.intrinsics, p);
-    corners[v] = SnappedCorner({scale * pixel.x(), scale * pixel.y(), 1 / p.z()});
-  }
-  std::vector<SnappedTriangle> faces;
-  faces.reserve(mesh.faces.size());
-  for (const auto& [a, b, c] : mesh.faces) faces.emplace_back(corners[a], corners[b], corners[c]);
-  return faces;
-}
-
 // The nearest face of each pixel of a window, with its weights.
 struct Hits {
   explicit Hits(std::size_t count)
@@ -53,17 +35,11 @@ struct Hits {
 constexpr int kCentralRay = (kRaysPerSide / 2) * (kRaysPerSide + 1);
 
 void draw_faces(const std::vector<SnappedTriangle>& faces, const PixelBox& window, Hits& hits) {
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    // Faces that turn away are left out: a closed surface hides its own inside.
-    if (faces[f].doubled_area >= 0) continue;
-    rasterise(faces[f], window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
-      const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);
-      if (!(depth < hits.depth[i])) return;
-      hits.depth[i] = static_cast<float>(depth);
-      hits.face[i] = f;
-      hits.weights[i] = {static_cast<float>(w[1]), static_cast<float>(w[2])};
-    });
-  }
+  draw_depths(faces, window, hits.depth,
+              [&](std::size_t i, std::uint32_t f, const std::array<double, 3>& w) {
+                hits.face[i] = f;
+                hits.weights[i] = {static_cast<float>(w[1]), static_cast<float>(w[2])};
+              });
 }
 
 }  // namespace
@@ -97,7 +73,7 @@ std::vector<bool> CarriedSurface::visible(const std::vector<Eigen::Vector3d>& po
   const PixelBox picture{0, 0, static_cast<int>(std::ceil(scale * k.width)),
                          static_cast<int>(std::ceil(scale * k.height))};
   Hits hits(std::size_t(picture.width()) * picture.height());
-  draw_faces(project_faces(rest_, positions, view, scale), picture, hits);
+  draw_faces(project_faces(rest_.faces, positions, view, scale), picture, hits);
   std::vector<bool> seen(positions.size(), false);
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const Eigen::Vector3d p = view.camera.camera_from_world * positions[v];
@@ -117,7 +93,7 @@ std::vector<CarriedSurface::Seen> CarriedSurface::seen_at_centers(
     const std::vector<Eigen::Vector3d>& positions, const View& view) const {
   const Intrinsics& k = view.camera.intrinsics;
   Hits hits(std::size_t(k.width) * k.height);
-  draw_faces(project_faces(rest_, positions, view, 1), {0, 0, k.width, k.height}, hits);
+  draw_faces(project_faces(rest_.faces, positions, view), {0, 0, k.width, k.height}, hits);
   std::vector<Seen> seen(hits.face.size());
   for (std::size_t i = 0; i < seen.size(); ++i)
     seen[i] = {hits.face[i], hits.weights[i][0], hits.weights[i][1]};
@@ -136,7 +112,7 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
   if (rest_.colors.empty())
     throw BadDataError("surface: has no colours, its picture cannot be drawn");
   const Intrinsics& k = view.camera.intrinsics;
-  const auto faces = project_faces(rest_, positions, view, kRaysPerSide);
+  const auto faces = project_faces(rest_.faces, positions, view, kRaysPerSide);
   const auto& linear = linear_from_srgb8();
   const Eigen::Vector3f behind(linear[background[0]], linear[background[1]], linear[background[2]]);
   TruthFrame frame;

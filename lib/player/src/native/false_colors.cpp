@@ -41,25 +41,12 @@ struct Values {
 
 void rasterise_values(const MeasuredSurface& surface, const View& view, Values& seen) {
   const PixelBox picture{0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height};
-  std::vector<SnappedCorner> corners(surface.posed.vertices.size());
-  for (std::size_t v = 0; v < corners.size(); ++v) {
-    const Vector3d at = view.camera.camera_from_world * surface.posed.vertices[v];
-    if (at.z() < view.near_mm) continue;
-    const Eigen::Vector2d pixel = project(view.camera.intrinsics, at);
-    corners[v] = SnappedCorner({pixel.x(), pixel.y(), 1 / at.z()});
-  }
-  for (const Face& face : surface.posed.faces) {
-    const SnappedTriangle triangle(corners[face[0]], corners[face[1]], corners[face[2]]);
-    if (triangle.doubled_area >= 0) continue;  // turns away from the eye
-    rasterise(triangle, picture, [&](int x, int y, double depth, const std::array<double, 3>& w) {
-      const std::size_t i = std::size_t(y) * picture.x1 + x;
-      if (!(depth < seen.depth[i])) return;
-      seen.depth[i] = static_cast<float>(depth);
-      seen.value[i] =
-          static_cast<float>(w[0] * surface.values[face[0]] + w[1] * surface.values[face[1]] +
-                             w[2] * surface.values[face[2]]);
-    });
-  }
+  draw_depths(project_faces(surface.posed.faces, surface.posed.vertices, view), picture, seen.depth,
+              [&](std::size_t i, std::uint32_t f, const std::array<double, 3>& w) {
+                const auto& [a, b, c] = surface.posed.faces[f];
+                seen.value[i] = static_cast<float>(
+                    w[0] * surface.values[a] + w[1] * surface.values[b] + w[2] * surface.values[c]);
+              });
 }
 
 }  // namespace

@@ -25,26 +25,17 @@ constexpr int kWidestSplat_px = 8;
 constexpr double kSpareSplat_px = 0.05;  // a texel of one pixel and a rounding is no two wide
 constexpr double kSameSurfaceTexels = 2;
 
-// A mesh's faces that turn to a camera: visit(x, y, depth, face, weights) for every pixel of each.
+// visit(texel, face, weights) for what of a mesh a camera sees at each of its texels, the nearest
+// last; returns its depths.
 template <class Visit>
-void each_pixel(const TriangleMesh& mesh, const PosedCamera& camera, Visit&& visit) {
+std::vector<float> seen_from(const PosedCamera& camera, const TriangleMesh& mesh,
+                             const Visit& visit) {
   constexpr double kNear_mm = 1;
-  std::vector<SnappedCorner> corners(mesh.vertices.size());
-  for (std::size_t v = 0; v < corners.size(); ++v) {
-    const Eigen::Vector3d p = camera.camera_from_world * mesh.vertices[v];
-    if (p.z() < kNear_mm) continue;
-    const Eigen::Vector2d pixel = project(camera.intrinsics, p);
-    corners[v] = SnappedCorner({pixel.x(), pixel.y(), 1 / p.z()});
-  }
-  const PixelBox window{0, 0, camera.intrinsics.width, camera.intrinsics.height};
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    const auto [a, b, c] = mesh.faces[f];
-    const SnappedTriangle triangle(corners[a], corners[b], corners[c]);
-    if (triangle.doubled_area >= 0) continue;
-    rasterise(triangle, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
-      visit(x, y, depth, f, w);
-    });
-  }
+  const Intrinsics& k = camera.intrinsics;
+  std::vector<float> depth_mm(std::size_t(k.width) * k.height, kFarAway);
+  draw_depths(project_faces(mesh.faces, mesh.vertices, {camera, kNear_mm}),
+              {0, 0, k.width, k.height}, depth_mm, visit);
+  return depth_mm;
 }
 
 // Where a map is looked up: four texels and their shares.
@@ -142,12 +133,9 @@ PaperWarp::PaperWarp(const Bundle& bundle)
   }
   parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
     const CameraMaps& maps = bundle.maps[c];
-    std::vector<float> proxy(maps.depth_mm.size(), kFarAway), &micro = micro_depth_[c];
-    each_pixel(shell_.at_rest(), bundle.cameras.cameras[c],
-               [&](int x, int y, double depth, std::uint32_t, const auto&) {
-                 float& nearest = proxy[std::size_t(y) * maps.width + x];
-                 nearest = std::min(nearest, static_cast<float>(depth));
-               });
+    const std::vector<float> proxy = seen_from(bundle.cameras.cameras[c], shell_.at_rest(),
+                                               [](std::size_t, std::uint32_t, const auto&) {});
+    std::vector<float>& micro = micro_depth_[c];
     micro.resize(proxy.size());
     for (std::size_t i = 0; i < micro.size(); ++i) {
       const bool both = proxy[i] < kFarAway && maps.face[i] != kNoFace;
@@ -161,21 +149,17 @@ PaperWarp::Warped PaperWarp::warp(std::size_t number, const TriangleMesh& deform
   const PosedCamera& camera = bundle_.cameras.cameras[number];
   const CameraMaps& maps = bundle_.maps[number];
   // The macrostructure: the deformed proxy's depth, and which skin each pixel shows.
-  std::vector<float> macro(maps.depth_mm.size(), kFarAway);
-  std::vector<Eigen::Vector2d> rest_pixel(macro.size());
-  std::vector<float> rest_depth(macro.size());
-  each_pixel(deformed, camera,
-             [&](int x, int y, double depth, std::uint32_t f, const std::array<double, 3>& w) {
-               const std::size_t i = std::size_t(y) * maps.width + x;
-               if (!(depth < macro[i])) return;
-               macro[i] = static_cast<float>(depth);
-               const auto [a, b, c] = shell_.at_rest().faces[f];
-               const auto& at = shell_.at_rest().vertices;
-               const Eigen::Vector3d on_face = w[0] * at[a] + w[1] * at[b] + w[2] * at[c];
-               const Eigen::Vector3d rest = camera.camera_from_world * on_face;
-               rest_pixel[i] = project(camera.intrinsics, rest);
-               rest_depth[i] = static_cast<float>(rest.z());
-             });
+  std::vector<Eigen::Vector2d> rest_pixel(maps.depth_mm.size());
+  std::vector<float> rest_depth(rest_pixel.size());
+  const std::vector<float> macro = seen_from(
+      camera, deformed, [&](std::size_t i, std::uint32_t f, const std::array<double, 3>& w) {
+        const auto [a, b, c] = shell_.at_rest().faces[f];
+        const auto& at = shell_.at_rest().vertices;
+        const Eigen::Vector3d on_face = w[0] * at[a] + w[1] * at[b] + w[2] * at[c];
+        const Eigen::Vector3d rest = camera.camera_from_world * on_face;
+        rest_pixel[i] = project(camera.intrinsics, rest);
+        rest_depth[i] = static_cast<float>(rest.z());
+      });
   const RigidTransform view_from_camera =
       view.camera.camera_from_world * camera.camera_from_world.inverse();
   const Intrinsics& k = view.camera.intrinsics;

@@ -14,25 +14,22 @@
 
 namespace organbake {
 
-// A triangle's corner in the picture: pixels, and 1/depth for perspective.
-struct RasterCorner {
-  double x = 0, y = 0, inverse_depth = 0;
-};
-
 // Corners farther out than this would overflow the fixed-point edge functions; their triangles are
 // not drawn.
 inline constexpr double kRasterReach = 1 << 20;
 
-// A corner on the grid of 1/256 pixel: corners that several triangles share are snapped once.
+// A triangle's corner on the grid of 1/256 pixel, and 1/depth for perspective: corners that several
+// triangles share are snapped once.
 struct SnappedCorner {
   static constexpr std::int32_t kBeyond = std::numeric_limits<std::int32_t>::min();
   std::int32_t x = kBeyond, y = 0;
   double inverse_depth = 0;
 
   SnappedCorner() = default;
-  explicit SnappedCorner(const RasterCorner& c) : inverse_depth(c.inverse_depth) {
-    if (!(std::abs(c.x) < kRasterReach && std::abs(c.y) < kRasterReach)) return;
-    x = snapped(c.x), y = snapped(c.y);
+  // In pixels.
+  SnappedCorner(double at_x, double at_y, double inverse) : inverse_depth(inverse) {
+    if (!(std::abs(at_x) < kRasterReach && std::abs(at_y) < kRasterReach)) return;
+    x = snapped(at_x), y = snapped(at_y);
   }
   // The first pixel whose centre does not lie before a place, and the last not behind it.
   static std::int32_t center_from(std::int32_t place) { return (place + 127) >> 8; }
@@ -69,8 +66,6 @@ struct SnappedTriangle {
     constexpr std::int32_t kSmall = 60 * 256;
     small = x1 - x0 < kSmall && y1 - y0 < kSmall;
   }
-  explicit SnappedTriangle(const std::array<RasterCorner, 3>& t)
-      : SnappedTriangle(SnappedCorner(t[0]), SnappedCorner(t[1]), SnappedCorner(t[2])) {}
 };
 
 // Edge functions of a triangle over the pixels of a box. Whole numbers, so that centres on an edge
@@ -140,6 +135,41 @@ void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& 
     walk(std::int32_t{});
   } else {
     walk(std::int64_t{});
+  }
+}
+
+// A mesh's faces as a view has them, in units of a pixel over `scale`; one that reaches before the
+// near plane has no area.
+inline std::vector<SnappedTriangle> project_faces(const std::vector<Face>& faces,
+                                                  const std::vector<Eigen::Vector3d>& at_mm,
+                                                  const View& view, double scale = 1) {
+  std::vector<SnappedCorner> corners(at_mm.size());
+  for (std::size_t v = 0; v < corners.size(); ++v) {
+    const Eigen::Vector3d p = view.camera.camera_from_world * at_mm[v];
+    if (p.z() < view.near_mm) continue;
+    const Eigen::Vector2d pixel = scale * project(view.camera.intrinsics, p);
+    corners[v] = {pixel.x(), pixel.y(), 1 / p.z()};
+  }
+  std::vector<SnappedTriangle> projected;
+  projected.reserve(faces.size());
+  for (const auto& [a, b, c] : faces) projected.emplace_back(corners[a], corners[b], corners[c]);
+  return projected;
+}
+
+// Draws those of the faces that turn to the eye into the depths of a window: a closed surface hides
+// its own inside. nearest(i, face, weights) for the window's i-th pixel, row by row, whenever a
+// face lies nearer there than all before it.
+template <class Nearest>
+void draw_depths(const std::vector<SnappedTriangle>& faces, const PixelBox& window,
+                 std::vector<float>& depth_mm, const Nearest& nearest) {
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    if (faces[f].doubled_area >= 0) continue;
+    rasterise(faces[f], window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+      const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);
+      if (!(depth < depth_mm[i])) return;
+      depth_mm[i] = static_cast<float>(depth);
+      nearest(i, f, w);
+    });
   }
 }
 
