@@ -145,8 +145,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   report.texel_mm = active.texel_mm();
   if (continued) post_process.undo(frame);
   place_faces(view, options, report.texel_mm, continued);
-  active.place(faces, view, grid, dirty_cells);
-  VisibilitySummary visibility = active.summarise(faces.size(), report);
+  VisibilitySummary visibility = active.place(faces, view, grid, dirty_cells, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
   const std::array proxies = {&shell.shell().proxy()};

@@ -146,8 +146,12 @@ float ActiveCameras::texel_mm() const {
   return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
 
-void ActiveCameras::place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
-                          DirtyCells& cells) {
+VisibilitySummary ActiveCameras::place(const PlacedFaces& faces, const View& view,
+                                       const TileGrid& grid, DirtyCells& cells,
+                                       DrawReport& report) {
+  VisibilitySummary visibility;
+  visibility.shown.assign(faces.size(), 0);
+  std::mutex mutex;
   parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
     ActiveCamera& camera = cameras_[number];
     const PatchTable& patches = camera.set->patches;
@@ -164,11 +168,28 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
                     &camera.chunks[first]);
       mark_moved(first, last);
     };
+    const auto count_chunks = [&](std::size_t c, std::size_t last) {
+      // In registers: a box in memory is a chain of loads that wait for stores.
+      PixelBox box;
+      std::size_t samples = 0;
+      for (; c < last; ++c) {
+        const ChunkFrame& chunk = camera.chunks[c];
+        if (chunk.visibility != ChunkVisibility::drawn) continue;
+        // From any thread: faces of several chunks may be the same.
+        __atomic_store_n(&visibility.shown[patches.face(c)], std::uint8_t{1}, __ATOMIC_RELAXED);
+        samples += camera.set->chunks[c].count;
+        box = united(box, chunk.box);
+      }
+      const std::lock_guard lock(mutex);  // whole numbers: in any order
+      visibility.box = united(visibility.box, box);
+      report.samples_drawn += samples;
+    };
     constexpr std::size_t kGrain = 4 * kPatchBatch;
     parallel_pieces(std::size_t{0}, camera.chunks.size(), kGrain,
-                    [&](std::size_t c, std::size_t last) {
-                      for (; c < last; c += kPatchBatch)
+                    [&](std::size_t first, std::size_t last) {
+                      for (std::size_t c = first; c < last; c += kPatchBatch)
                         place_batch(c, std::min(last, c + kPatchBatch));
+                      count_chunks(first, last);
                     });
     // From near, or from within the organ, chunks that face away would hang before what lies behind
     // as loose texels; the base layer draws what of their faces does not.
@@ -176,36 +197,6 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
                        [&](std::uint32_t c) {
                          return camera.chunks[c].left_to_base ? PixelBox() : camera.chunks[c].box;
                        });
-  });
-}
-
-VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
-  VisibilitySummary visibility;
-  visibility.shown.assign(faces, 0);
-  std::mutex mutex;
-  const auto count_chunks = [&](const ActiveCamera& camera, std::size_t c, std::size_t last) {
-    // In registers: a box in memory is a chain of loads that wait for stores.
-    PixelBox box;
-    std::size_t samples = 0;
-    for (; c < last; ++c) {
-      const ChunkFrame& chunk = camera.chunks[c];
-      if (chunk.visibility != ChunkVisibility::drawn) continue;
-      // From any thread: faces of several chunks may be the same.
-      __atomic_store_n(&visibility.shown[camera.set->patches.face(c)], std::uint8_t{1},
-                       __ATOMIC_RELAXED);
-      samples += camera.set->chunks[c].count;
-      box = united(box, chunk.box);
-    }
-    const std::lock_guard lock(mutex);  // whole numbers: in any order
-    visibility.box = united(visibility.box, box);
-    report.samples_drawn += samples;
-  };
-  constexpr std::size_t kGrain = 2048;
-  parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
-    const ActiveCamera& camera = cameras_[number];
-    parallel_pieces(
-        std::size_t{0}, camera.chunks.size(), kGrain,
-        [&](std::size_t first, std::size_t last) { count_chunks(camera, first, last); });
   });
   return visibility;
 }

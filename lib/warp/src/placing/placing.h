@@ -201,15 +201,15 @@ class ActiveCameras {
   // Those of used_cameras(weights).
   void choose(SampleStore& store, const ViewWeights& weights);
   // Where faces are continued, the last placing was for the same cameras and view: chunks of those
-  // that did not move stay, and what the others leave or enter is marked.
-  void place(const PlacedFaces& faces, const View& view, const TileGrid& grid, DirtyCells& cells);
+  // that did not move stay, and what the others leave or enter is marked. Returns what of the
+  // chunks is seen; their samples are added to the report.
+  VisibilitySummary place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
+                          DirtyCells& cells, DrawReport& report);
 
   std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // What of the chunks is seen; their samples are added to the report.
-  VisibilitySummary summarise(std::size_t faces, DrawReport& report) const;
 
  private:
   std::array<ActiveCamera, 3> cameras_;
