@@ -7,7 +7,7 @@ uniform vec3 lamp_toward[16], lamp_color[16];
 uniform int lobes;
 uniform vec2 lobe[4];  // strength, exponent
 uniform mat3 world_from_view;
-uniform vec4 view_lens;  // fx, fy, cx, cy
+uniform vec4 lens;  // fx, fy, cx, cy
 
 // The light at the scope, ScopeShading.
 uniform vec4 hill_phase[4], hill_slope[4];  // the slope's w: the wave's length
@@ -199,7 +199,7 @@ vec3 lit(vec3 color, float white, float depth, SkinAt skin) {
   mat3x4 turn = turn_at(skin);
   vec3 normal = (turn * skin.rest_normal).xyz;
   if (drops.z == 0.0) skin.bend += max(turn[0].w, 0.0);  // drops lie as at rest
-  vec3 ray = world_from_view * vec3((gl_FragCoord.xy - view_lens.zw) / view_lens.xy, 1.0);
+  vec3 ray = world_from_view * vec3((gl_FragCoord.xy - lens.zw) / lens.xy, 1.0);
   vec3 before = diffuse(normalize(skin.rest_normal));
   if (light == 2)
     return lit_by_scope(color * min(1.0 / before, kLargestGain), white, normal, skin, ray, depth);

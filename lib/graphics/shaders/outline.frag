@@ -14,7 +14,6 @@ bool in_front(ivec2 a, ivec2 b) {
   bool column = a.x == b.x;
   return b.x > a.x || b.y > a.y ? has(column, false, a) : has(column, true, b);
 }
-int steps_between(ivec2 a, ivec2 b) { return in_front(a, b) ? 1 : 0; }
 
 // A border of pairs; column: they lie in columns, and the border runs to the right.
 int count_pairs(bool column, bool second, ivec2 from, ivec2 way) {
@@ -66,10 +65,10 @@ float change_at(ivec2 at, ivec2 pair, bool column, bool second) {
   int pairs = back + 1 + count_pairs(column, second, pair + way, way);
   ivec2 first = pair - back * way, last = first + (pairs - 1) * way;
   ivec2 to_skin = second ? across : ivec2(0), to_open = second ? ivec2(0) : across;
-  int before = steps_between(first - way + to_open, first + to_open) -
-               steps_between(first + to_skin, first - way + to_skin);
-  int after = steps_between(last + way + to_open, last + to_open) -
-              steps_between(last + to_skin, last + way + to_skin);
+  int before = int(in_front(first - way + to_open, first + to_open)) -
+               int(in_front(first + to_skin, first - way + to_skin));
+  int after = int(in_front(last + way + to_open, last + to_open)) -
+              int(in_front(last + to_skin, last + way + to_skin));
   if (before == 0 && after == 0) return 0.0;
   float rise = before == after ? rise_of(column, second, first, pairs, before, way) : 0.0;
   vec2 areas = areas_of(pairs, before, after, rise, back);

@@ -96,8 +96,7 @@ void main() {
     int at = first_patch[leading] + 4 * (slot[leading] / kSlots);
     Patch p = patch_of(sample_texel(leading, at), sample_texel(leading, at + 1),
                        sample_texel(leading, at + 2), sample_texel(leading, at + 3));
-    vec2 b = p.center.xy + p.extent.xy / kFullCoordinate *
-             vec2(float(signed_low(place.x)), float(signed_high(place.x)));
+    vec2 b = p.center.xy + p.extent.xy / kFullCoordinate * vec2(signed_halves(place.x));
     if (light == 2) b += offset[leading].x * p.along_u.xy + offset[leading].y * p.along_v.xy;
     color = lit(color, weight, nearest, skin_at(p.face, b));
   }

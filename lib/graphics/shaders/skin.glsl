@@ -27,7 +27,7 @@ Triangle triangle_at(int face, vec2 b) {
 }
 
 vec3 normal_of(uint two) {
-  vec2 p = max(vec2(float(signed_low(two)), float(signed_high(two))) / 32767.0, -1.0);
+  vec2 p = max(vec2(signed_halves(two)) / 32767.0, -1.0);
   vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
   if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
   return normalize(n);

@@ -26,9 +26,9 @@ void main() {
   vec2 cells = splat.zw;
   if (cells.x < 1.0 || (skip_nearest && max(cells.x, cells.y) >= float(kMostSplat))) return;
   uvec2 place = one_of_two(texelFetch(samples, table_at(number >> 1), 0), number);
-  if (signed_high(place.y) == 0) return;
-  vec3 p = shell_point(plane, outward, bend, vec2(signed_low(place.x), signed_high(place.x)),
-                       float(signed_low(place.y)));
+  ivec2 height_and_use = signed_halves(place.y);
+  if (height_and_use.y == 0) return;
+  vec3 p = shell_point(plane, outward, bend, vec2(signed_halves(place.x)), float(height_and_use.x));
   if (!(p.z > near_mm)) return;
   vec2 middle = 0.5 * cells, from = p.xy / p.z - (middle + 0.5), pixel = ceil(from);
   if (!(all(greaterThan(pixel + cells, vec2(0.0))) && all(lessThan(pixel, picture)))) return;

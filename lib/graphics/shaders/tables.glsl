@@ -23,8 +23,8 @@ vec3 shell_point(mat3 plane, mat3 outward, mat3 bend, vec2 b, float h) {
   return plane * at + h * (outward * at) + bend * vec3(b.x * b, b.y * b.y);
 }
 
-int signed_low(uint word) { return int(word << 16) >> 16; }
-int signed_high(uint word) { return int(word) >> 16; }
+// A word's two numbers of 16 bits, the low one first.
+ivec2 signed_halves(uint word) { return ivec2(int(word << 16) >> 16, int(word) >> 16); }
 
 // The base layer's node (i, j) of a face: its texels and its place in the face's lattice.
 uniform int steps;

@@ -4,7 +4,7 @@
 uniform highp sampler2D tools;
 uniform int tool_count;
 uniform vec4 tool_box;  // pixels
-uniform vec4 view_lens;
+uniform vec4 lens;
 uniform float near_mm, reach;
 uniform bool at_scope;
 uniform vec3 light_mm;  // from the eye
@@ -17,7 +17,7 @@ bool in_tool_box() {
 }
 
 // Of depth 1.
-vec3 sight_at(vec2 pixel) { return vec3((pixel - view_lens.zw) / view_lens.xy, 1.0); }
+vec3 sight_at(vec2 pixel) { return vec3((pixel - lens.zw) / lens.xy, 1.0); }
 
 float rising(float low, float high, float value) {
   float t = clamp((value - low) / (high - low), 0.0, 1.0);

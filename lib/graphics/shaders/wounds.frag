@@ -40,7 +40,7 @@ vec3 under_blood(vec3 place, vec3 skin) {
   float covers = 1.0 - exp(-height / kBloodClear_mm), shine = 0.0;
   if (at_scope && !deep && height > 0.0) {
     vec3 half_way = normalize(normalize(light_mm - place) - normalize(place));
-    shine = rising(kBloodDull, kBloodShiny, dot(half_way, normal)) * rising(1.0, 4.0, height * view_lens.x / place.z);
+    shine = rising(kBloodDull, kBloodShiny, dot(half_way, normal)) * rising(1.0, 4.0, height * lens.x / place.z);
   }
   return mix(skin, kBlood * skin.r + kBloodShine * shine, covers);
 }

@@ -120,13 +120,9 @@ std::string text_of(const std::string& name) {
 }
 #endif
 
-std::vector<std::string> words_in(std::string_view text) {
-  std::vector<std::string> words;
-  while (!text.empty()) {
-    words.emplace_back(text.substr(0, text.find(' ')));
-    text.remove_prefix(std::min(text.size(), words.back().size() + 1));
-  }
-  return words;
+std::vector<std::string> words_in(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 using Log = std::array<char, 4096>;  // what a driver says, as far as anybody reads
@@ -186,7 +182,7 @@ void Targets::resize(int new_width, int new_height) {
   bind_targets(edge_picture, edges, nullptr);
 }
 
-std::string shader_text(ShaderDialect dialect, std::string_view files) {
+std::string shader_text(ShaderDialect dialect, const std::string& files) {
   static const std::string of_all = constants();
   std::string text = (dialect == ShaderDialect::desktop ? kDesktop : kEmbedded) + of_all;
   for (const std::string& name : words_in(files)) text += text_of(name);
@@ -244,10 +240,6 @@ Program::Uniform& Program::find(std::string_view name) const {
   return uniforms_[text] = {glGetUniformLocation(program_.name(), text.c_str())};
 }
 
-int Program::at(std::string_view name) const { return find(name).location; }
-
-void Program::use() const { glUseProgram(program_.name()); }
-
 void Program::set_texture(std::string_view name, unsigned target, unsigned texture) const {
   Uniform& sampler = find(name);
   if (sampler.location < 0) return;
@@ -255,12 +247,6 @@ void Program::set_texture(std::string_view name, unsigned target, unsigned textu
   glActiveTexture(GL_TEXTURE0 + sampler.unit);
   glBindTexture(target, texture);
   glActiveTexture(GL_TEXTURE0);
-}
-
-void Program::set(std::string_view name, int value) const { glUniform1i(at(name), value); }
-void Program::set(std::string_view name, float value) const { glUniform1f(at(name), value); }
-void Program::set(std::string_view name, const Eigen::Matrix3f& value) const {
-  glUniformMatrix3fv(at(name), 1, GL_FALSE, value.data());
 }
 
 // Of the sizes that shaders have.
@@ -272,17 +258,6 @@ void Program::upload(std::string_view name, const float* numbers, int size, int 
 void Program::upload(std::string_view name, const int* numbers, int size, int count) const {
   if (size == 2) glUniform2iv(at(name), count, numbers);
   if (size == 3) glUniform3iv(at(name), count, numbers);
-}
-
-Programs::Programs(ShaderDialect dialect) {
-  for (const ProgramFiles& files : program_files())
-    programs_.try_emplace(files.name, dialect, files);
-}
-
-const Program& Programs::use(std::string_view name) const {
-  const Program& program = programs_.at(name);
-  program.use();
-  return program;
 }
 
 }  // namespace organbake

@@ -37,11 +37,11 @@ inline constexpr unsigned kProgramPointSize = 0x8642, kContextLost = 0x0507;
 
 // The name of an object of OpenGL's, made with this and deleted with it, both while its context is
 // the current one.
-template <void (*generate)(unsigned*), void (*remove)(unsigned)>
+template <auto& generate, auto& remove>
 class GlName {
  public:
-  GlName() { generate(&name_); }
-  ~GlName() { remove(name_); }
+  GlName() { generate(1, &name_); }
+  ~GlName() { remove(1, &name_); }
   GlName(const GlName&) = delete;
   unsigned name() const { return name_; }
 
@@ -49,21 +49,13 @@ class GlName {
   unsigned name_ = 0;
 };
 
-inline void generate_texture(unsigned* name) { glGenTextures(1, name); }
-inline void delete_texture(unsigned name) { glDeleteTextures(1, &name); }
-inline void generate_framebuffer(unsigned* name) { glGenFramebuffers(1, name); }
-inline void delete_framebuffer(unsigned name) { glDeleteFramebuffers(1, &name); }
-inline void generate_buffer(unsigned* name) { glGenBuffers(1, name); }
-inline void delete_buffer(unsigned name) { glDeleteBuffers(1, &name); }
-inline void generate_vertex_array(unsigned* name) { glGenVertexArrays(1, name); }
-inline void delete_vertex_array(unsigned name) { glDeleteVertexArrays(1, &name); }
-inline void generate_program(unsigned* name) { *name = glCreateProgram(); }
-inline void delete_program(unsigned name) { glDeleteProgram(name); }
-
-using TextureName = GlName<generate_texture, delete_texture>;
-using FramebufferName = GlName<generate_framebuffer, delete_framebuffer>;
-using BufferName = GlName<generate_buffer, delete_buffer>;
-using VertexArrayName = GlName<generate_vertex_array, delete_vertex_array>;
+using TextureName = GlName<glGenTextures, glDeleteTextures>;
+using FramebufferName = GlName<glGenFramebuffers, glDeleteFramebuffers>;
+using BufferName = GlName<glGenBuffers, glDeleteBuffers>;
+using VertexArrayName = GlName<glGenVertexArrays, glDeleteVertexArrays>;
+// The only ones that are made one by one.
+inline void generate_program(int, unsigned* name) { *name = glCreateProgram(); }
+inline void delete_program(int, const unsigned* name) { glDeleteProgram(*name); }
 using ProgramName = GlName<generate_program, delete_program>;
 
 // Of the texture that is bound: single texels are read, never mixed.
@@ -84,7 +76,7 @@ class Table {
   // Floats or words, or whole texels of them, into the room from a texel on.
   template <class Number>
   void put(std::size_t first, const std::vector<Number>& numbers) {
-    static_assert(sizeof(Number) == 4 || sizeof(Number) == 16);
+    static_assert(sizeof(Number) == 4 || sizeof(Number) % 16 == 0);
     upload(first, numbers.data(), numbers.size() * sizeof(Number) / 16);
   }
   template <class Number>
@@ -157,7 +149,7 @@ std::span<const ShaderFile> shader_files();
 // The files' texts one after the other, behind what the dialect begins with and the constants that
 // the processor's way of drawing has, too. `files`: their names, with a blank between two. Throws
 // std::out_of_range for a name that is none.
-std::string shader_text(ShaderDialect dialect, std::string_view files);
+std::string shader_text(ShaderDialect dialect, const std::string& files);
 
 // A program's two texts by their files; captured: outputs of the first one that are written to a
 // buffer, with a blank between two.
@@ -173,11 +165,13 @@ class Program {
   // Throws GraphicsError with the compiler's words.
   Program(ShaderDialect dialect, const ProgramFiles& files);
 
-  void use() const;
+  void use() const { glUseProgram(program_.name()); }
   // Of the program in use.
-  void set(std::string_view name, int value) const;
-  void set(std::string_view name, float value) const;
-  void set(std::string_view name, const Eigen::Matrix3f& value) const;
+  void set(std::string_view name, int value) const { glUniform1i(at(name), value); }
+  void set(std::string_view name, float value) const { glUniform1f(at(name), value); }
+  void set(std::string_view name, const Eigen::Matrix3f& value) const {
+    glUniformMatrix3fv(at(name), 1, GL_FALSE, value.data());
+  }
   template <class Number, int size>
   void set(std::string_view name, const Eigen::Matrix<Number, size, 1>& value) const {
     upload(name, value.data(), size, 1);
@@ -195,7 +189,7 @@ class Program {
     int location = -1, unit = -1;  // of a sampler
   };
   Uniform& find(std::string_view name) const;
-  int at(std::string_view name) const;
+  int at(std::string_view name) const { return find(name).location; }
   void upload(std::string_view name, const float* numbers, int size, int count) const;
   void upload(std::string_view name, const int* numbers, int size, int count) const;
 
@@ -208,9 +202,16 @@ class Program {
 // All programs, by their names.
 class Programs {
  public:
-  explicit Programs(ShaderDialect dialect);
+  explicit Programs(ShaderDialect dialect) {
+    for (const ProgramFiles& files : program_files())
+      programs_.try_emplace(files.name, dialect, files);
+  }
   // That draws from now on.
-  const Program& use(std::string_view name) const;
+  const Program& use(std::string_view name) const {
+    const Program& program = programs_.at(name);
+    program.use();
+    return program;
+  }
 
  private:
   std::map<std::string_view, Program> programs_;

@@ -3,7 +3,6 @@
 #include "organbake/graphics/graphics_drawing.h"
 
 #include <cstdint>
-#include <algorithm>
 #include <limits>
 
 #include "organ_passes.h"
@@ -21,7 +20,7 @@ struct Finishing {
   const PictureScale& scale;
   const Programs& programs;
   Table& tools;
-  Targets& targets;
+  const Targets& targets;
   const Targets::Picture* last = &targets.resolved;
   int next = 0;  // of targets.finished
   const RigidTransform& pose = view.camera.camera_from_world;
@@ -77,25 +76,21 @@ struct Finishing {
   }
 
   // What a shader knows of a solid, a bead of blood or a puff of smoke: four texels each.
-  struct Rows {
-    std::vector<float> numbers;
-
-    void add(const Eigen::Vector3d& at, double more = 0) {
-      for (const double number : {at.x(), at.y(), at.z(), more})
-        numbers.push_back(static_cast<float>(number));
-    }
-  };
+  using Texels = std::vector<Eigen::Vector4f>;
+  static Eigen::Vector4f texel(const Eigen::Vector3d& at, double more = 0) {
+    return Eigen::Vector4d(at.x(), at.y(), at.z(), more).cast<float>();
+  }
 
   // In a box of the picture, with a program that draws what a table holds.
-  void pass_tools(const char* name, const Rows& rows, const PixelBox& box, bool smoke = false) {
+  void pass_tools(const char* name, const Texels& of_all, const PixelBox& box, bool smoke = false) {
     if (box.empty()) return;
-    tools.fill(rows.numbers);
+    tools.fill(of_all);
     const Program& program = programs.use(name);
     program.set_texture("tools", GL_TEXTURE_2D, tools.texture());
-    program.set("tool_count", static_cast<int>(rows.numbers.size() / 16));
+    program.set("tool_count", static_cast<int>(of_all.size() / 4));
     program.set("tool_box",
                 Eigen::Vector4f(float(box.x0), float(box.y0), float(box.x1), float(box.y1)));
-    program.set("view_lens", lens_of(view.camera.intrinsics));
+    program.set("lens", lens_of(view.camera.intrinsics));
     program.set("near_mm", static_cast<float>(view.near_mm));
     program.set("reach", scale.reach_mm);
     program.set("at_scope", int(scale.scope_light_mm.has_value()));
@@ -105,41 +100,41 @@ struct Finishing {
   }
 
   void draw_solids() {
-    Rows rows;
+    Texels of_all;
     for (const Solid& solid : options.solids) {
-      rows.add(pose * solid.from, solid.radius_mm);
-      rows.add(pose * solid.to, solid.corner ? 1 : 0);
-      rows.add(solid.corner ? pose * *solid.corner
-                            : Eigen::Vector3d(pose.rotation * solid.pressed_mm));
-      rows.add(solid.color.cast<double>());
+      const Eigen::Vector3d third =
+          solid.corner ? pose * *solid.corner : Eigen::Vector3d(pose.rotation * solid.pressed_mm);
+      of_all.insert(of_all.end(), {texel(pose * solid.from, solid.radius_mm),
+                                   texel(pose * solid.to, solid.corner ? 1 : 0), texel(third),
+                                   texel(solid.color.cast<double>())});
     }
-    if (scale.relit) pass_tools("shadows", rows, box_round(with_shadows(options.solids), view));
-    pass_tools("solids", rows, box_round(options.solids, view));
+    if (scale.relit) pass_tools("shadows", of_all, box_round(with_shadows(options.solids), view));
+    pass_tools("solids", of_all, box_round(options.solids, view));
   }
 
   void draw_blood() {
-    Rows rows;
+    Texels of_all;
     PixelBox box;
     for (const BloodLine& line : options.blood) {
-      rows.add(pose * line.from_mm, line.from_radius_mm);
-      rows.add(pose * line.to_mm, line.to_radius_mm);
-      rows.add(pose.rotation * line.outward);
-      rows.add(pose.rotation * line.down_wall);
+      of_all.insert(of_all.end(),
+                    {texel(pose * line.from_mm, line.from_radius_mm),
+                     texel(pose * line.to_mm, line.to_radius_mm),
+                     texel(pose.rotation * line.outward), texel(pose.rotation * line.down_wall)});
       box = united(box, box_round(line, view));
     }
-    pass_tools("wounds", rows, box);
+    pass_tools("wounds", of_all, box);
   }
 
   void draw_smoke() {
-    Rows rows;
+    Texels of_all;
     PixelBox box;
+    const Eigen::Vector3d unused = Eigen::Vector3d::Zero();
     for (const SmokePuff& puff : options.smoke) {
-      rows.add(pose * puff.middle_mm, puff.radius_mm);
-      rows.add(Eigen::Vector3d::Zero(), puff.share);
-      for (int unused = 2; unused < 4; ++unused) rows.add(Eigen::Vector3d::Zero());
+      of_all.insert(of_all.end(), {texel(pose * puff.middle_mm, puff.radius_mm),
+                                   texel(unused, puff.share), texel(unused), texel(unused)});
       box = united(box, box_round(puff, view));
     }
-    pass_tools("wounds", rows, box, true);
+    pass_tools("wounds", of_all, box, true);
   }
 
   void smooth_outlines() {
@@ -227,23 +222,14 @@ struct GraphicsDrawing::Impl {
   Pictures pictures;
 
   Impl(FirstPicture first, Pictures to) : agreed(first == FirstPicture::trusted), pictures(to) {}
-  DrawReport report() const;
-  void read(const Targets::Picture& picture, const DrawOptions& options, Frame& frame,
-            DrawReport& report);
+  void read(const Targets::Picture& picture, const Intrinsics& size, const DrawOptions& options,
+            Frame& frame, DrawReport& report);
 };
 
-DrawReport GraphicsDrawing::Impl::report() const {
-  DrawReport report;
-  report.weights = passes.organs().front().weights;
-  for (const PlacedOrgan& organ : passes.organs())
-    report.texel_mm = std::max(report.texel_mm, static_cast<float>(organ.texel_mm));
-  return report;
-}
-
 // Colour and cover, depth where `options` keep it; counts covered pixels.
-void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const DrawOptions& options,
-                                 Frame& frame, DrawReport& report) {
-  const int width = passes.targets().width, height = passes.targets().height;
+void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const Intrinsics& size,
+                                 const DrawOptions& options, Frame& frame, DrawReport& report) {
+  const int width = size.width, height = size.height;
   const std::size_t count = std::size_t(width) * height;
   frame.resize(width, height, options.keep_depth, false);
   pixels.resize(4 * count);
@@ -284,14 +270,17 @@ DrawReport GraphicsDrawing::draw(const std::vector<JointDrawing::Organ>& organs,
   if (still)
     if (const auto report = impl_->last.unchanged(view, options, frame)) return *report;
   Stopwatch watch;
-  Targets& targets = impl_->passes.draw(organs, view, options);
+  const Targets& targets = impl_->passes.draw(organs, view, options);
+  const PictureScale& scale = impl_->passes.scale();
   const Targets::Picture& picture =
-      Finishing{view, options, impl_->passes.scale(), impl_->programs, impl_->tools, targets}
-          .apply();
-  DrawReport report = impl_->report();
+      Finishing{view, options, scale, impl_->programs, impl_->tools, targets}.apply();
+  DrawReport report;
+  report.weights = impl_->passes.first_weights();
+  report.texel_mm = scale.texel_mm;
   const bool shown = shows_pictures();
-  if (!shown || !impl_->agreed) impl_->read(picture, options, frame, report);
-  if (shown) show(picture, view.camera.intrinsics);
+  const Intrinsics& size = view.camera.intrinsics;
+  if (!shown || !impl_->agreed) impl_->read(picture, size, options, frame, report);
+  if (shown) show(picture, size);
   leave_context();
   throw_errors();
   if (options.measure) report.times.resolve = report.critical_path.resolve = watch.lap();

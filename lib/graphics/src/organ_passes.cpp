@@ -19,18 +19,6 @@ void begin_depths(const FramebufferName& framebuffer) {
   glClearBufferfv(GL_DEPTH, 0, &kFarthest);
 }
 
-void set_active(const Program& program, const PlacedOrgan& organ) {
-  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
-  Eigen::Vector3i cameras;
-  Eigen::Vector3f shares;
-  for (int i = 0; i < 3; ++i) {
-    cameras[i] = static_cast<int>(std::min(organ.weights.cameras[i], kUnseen));
-    shares[i] = static_cast<float>(organ.weights.weights[i]);
-  }
-  program.set("active_cameras", cameras);
-  program.set("active_shares", shares);
-}
-
 void set_scope_light(const Program& program, const ScopeShading& s, const SkinFinish& finish) {
   program.set("hill_phase", s.hill_phase);
   program.set("hill_slope", s.hill_slope);
@@ -54,7 +42,6 @@ void set_light(const Program& program, const PlacedOrgan& organ, const View& vie
   program.set("light", static_cast<int>(organ.light));
   if (organ.light == DrawnLight::baked) return;
   const Lighting& lighting = *organ.source.lighting;
-  program.set("view_lens", lens_of(view.camera.intrinsics));
   program.set("world_from_view",
               Eigen::Matrix3f(view.camera.camera_from_world.rotation.transpose().cast<float>()));
   program.set("above", Eigen::Vector3f(lighting.ambient_above.cast<float>()));
@@ -80,6 +67,45 @@ void set_light(const Program& program, const PlacedOrgan& organ, const View& vie
   if (organ.light == DrawnLight::scope)
     set_scope_light(program, organ.organ->warper.scope_shading(view, reference_mm),
                     lighting.finish);
+}
+
+// Takes what a view needs of an organ into its tables.
+PlacedOrgan taken(const JointDrawing::Organ& organ, const View& view, const DrawOptions& options,
+                  OrganTables& tables) {
+  const DrawnLight light =
+      organ.warper.can_relight() ? options.light.value_or(DrawnLight::baked) : DrawnLight::baked;
+  const bool lit = light != DrawnLight::baked;
+  PlacedOrgan placed{&organ, organ.warper.pose(organ.positions_mm, lit, options.folds), &tables};
+  placed.light = light;
+  placed.weights = drawn_shares(placed.source.manifold, view);
+  tables.pose(placed.source, organ.positions_mm, lit);
+  double sum = 0, shares = 0;  // of texels' sizes: ActiveCameras::texel_mm()
+  for (int i = 0; i < Targets::kLayers; ++i) {
+    const auto share = static_cast<float>(placed.weights.weights[i]);
+    if (!(share > 0)) continue;
+    const SampleTable& samples = tables.samples(organ.warper, placed.weights.cameras[i]);
+    placed.layers.push_back({&samples, share});
+    if (samples.patches > 0) sum += double(share) * samples.texel_mm, shares += share;
+  }
+  placed.texel_mm = shares > 0 ? sum / shares : 1;
+  return placed;
+}
+
+PictureScale scale_of(const std::vector<PlacedOrgan>& organs, const View& view) {
+  PictureScale scale;
+  if (organs.size() == 1 && organs[0].source.lighting)
+    scale.fade_px = organs[0].source.lighting->finish.border_fade_px(view.camera.intrinsics.fx);
+  for (const PlacedOrgan& organ : organs) {
+    const Bounds& rest = organ.source.at_rest;
+    const double away = (view.camera.center_world_mm() - rest.center()).norm();
+    scale.reach_mm = std::max(scale.reach_mm, static_cast<float>(away + rest.diagonal()));
+    scale.texel_mm = std::max(scale.texel_mm, static_cast<float>(organ.texel_mm));
+    scale.relit |= organ.light != DrawnLight::baked;
+    if (organ.light == DrawnLight::scope && !scale.scope_light_mm)
+      scale.scope_light_mm =
+          organ.source.lighting->scope.value_or(ScopeLight()).offset_mm.cast<float>();
+  }
+  return scale;
 }
 
 }  // namespace
@@ -115,41 +141,16 @@ OrganPasses::OrganPasses(const Programs& programs) : programs_(programs) {
   set_nearest(GL_TEXTURE_3D);
 }
 
-PlacedOrgan OrganPasses::take(const JointDrawing::Organ& organ, const View& view,
-                              const DrawOptions& options, OrganTables& tables) {
-  const DrawnLight light =
-      organ.warper.can_relight() ? options.light.value_or(DrawnLight::baked) : DrawnLight::baked;
-  const bool lit = light != DrawnLight::baked;
-  PlacedOrgan placed{.organ = &organ,
-                     .source = organ.warper.pose(organ.positions_mm, lit, options.folds),
-                     .tables = &tables,
-                     .weights = {},
-                     .layers = {},
-                     .light = light};
-  placed.weights = drawn_shares(placed.source.manifold, view);
-  tables.pose(placed.source, organ.positions_mm, lit);
-  double sum = 0, shares = 0;  // of texels' sizes: ActiveCameras::texel_mm()
-  for (int i = 0; i < Targets::kLayers; ++i) {
-    const auto share = static_cast<float>(placed.weights.weights[i]);
-    if (!(share > 0)) continue;
-    const SampleTable& samples = tables.samples(organ.warper, placed.weights.cameras[i]);
-    placed.layers.push_back({&samples, share});
-    if (samples.patches > 0) sum += double(share) * samples.texel_mm, shares += share;
-  }
-  placed.texel_mm = shares > 0 ? sum / shares : 1;
-  return placed;
-}
-
-Targets& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all, const View& view,
-                           const DrawOptions& options) {
+const Targets& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all, const View& view,
+                                 const DrawOptions& options) {
   view.check();
   targets_.resize(view.camera.intrinsics.width, view.camera.intrinsics.height);
   organs_.clear();
   while (tables_.size() > all.size()) tables_.pop_back();
   while (tables_.size() < all.size()) tables_.emplace_back();
   for (std::size_t o = 0; o < all.size(); ++o)
-    organs_.push_back(take(all[o], view, options, tables_[o]));
-  set_scale(view);
+    organs_.push_back(taken(all[o], view, options, tables_[o]));
+  scale_ = scale_of(organs_, view);
   begin(options);
   const double reference_mm = metered_mm(all, view, options);
   for (const PlacedOrgan& organ : organs_) {
@@ -160,23 +161,6 @@ Targets& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all, const Vi
     resolve_layers(organ, view, reference_mm);
   }
   return targets_;
-}
-
-void OrganPasses::set_scale(const View& view) {
-  scale_ = {};
-  scale_.reach_mm = scale_.texel_mm = 0;
-  if (organs_.size() == 1 && organs_[0].source.lighting)
-    scale_.fade_px = organs_[0].source.lighting->finish.border_fade_px(view.camera.intrinsics.fx);
-  for (const PlacedOrgan& organ : organs_) {
-    const Bounds& rest = organ.source.at_rest;
-    const double away = (view.camera.center_world_mm() - rest.center()).norm();
-    scale_.reach_mm = std::max(scale_.reach_mm, static_cast<float>(away + rest.diagonal()));
-    scale_.texel_mm = std::max(scale_.texel_mm, static_cast<float>(organ.texel_mm));
-    scale_.relit |= organ.light != DrawnLight::baked;
-    if (organ.light == DrawnLight::scope && !scale_.scope_light_mm)
-      scale_.scope_light_mm =
-          organ.source.lighting->scope.value_or(ScopeLight()).offset_mm.cast<float>();
-  }
 }
 
 void OrganPasses::begin(const DrawOptions& options) {
@@ -191,22 +175,37 @@ void OrganPasses::begin(const DrawOptions& options) {
   glClearBufferfv(GL_COLOR, 0, background.data());
 }
 
-void OrganPasses::set_view(const Program& program, const PlacedOrgan& organ,
-                           const View& view) const {
+// With all that several passes ask for; each takes what it knows.
+const Program& OrganPasses::begin_pass(const char* name, const PlacedOrgan& organ,
+                                       const View& view) const {
+  const Program& program = programs_.use(name);
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
+  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
+  Eigen::Vector3i cameras;
+  Eigen::Vector3f shares;
+  for (int i = 0; i < 3; ++i) {
+    cameras[i] = static_cast<int>(std::min(organ.weights.cameras[i], kUnseen));
+    shares[i] = static_cast<float>(organ.weights.weights[i]);
+  }
+  program.set("active_cameras", cameras);
+  program.set("active_shares", shares);
   program.set("rotation", Eigen::Matrix3f(pose.rotation.cast<float>()));
   program.set("translation", Eigen::Vector3f((pose * organ.tables->origin()).cast<float>()));
   program.set("lens", lens_of(k));
   program.set("picture", Eigen::Vector2f(float(k.width), float(k.height)));
   program.set("near_mm", static_cast<float>(view.near_mm));
   program.set("texel_mm", static_cast<float>(organ.texel_mm));
-  organ.tables->bind_shell(program);
+  program.set("reach", scale_.reach_mm);
+  program.set("inverse_reach", 1 / scale_.reach_mm);
+  program.set("layers", int(organ.layers.size()));
+  program.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
+  organ.tables->bind(program);
+  return program;
 }
 
 void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
-  const Program& place = programs_.use("place");
-  set_view(place, organ, view);
+  const Program& place = begin_pass("place", organ, view);
   glEnable(GL_RASTERIZER_DISCARD);
   for (std::size_t l = 0; l < organ.layers.size(); ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
@@ -221,7 +220,6 @@ void OrganPasses::place_patches(const PlacedOrgan& organ, const View& view) {
     glEndTransformFeedback();
   }
   glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 0);
-  glBindVertexArray(nothing_.name());
   glDisable(GL_RASTERIZER_DISCARD);
 }
 
@@ -229,12 +227,8 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
   glDepthFunc(GL_LESS);
   glViewport(-kGuard_px, -kGuard_px, targets_.width + 2 * kGuard_px,
              targets_.height + 2 * kGuard_px);
-  const Program& splat = programs_.use("splat");
-  splat.set("picture", Eigen::Vector2f(float(targets_.width), float(targets_.height)));
-  splat.set("near_mm", static_cast<float>(view.near_mm));
+  const Program& splat = begin_pass("splat", organ, view);
   splat.set("skip_nearest", int(skip_nearest));
-  splat.set("texel_mm", static_cast<float>(organ.texel_mm));
-  splat.set("inverse_reach", 1 / scale_.reach_mm);
   for (std::size_t l = 0; l < organ.layers.size(); ++l) {
     const SampleTable& samples = *organ.layers[l].samples;
     begin_depths(targets_.layers[l]);
@@ -249,21 +243,14 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
 
 void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
   begin_depths(targets_.base);
-  const Program& base = programs_.use("base");
-  set_view(base, organ, view);
-  set_active(base, organ);
-  organ.tables->bind_nodes(base);
-  base.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
-  base.set("layers", int(organ.layers.size()));
-  base.set("cut", int(organ.source.cut));
-  base.set("inverse_reach", 1 / scale_.reach_mm);
+  begin_pass("base", organ, view).set("cut", int(organ.source.cut));
   const int steps = organ.tables->steps();
   glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());
 }
 
 void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets_.resolved.framebuffer.name());
-  const Program& resolve = programs_.use("resolve");
+  const Program& resolve = begin_pass("resolve", organ, view);
   Eigen::Vector3i first_patch(0, 0, 0), first_color(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
   constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
@@ -276,32 +263,24 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
   // Of equal shares the first layer comes last, and stands: DominantSamples.
   std::sort(by_share.data(), by_share.data() + organ.layers.size(),
             [&](int a, int b) { return shares[a] != shares[b] ? shares[a] < shares[b] : a > b; });
-  set_active(resolve, organ);
-  organ.tables->bind_nodes(resolve);
   resolve.set_texture("noise", GL_TEXTURE_3D, noise_.name());
   set_light(resolve, organ, view, reference_mm);
   resolve.set_texture("keys", GL_TEXTURE_2D_ARRAY, targets_.keys.texture());
-  resolve.set_texture("depths", GL_TEXTURE_2D_ARRAY, targets_.depths.texture());
   resolve.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
   resolve.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
   resolve.set("first_patch", first_patch);
   resolve.set("first_color", first_color);
   resolve.set("shares", shares);
   resolve.set("by_share", by_share);
-  resolve.set("layers", int(organ.layers.size()));
   resolve.set("base_drawn", int(organ.tables->steps() > 0));
-  resolve.set("reach", scale_.reach_mm);
-  resolve.set("texel_mm", static_cast<float>(organ.texel_mm));
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 bool OrganPasses::shows(const std::vector<JointDrawing::Organ>& all) const {
-  if (all.size() != organs_.size()) return false;
-  for (std::size_t o = 0; o < all.size(); ++o)
-    if (organs_[o].source.id != all[o].warper.id() ||
-        !organs_[o].tables->shows(all[o].warper.id(), all[o].positions_mm))
-      return false;
-  return true;
+  return std::equal(all.begin(), all.end(), organs_.begin(), organs_.end(),
+                    [](const JointDrawing::Organ& organ, const PlacedOrgan& placed) {
+                      return placed.tables->shows(organ.warper.id(), organ.positions_mm);
+                    });
 }
 
 }  // namespace organbake

@@ -47,10 +47,9 @@ class OrganTables {
   void pose(const OrganSource& source, const std::vector<Eigen::Vector3d>& positions, bool lit);
   // Until the next picture.
   const SampleTable& samples(Warper& warper, std::size_t camera);
-  // For the programs that read the shell, the base layer's nodes, and the turns.
-  void bind_shell(const Program& program) const;
-  void bind_nodes(const Program& program) const;
-  std::size_t bytes() const;
+  // For the programs that read the shell, the base layer's nodes, or the turns.
+  void bind(const Program& program) const;
+  std::size_t bytes() const;  // of samples
 
  private:
   void make_room();
@@ -71,12 +70,12 @@ class OrganTables {
   std::vector<Eigen::Vector3d> posed_;
   std::uint64_t pose_ = 0;  // OrganSource::pose
   bool turned_ = false;     // turns_ is of the pose
-  std::vector<float> numbers_;
+  std::vector<Eigen::Matrix<float, 4, 7>> shell_texels_;
 };
 
 // What scales depths, of the farthest skin (mm), and of a texel on the nearest; and what fades.
 struct PictureScale {
-  float reach_mm = 1, texel_mm = 1;
+  float reach_mm = 0, texel_mm = 0;
   int fade_px = 0;     // of skin beside the background: SkinFinish::border_fade_px()
   bool relit = false;  // by another light than the baked one
   // Where the light at the scope is from the eye, mm, the view's frame; nothing by another light.
@@ -94,8 +93,8 @@ struct PlacedOrgan {
   const JointDrawing::Organ* organ;
   OrganSource source;
   OrganTables* tables;
-  ViewWeights weights;
-  std::vector<Layer> layers;
+  ViewWeights weights = {};
+  std::vector<Layer> layers = {};
   DrawnLight light = DrawnLight::baked;
   double texel_mm = 1;
 };
@@ -106,20 +105,16 @@ class OrganPasses {
   explicit OrganPasses(const Programs& programs);
 
   // Into Targets::resolved. Throws what Warper::draw() does, and GraphicsError.
-  Targets& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
-                const DrawOptions& options);
+  const Targets& draw(const std::vector<JointDrawing::Organ>& all, const View& view,
+                      const DrawOptions& options);
   // Of the last picture.
-  const std::vector<PlacedOrgan>& organs() const { return organs_; }
+  const ViewWeights& first_weights() const { return organs_.front().weights; }
   bool shows(const std::vector<JointDrawing::Organ>& all) const;  // these organs, as they lie
   const PictureScale& scale() const { return scale_; }
-  const Targets& targets() const { return targets_; }
 
  private:
-  static PlacedOrgan take(const JointDrawing::Organ& organ, const View& view,
-                          const DrawOptions& options, OrganTables& tables);
-  void set_scale(const View& view);
   void begin(const DrawOptions& options);
-  void set_view(const Program& program, const PlacedOrgan& organ, const View& view) const;
+  const Program& begin_pass(const char* name, const PlacedOrgan& organ, const View& view) const;
   void place_patches(const PlacedOrgan& organ, const View& view);
   void splat_layers(const PlacedOrgan& organ, const View& view, bool skip_nearest);
   void draw_base(const PlacedOrgan& organ, const View& view);

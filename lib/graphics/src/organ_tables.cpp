@@ -112,25 +112,21 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
     fill_shells(source);
   }
   if (!lit || turned_) return;
-  numbers_.clear();
-  for (const auto& turn : source.turns)
-    numbers_.insert(numbers_.end(), turn.data(), turn.data() + turn.size());
-  turns_.fill(numbers_);
+  turns_.fill(source.turns);
   turned_ = true;
 }
 
 // Seven texels a face: its matrix column by column, and whether both sides are skin.
 void OrganTables::fill_shells(const OrganSource& source) {
-  numbers_.resize(source.shells.size() * 28);
-  float* to = numbers_.data();
+  shell_texels_.resize(source.shells.size());
   for (std::size_t f = 0; f < source.shells.size(); ++f) {
     const ShellMatrix& shell = source.shells[f];
-    for (int row = 0; row < 3; ++row) *to++ = static_cast<float>(shell(row, 0) - origin_[row]);
-    for (int column = 1; column < 9; ++column)
-      for (int row = 0; row < 3; ++row) *to++ = static_cast<float>(shell(row, column));
-    *to++ = source.two_sided[f];
+    Eigen::Map<Eigen::Matrix<float, 3, 9>> columns(shell_texels_[f].data());
+    columns = shell.cast<float>();
+    columns.col(0) = (shell.col(0) - origin_).cast<float>();
+    shell_texels_[f](3, 6) = source.two_sided[f];
   }
-  shells_.fill(numbers_);
+  shells_.fill(shell_texels_);
 }
 
 const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
@@ -145,23 +141,17 @@ const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
 
 // Drops cameras' samples, those first that no view has asked for the longest.
 void OrganTables::make_room() {
-  std::size_t bytes = 0;
-  for (const auto& [camera, one] : cameras_) bytes += one.samples.table.bytes();
-  while (bytes > kept_bytes_) {
+  while (bytes() > kept_bytes_) {
     const auto oldest = std::min_element(
         cameras_.begin(), cameras_.end(),
         [](const auto& a, const auto& b) { return a.second.used_in < b.second.used_in; });
-    if (oldest == cameras_.end() || oldest->second.used_in == picture_) return;
-    bytes -= oldest->second.samples.table.bytes();
+    if (oldest->second.used_in == picture_) return;
     cameras_.erase(oldest);
   }
 }
 
-void OrganTables::bind_shell(const Program& program) const {
+void OrganTables::bind(const Program& program) const {
   program.set_texture("shells", GL_TEXTURE_2D, shells_.texture());
-}
-
-void OrganTables::bind_nodes(const Program& program) const {
   program.set_texture("nodes", GL_TEXTURE_2D, nodes_.texture());
   program.set_texture("turns", GL_TEXTURE_2D, turns_.texture());
   program.set("steps", steps_);
@@ -170,7 +160,7 @@ void OrganTables::bind_nodes(const Program& program) const {
 }
 
 std::size_t OrganTables::bytes() const {
-  std::size_t sum = nodes_.bytes() + shells_.bytes() + turns_.bytes();
+  std::size_t sum = 0;
   for (const auto& [camera, one] : cameras_) sum += one.samples.table.bytes();
   return sum;
 }

@@ -87,25 +87,13 @@ class OffscreenContext {
 };
 
 // Graphics hardware, or a driver that does as if, without a window: from its making to its end on
-// one thread.
-class OffscreenDrawing : public OrganDrawing {
+// one thread. (The context is the first base: it ends last.)
+class OffscreenDrawing : private OffscreenContext, public GraphicsDrawing {
  public:
-  OffscreenDrawing() = default;
-
   GraphicsDevice device() const { return device_; }
-  std::string refusal(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                      const DrawOptions& options) const override {
-    return drawing_.refusal(organs, view, options);
-  }
-  DrawReport draw(const std::vector<JointDrawing::Organ>& organs, const View& view,
-                  const DrawOptions& options, Frame& frame) override {
-    return drawing_.draw(organs, view, options, frame);
-  }
 
  private:
-  OffscreenContext context_;  // first: it ends last
   GraphicsDevice device_ = current_graphics_device();
-  GraphicsDrawing drawing_;
 };
 
 }  // namespace organbake
