@@ -189,6 +189,14 @@ void add_defaults(OptionList& list, SharedFlags& flags) {
             .choices = {"auto", "always", "never"}});
 }
 
+// $XDG_CONFIG_HOME/organbake/config, else ~/.config/organbake/config; empty without a home.
+std::filesystem::path configuration_file() {
+  const std::filesystem::path own = folder_named_by("XDG_CONFIG_HOME"),
+                              home = folder_named_by("HOME");
+  const std::filesystem::path folder = !own.empty() || home.empty() ? own : home / ".config";
+  return folder.empty() ? folder : folder / "organbake" / "config";
+}
+
 }  // namespace
 
 std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
@@ -277,13 +285,6 @@ OptionList ManualFlags::options() {
 std::optional<std::string> ManualFlags::text(const CommandManual& manual) const {
   if (man) return man_page(manual, kVersion, kReleaseDate);
   return shell.empty() ? std::nullopt : std::optional(completion(shell, manual, {}));
-}
-
-std::filesystem::path configuration_file() {
-  const std::filesystem::path own = folder_named_by("XDG_CONFIG_HOME"),
-                              home = folder_named_by("HOME");
-  const std::filesystem::path folder = !own.empty() || home.empty() ? own : home / ".config";
-  return folder.empty() ? folder : folder / "organbake" / "config";
 }
 
 std::string version_text(const std::string& program, bool json) {

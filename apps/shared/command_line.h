@@ -84,7 +84,7 @@ struct SharedFlags {
   std::filesystem::path cache;  // a user's default of the flag that organbake's commands have
 
   OptionList options();
-  // Takes the defaults of threads, color and cache from the user's configuration_file(), where
+  // Takes the defaults of threads, color and cache from the user's configuration file, where
   // there is one. Throws UsageError with file and line of what cannot be read.
   void read_defaults();
 };
@@ -98,9 +98,6 @@ struct ManualFlags {
   // The page or the script that was asked for; nothing where the program is to work.
   std::optional<std::string> text(const CommandManual& manual) const;
 };
-
-// $XDG_CONFIG_HOME/organbake/config, else ~/.config/organbake/config; empty without a home.
-std::filesystem::path configuration_file();
 
 // "organplay 0.6.0" in a line, or as JSON.
 std::string version_text(const std::string& program, bool json);

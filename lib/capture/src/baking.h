@@ -86,11 +86,6 @@ struct BaseLayerScene {
   double reach_mm;                      // along a shell line, both ways
 };
 
-// Every node's height is where its shell line meets the surface, of all meetings the nearest to
-// the proxy whose normal agrees; where there is none, the height of the closest surface point.
-// Faces that share a vertex or an edge get the same values there, so the layer has no cracks.
-BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const RunContext& context);
-
 // A place on a surface and the surface's direction there, a unit vector.
 struct DirectedPlace {
   Eigen::Vector3d at_mm, normal;

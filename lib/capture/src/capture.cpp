@@ -200,8 +200,9 @@ NodeValues bake_nodes(const BaseLayerScene& scene, const std::vector<ShellLine>&
   return values;
 }
 
-}  // namespace
-
+// Every node's height is where its shell line meets the surface, of all meetings the nearest to
+// the proxy whose normal agrees; where there is none, the height of the closest surface point.
+// Faces that share a vertex or an edge get the same values there, so the layer has no cracks.
 BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const RunContext& context) {
   const Lattice lattice(scene.proxy, lattice_steps(scene.proxy, step_mm, kMaxNodes));
   const NodeValues values = bake_nodes(scene, lattice.shell_lines(), context);
@@ -222,6 +223,8 @@ BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const Run
     });
   return layer;
 }
+
+}  // namespace
 
 namespace {
 

@@ -226,6 +226,8 @@ Eigen::Vector3d CutSheet::across(const SheetPlace& place) const {
   return onward(place).cross(upward(place)).normalized();
 }
 
+namespace {
+
 SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,
                           const CutSheet::Triangle& triangle) {
   const auto& [p, q, r] = triangle.corners;
@@ -249,8 +251,6 @@ SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,
   crossing.place = {triangle.stroke, mean(0), mean(1)};
   return crossing;
 }
-
-namespace {
 
 struct Boxes {
   std::vector<GridBox> each;

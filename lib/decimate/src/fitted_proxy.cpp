@@ -108,8 +108,11 @@ bool Flippable::flip_if_flatter(std::uint32_t f, int k) {
   return true;
 }
 
-}  // namespace
-
+// Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
+// alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
+// at are faces more than a right angle from a neighbour. An edge of theirs is flipped where the
+// sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
+// The mesh must be manifold; it stays so. Returns the number of flips.
 std::size_t unfold_faces(TriangleMesh& mesh) {
   if (!manifold_twins(mesh)) return 0;
   Flippable flippable(mesh);
@@ -126,6 +129,8 @@ std::size_t unfold_faces(TriangleMesh& mesh) {
   }
   return flips;
 }
+
+}  // namespace
 
 namespace {
 

@@ -250,10 +250,6 @@ PatchFit fit_patch(ProxyPatch& patch, const FitReference& reference,
 // The same without moving anything.
 PatchFit measure_patch(ProxyPatch& patch, const FitReference& reference, const FitNorm& norm);
 
-// Volume between the patch and a fixed point; the same for any patch with the same rim up to the
-// space between the two.
-double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from);
-
 // 1 for an equilateral triangle, 0 for one without area: 4√3 · area / Σ edge².
 double face_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
@@ -333,13 +329,6 @@ bool improve_by_moves(RefinedProxy& proxy, const RunContext& context = {});
 // `after` with the vertices round any faces that meet others drawn back towards `before` (same
 // faces, other places), until it meets itself no more than `before` does.
 [[nodiscard]] TriangleMesh keep_apart(const TriangleMesh& before, TriangleMesh after);
-
-// Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
-// alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
-// at are faces more than a right angle from a neighbour. An edge of theirs is flipped where the
-// sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
-// The mesh must be manifold; it stays so. Returns the number of flips.
-std::size_t unfold_faces(TriangleMesh& mesh);
 
 struct FittedOptions {
   std::size_t faces = 80;

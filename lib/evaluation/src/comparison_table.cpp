@@ -72,10 +72,7 @@ std::optional<Read> read_at(const CameraMaps& maps, const PosedCamera& camera,
 class Resampler {
  public:
   Resampler(const Bundle& bundle, const View& view)
-      : bundle_(bundle),
-        shares_(trimmed(view_weights(
-            bundle.cameras.manifold,
-            view.camera.center_world_mm() - bundle.cameras.manifold.center_world_mm))) {}
+      : bundle_(bundle), shares_(drawn_shares(bundle.cameras.manifold, view)) {}
 
   std::optional<Vector3f> color(const Eigen::Vector3d& at_rest) const {
     Vector3f sum = Vector3f::Zero();

@@ -35,8 +35,7 @@ bool is_any_of(const std::string& word, Names known);
 std::optional<NamedMatrices::Matrix> shaped(std::vector<double> values, double height,
                                             double width);
 
-// Why what has a name is no matrix: of its header, and as a sentence that names file and matrix.
-std::string unlike_header(const std::string& rows, const std::string& columns, std::size_t count);
+// Why what has a name is no matrix, as a sentence that names file and matrix.
 std::string unreadable(const std::filesystem::path& path, const std::string& name,
                        const std::string& fault);
 

@@ -18,6 +18,12 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
+// Why what has a name is no matrix, by its header.
+std::string unlike_header(const std::string& rows, const std::string& columns, std::size_t count) {
+  return "says " + rows + " rows and " + columns + " columns, and holds " + std::to_string(count) +
+         " numbers";
+}
+
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;
 
 std::optional<double> number_of(const YAML::Node& node) {
@@ -234,11 +240,6 @@ const NamedMatrices* NamedMatrices::part(Names names) const { return first_of(pa
 std::optional<double> NamedMatrices::number(Names names) const {
   const double* found = first_of(numbers, names);
   return found ? std::optional(*found) : std::nullopt;
-}
-
-std::string unlike_header(const std::string& rows, const std::string& columns, std::size_t count) {
-  return "says " + rows + " rows and " + columns + " columns, and holds " + std::to_string(count) +
-         " numbers";
 }
 
 std::string unreadable(const fs::path& path, const std::string& name, const std::string& fault) {

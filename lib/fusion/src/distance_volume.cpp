@@ -69,8 +69,7 @@ void add_view(const SmoothView& view, const Eigen::Vector3d& at_mm, double trunc
   weight += share * seen.weight;
 }
 
-}  // namespace
-
+// Median distance on the surface between the views' pixels, or as many as were averaged.
 double usual_pixel_mm(const std::vector<SmoothView>& views) {
   std::vector<double> sizes;
   for (const SmoothView& view : views)
@@ -79,6 +78,8 @@ double usual_pixel_mm(const std::vector<SmoothView>& views) {
         sizes.push_back(view.resolution_px * view.depth_mm.values[k] / view.camera.intrinsics.fx);
   return median(std::move(sizes));
 }
+
+}  // namespace
 
 VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm) {
   constexpr double kMarginVoxels = 4;

@@ -72,6 +72,9 @@ bool is_of_another_scale(const ViewOverlap& overlap) {
          overlap.spread < kMostSpread * apart;
 }
 
+namespace {
+
+// Throws BadDataError for a view that sees nothing that another one sees, or is of another scale.
 void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views) {
   if (views.size() < 2) return;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -87,8 +90,6 @@ void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<D
                                             "finds one for each map)");
   }
 }
-
-namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -206,8 +207,10 @@ void spread_colors(TriangleMesh& mesh, std::vector<std::uint8_t> colored) {
   }
 }
 
-}  // namespace
-
+// Colours each vertex by all pictures that see it, the straighter and nearer the more; one that
+// differs from the others (a highlight) counts less. What none sees takes its neighbours' colour.
+// smooth[i] belongs to views[i]. Without any picture the mesh has no colours. Returns the share of
+// vertices that a picture sees.
 double color_by_views(const std::vector<DepthView>& views, const std::vector<SmoothView>& smooth,
                       PictureLight light, double surface_mm, TriangleMesh& mesh) {
   mesh.colors.clear();
@@ -229,6 +232,8 @@ double color_by_views(const std::vector<DepthView>& views, const std::vector<Smo
   spread_colors(mesh, std::move(colored));
   return share;
 }
+
+}  // namespace
 
 void FusionOptions::check() const {
   require(voxel_mm == 0 || (voxel_mm >= 0.02 && voxel_mm <= 50), "voxel", voxel_mm,

@@ -224,11 +224,16 @@ void move_along_edges(TriangleMesh& mesh, const Volume& ct, const Crossing& cros
   });
 }
 
-}  // namespace
-
+// Puts the vertices of a contour, each on an edge of the volume's grid and in its index
+// coordinates, where the straight line between the edge's two values crosses `level`, in double
+// precision. The contour may have been made at any level that parts the voxels alike. A crossing
+// keeps its 1/256 of an edge from the grid points; a vertex beyond the volume's border, or beside a
+// NaN, stays.
 void place_crossings(TriangleMesh& mesh, const Volume& ct, double level) {
   move_along_edges(mesh, ct, [&](const auto& row) { return row.straight_crossing(level); });
 }
+
+}  // namespace
 
 void refine_crossings(TriangleMesh& mesh, const Volume& ct, double level) {
   move_along_edges(mesh, ct, [&](const auto& row) {

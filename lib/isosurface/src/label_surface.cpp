@@ -106,14 +106,18 @@ class LabelSteps {
   std::vector<std::uint8_t> inside_;  // the label's box, x fastest
 };
 
-}  // namespace
-
+// How many voxels high the steps of a label's staircase are along each axis: 1 for a mask drawn on
+// its own grid; 3 for one drawn at 3 mm and brought onto a grid of 1 mm by nearest neighbour, as
+// segmentation networks do, whose stairs are then 3 mm. Read off the steps between neighbouring
+// columns: slopes make steps of every height, but only a finer grid has none of 1.
 Eigen::Vector3d stair_height_voxels(const Volume& mask, int label, const LabelBox& box) {
   const LabelSteps steps(mask, label, box);
   return {static_cast<double>(steps.typical_height(0)),
           static_cast<double>(steps.typical_height(1)),
           static_cast<double>(steps.typical_height(2))};
 }
+
+}  // namespace
 
 namespace {
 

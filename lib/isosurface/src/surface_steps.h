@@ -77,13 +77,6 @@ struct ProposedLevel {
 // the one organ of a phantom. Throws BadDataError when all voxels have one value.
 ProposedLevel propose_level(const Volume& ct);
 
-// Puts the vertices of a contour, each on an edge of the volume's grid and in its index
-// coordinates, where the straight line between the edge's two values crosses `level`, in double
-// precision. The contour may have been made at any level that parts the voxels alike. A crossing
-// keeps its 1/256 of an edge from the grid points; a vertex beyond the volume's border, or beside a
-// NaN, stays.
-void place_crossings(TriangleMesh& mesh, const Volume& ct, double level);
-
 // The same by more than two voxels. A CT's voxel holds the mean over its own length; where an edge
 // of tissue cuts one voxel of a thick slice, the straight line between two values is up to 0.09
 // slices off. The sum of the voxels across the edge has no such error (the height functions of
@@ -93,12 +86,6 @@ void place_crossings(TriangleMesh& mesh, const Volume& ct, double level);
 // Where the plateaus are not reached (edges seen under a grazing angle, thin walls) the straight
 // line counts. Vertices never leave their edges.
 void refine_crossings(TriangleMesh& mesh, const Volume& ct, double level);
-
-// How many voxels high the steps of a label's staircase are along each axis: 1 for a mask drawn on
-// its own grid; 3 for one drawn at 3 mm and brought onto a grid of 1 mm by nearest neighbour, as
-// segmentation networks do, whose stairs are then 3 mm. Read off the steps between neighbouring
-// columns: slopes make steps of every height, but only a finer grid has none of 1.
-Eigen::Vector3d stair_height_voxels(const Volume& mask, int label, const LabelBox& box);
 
 // Separable Gaussian over a grid (x fastest), kernel cut at 3 σ and normalised; σ in voxels for
 // each axis, 0 = none. Beyond the grid its outermost values go on. Same result for any number of

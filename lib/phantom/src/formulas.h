@@ -126,17 +126,6 @@ struct Organ {
   Eigen::Vector3d diffuse(const Eigen::Vector3d& world_mm, const Eigen::Vector3d& normal) const;
 };
 
-// The scan's grid: its size and spacing as asked for, LPS axes, its centre away from the world's.
-Eigen::Vector3d scan_center_mm();
-Volume scan_organ(const OrganShape& shape, const OrganPhantomOptions& options,
-                  const RunContext& context);
-
-// The formula's surface over an icosphere's directions, with its diffuse colours when `texture`.
-TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,
-                           const RunContext& context);
-
-std::vector<PosedCamera> cameras_round(const TriangleMesh& surface, int count, int size);
-
 // `near_surface` brings a ray close to the surface, the formula gives the exact point.
 Rgb8Image photograph_organ(const Organ& organ, const RayScene& near_surface,
                            const PosedCamera& camera, const RunContext& context);
@@ -200,11 +189,6 @@ struct VesselSpot {
   Eigen::Vector2d center_mm;
   double radius_mm;
 };
-
-// Vessels that wander, taper and branch within ±reach, as the discs that they cover, near enough to
-// each other to leave no gap. `count` trees, whose stems are 0.3 to 2 mm wide.
-std::vector<VesselSpot> grow_vessels(std::uint64_t seed, int count,
-                                     const Eigen::Vector2d& reach_mm);
 
 // What lies on a TissueRelief, bound to its points: the colours of the materials liver, gallbladder
 // and fat, vessels that branch (0.1 to 1.1 mm wide) and a net of fine ones, and the film's

@@ -109,35 +109,10 @@ Vector3d spiral_direction(int index, int count) {
   return {r * std::cos(angle), y, r * std::sin(angle)};
 }
 
-}  // namespace
-
-Eigen::Vector3d Organ::diffuse(const Eigen::Vector3d& world_mm,
-                               const Eigen::Vector3d& normal) const {
-  return texture.albedo(world_mm).cwiseProduct(studio_lighting().diffuse(normal));
-}
-
-TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,
-                           const RunContext& context) {
-  TriangleMesh mesh = make_icosphere(subdivisions);
-  if (colored) mesh.colors.resize(mesh.vertices.size());
-  const auto raise = [&](std::size_t v) {
-    mesh.vertices[v] = organ.shape.surface_point(mesh.vertices[v]);
-    if (!colored) return;
-    const Eigen::Vector3d normal = -organ.shape.sample(mesh.vertices[v]).gradient.normalized();
-    mesh.colors[v] = organ.diffuse(mesh.vertices[v], normal).cwiseMin(1.0).cast<float>();
-  };
-  constexpr std::size_t kVerticesAtOnce = 4096;
-  parallel_pieces(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce,
-                  [&](std::size_t first, std::size_t last) {
-                    context.throw_if_cancelled();
-                    for (std::size_t v = first; v < last; ++v) raise(v);
-                  });
-  return mesh;
-}
-
 // Off the world's origin by amounts that no voxel size divides, so that a lost origin shows.
 Vector3d scan_center_mm() { return {12.6, -7.3, 31.1}; }
 
+// The scan's grid: its size and spacing as asked for, LPS axes, its centre away from the world's.
 Volume scan_organ(const OrganShape& shape, const OrganPhantomOptions& options,
                   const RunContext& context) {
   Volume ct;
@@ -166,6 +141,35 @@ Volume scan_organ(const OrganShape& shape, const OrganPhantomOptions& options,
   return ct;
 }
 
+// The formula's surface over an icosphere's directions, with its diffuse colours when `texture`.
+TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,
+                           const RunContext& context) {
+  TriangleMesh mesh = make_icosphere(subdivisions);
+  if (colored) mesh.colors.resize(mesh.vertices.size());
+  const auto raise = [&](std::size_t v) {
+    mesh.vertices[v] = organ.shape.surface_point(mesh.vertices[v]);
+    if (!colored) return;
+    const Eigen::Vector3d normal = -organ.shape.sample(mesh.vertices[v]).gradient.normalized();
+    mesh.colors[v] = organ.diffuse(mesh.vertices[v], normal).cwiseMin(1.0).cast<float>();
+  };
+  constexpr std::size_t kVerticesAtOnce = 4096;
+  parallel_pieces(std::size_t{0}, mesh.vertices.size(), kVerticesAtOnce,
+                  [&](std::size_t first, std::size_t last) {
+                    context.throw_if_cancelled();
+                    for (std::size_t v = first; v < last; ++v) raise(v);
+                  });
+  return mesh;
+}
+
+}  // namespace
+
+Eigen::Vector3d Organ::diffuse(const Eigen::Vector3d& world_mm,
+                               const Eigen::Vector3d& normal) const {
+  return texture.albedo(world_mm).cwiseProduct(studio_lighting().diffuse(normal));
+}
+
+namespace {
+
 std::vector<PosedCamera> cameras_round(const TriangleMesh& surface, int count, int size) {
   const Vector3d aim = bounds(surface).center();
   std::vector<PosedCamera> cameras;
@@ -184,8 +188,6 @@ std::vector<PosedCamera> cameras_round(const TriangleMesh& surface, int count, i
   }
   return cameras;
 }
-
-namespace {
 
 using Eigen::Vector3d;
 

@@ -171,8 +171,7 @@ double relief_mm(const BaseLayer& base, std::size_t face) {
   return highest;
 }
 
-}  // namespace
-
+// Whether some skin lies nearer to the eye than it can be drawn.
 bool lens_touches_skin(const Player& player, const View& view) {
   const Eigen::Vector3d eye = view.camera.center_world_mm();
   // Skin is drawn from the near plane on, which is farther away at the picture's corners.
@@ -190,6 +189,8 @@ bool lens_touches_skin(const Player& player, const View& view) {
   }
   return false;
 }
+
+}  // namespace
 
 std::optional<std::string> why_empty(const Player& player, const View& view,
                                      const DrawReport& report) {

@@ -126,6 +126,32 @@ Json keyframe_json(const CameraKeyframe& key) {
           {"up", key.pose.up}};
 }
 
+// The keyframes before and behind a frame, and theirs; before the first and after the last a and b
+// are the same.
+struct KeyframeSpan {
+  int before, a, b, after;
+  double share;  // of the way from a to b
+};
+
+KeyframeSpan keyframes_at(const Script& script, int frame) {
+  const auto& keys = script.camera;
+  const int count = static_cast<int>(keys.size());
+  const auto next = std::find_if(keys.begin(), keys.end(),
+                                 [&](const CameraKeyframe& k) { return k.frame > frame; });
+  const int b = static_cast<int>(next - keys.begin());
+  if (b == 0) return {0, 0, 0, 0, 0};
+  if (b == count) return {count - 1, count - 1, count - 1, count - 1, 0};
+  const int a = b - 1;
+  return {std::max(a - 1, 0), a, b, std::min(b + 1, count - 1),
+          double(frame - keys[a].frame) / (keys[b].frame - keys[a].frame)};
+}
+
+double catmull_rom(double before, double a, double b, double after, double t) {
+  return a + 0.5 * t *
+                 (b - before +
+                  t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
+}
+
 RigidTransform free_pose_at(const Script& script, int frame) {
   const KeyframeSpan at = keyframes_at(script, frame);
   const auto pose = [&](int key) { return *script.camera[key].camera_from_world; };
@@ -305,25 +331,6 @@ std::string script_to_json(const Script& script) {
   if (!script.vertices_mm.empty()) json["vertices_mm"] = script.vertices_mm;
   if (script.light) json["light"] = to_string(*script.light);
   return json_text(json);
-}
-
-double catmull_rom(double before, double a, double b, double after, double t) {
-  return a + 0.5 * t *
-                 (b - before +
-                  t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
-}
-
-KeyframeSpan keyframes_at(const Script& script, int frame) {
-  const auto& keys = script.camera;
-  const int count = static_cast<int>(keys.size());
-  const auto next = std::find_if(keys.begin(), keys.end(),
-                                 [&](const CameraKeyframe& k) { return k.frame > frame; });
-  const int b = static_cast<int>(next - keys.begin());
-  if (b == 0) return {0, 0, 0, 0, 0};
-  if (b == count) return {count - 1, count - 1, count - 1, count - 1, 0};
-  const int a = b - 1;
-  return {std::max(a - 1, 0), a, b, std::min(b + 1, count - 1),
-          double(frame - keys[a].frame) / (keys[b].frame - keys[a].frame)};
 }
 
 OrbitPose camera_at(const Script& script, int frame) {

@@ -301,8 +301,10 @@ void put_tools(const Moment& moment, const LayerSet& layers, PixelTruth& truth) 
   });
 }
 
-}  // namespace
-
+// Works out what the layers need of a picture that was drawn with DrawOptions::keep_bound at a
+// moment. The picture's bound pixels are taken out of it, and it will be drawn anew. Depth is that
+// of the skin's sample at the pixel's centre; pixels that were filled are bound as their
+// neighbours. The same for any number of threads.
 void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, PixelTruth& truth) {
   truth.width = picture.color.width, truth.height = picture.color.height;
   truth.bound.swap(picture.bound);
@@ -320,6 +322,8 @@ void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, P
   put_tools(moment, layers, truth);
   if (layers.normals) put_skin_normals(truth);
 }
+
+}  // namespace
 
 void TruthTracker::advance(const Player& player, const View& view, const std::vector<Solid>& tools,
                            Frame& picture) {

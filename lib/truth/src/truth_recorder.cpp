@@ -104,6 +104,11 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
   return jobs;
 }
 
+namespace {
+
+// flow as EXR: forward.x forward.y forward.seen and backward likewise, px to 1/256 as half floats
+// (to one part in 4096), and 0 or 1; of a picture that is the first or the last one of the two is
+// missing; without both there is no file.
 std::vector<WriteJob> flow_jobs(const std::filesystem::path& file, int width, int height,
                                 const Flow* forward, const Flow* backward) {
   std::vector<Channel> channels;
@@ -112,8 +117,6 @@ std::vector<WriteJob> flow_jobs(const std::filesystem::path& file, int width, in
   if (channels.empty()) return {};
   return {exr_job(file, width, height, std::move(channels))};
 }
-
-namespace {
 
 Json camera_json(const PosedCamera& camera) {
   Json pose = Json::array();

@@ -155,6 +155,29 @@ double gap_of(const SampleBits& seen, const std::vector<SampleBits>& kept, const
   return picture > 0 ? missed_picture / picture : 0;
 }
 
+// The surface, a colour a vertex by how many of the cameras show it well: red = none, yellow = one,
+// green = two, blue = three or more; grey = none of the region's views does.
+TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
+                                const std::vector<Eye>& cameras, const std::vector<Eye>& region,
+                                const SightLimits& well) {
+  static const Eigen::Vector3f kUnreachable(0.2f, 0.2f, 0.2f);
+  static const std::array<Eigen::Vector3f, 4> kByCameras = {
+      Eigen::Vector3f(0.8f, 0.03f, 0.03f), Eigen::Vector3f(0.8f, 0.6f, 0.05f),
+      Eigen::Vector3f(0.1f, 0.5f, 0.15f), Eigen::Vector3f(0.08f, 0.2f, 0.6f)};
+  SurfaceSamples vertices;
+  vertices.points = surface.vertices;
+  vertices.normals = vertex_normals(surface);
+  const std::vector<SampleBits> seen = sight.seen_from_each(cameras, vertices, well);
+  const SampleBits reachable = sight.seen_from_any(region, vertices, well);
+  TriangleMesh painted = surface;
+  painted.colors.clear();
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const int times = times_in(seen, v, static_cast<int>(kByCameras.size()) - 1);
+    painted.colors.push_back(times == 0 && !reachable.test(v) ? kUnreachable : kByCameras[times]);
+  }
+  return painted;
+}
+
 }  // namespace
 
 CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& placement,
@@ -194,27 +217,6 @@ ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<Sa
   // In order: the sum is the same for any number of threads.
   for (const double gap : gaps) certificate.mean_gap += gap / static_cast<double>(gaps.size());
   return certificate;
-}
-
-TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
-                                const std::vector<Eye>& cameras, const std::vector<Eye>& region,
-                                const SightLimits& well) {
-  static const Eigen::Vector3f kUnreachable(0.2f, 0.2f, 0.2f);
-  static const std::array<Eigen::Vector3f, 4> kByCameras = {
-      Eigen::Vector3f(0.8f, 0.03f, 0.03f), Eigen::Vector3f(0.8f, 0.6f, 0.05f),
-      Eigen::Vector3f(0.1f, 0.5f, 0.15f), Eigen::Vector3f(0.08f, 0.2f, 0.6f)};
-  SurfaceSamples vertices;
-  vertices.points = surface.vertices;
-  vertices.normals = vertex_normals(surface);
-  const std::vector<SampleBits> seen = sight.seen_from_each(cameras, vertices, well);
-  const SampleBits reachable = sight.seen_from_any(region, vertices, well);
-  TriangleMesh painted = surface;
-  painted.colors.clear();
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    const int times = times_in(seen, v, static_cast<int>(kByCameras.size()) - 1);
-    painted.colors.push_back(times == 0 && !reachable.test(v) ? kUnreachable : kByCameras[times]);
-  }
-  return painted;
 }
 
 TriangleMesh poked_surface(TriangleMesh surface, const Poke& poke) {

@@ -216,12 +216,6 @@ ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<Sa
                               const std::vector<Eigen::Vector3d>& views_mm,
                               const std::vector<SampleBits>& seen, const SurfaceSamples& samples);
 
-// The surface, a colour a vertex by how many of the cameras show it well: red = none, yellow = one,
-// green = two, blue = three or more; grey = none of the region's views does.
-TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
-                                const std::vector<Eye>& cameras, const std::vector<Eye>& region,
-                                const SightLimits& well);
-
 // What a set of cameras must do: at least `samples` samples seen by at least `overlap` of them.
 struct CoverGoal {
   std::size_t samples = 0;

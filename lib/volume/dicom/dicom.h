@@ -162,16 +162,6 @@ struct SeriesPart {
   std::vector<std::string> warnings;
 };
 
-// Leaves one slice for every place along the normal, by which the slices are sorted: copies (the
-// same stored pixels) go. Where the same places were taken several times, at several times of the
-// heart's or the breath's cycle, in several acquisitions or reconstructions, options.time says
-// which volume is taken; without it, of acquisitions of different size the one with most slices is,
-// with a warning, and otherwise the volumes are listed in an error. Throws BadDataError also when
-// all slices lie in one place, or when two that differ lie in the same place and nothing tells them
-// apart.
-SeriesPart without_copies(std::vector<DicomSlice> sorted, const std::filesystem::path& folder,
-                          const VolumeReadOptions& options);
-
 // Parallel slices of one series in the order of their positions along the normal. Nothing but
 // ImagePositionPatient and ImageOrientationPatient counts: file names, instance numbers,
 // SliceThickness and SpacingBetweenSlices are often wrong.
@@ -205,11 +195,6 @@ DicomCoding coding_of(const std::string& transfer_syntax);
 // machine's byte order. GDCM's file parser, which ends the program on damaged headers, is not
 // involved. Throws BadDataError naming the file.
 std::vector<std::byte> decompress(const DicomSlice& slice, DicomCoding coding);
-
-// Reads the fragments of compressed pixel data (PS3.5, A.4) and joins them: one frame's codestream.
-// Then holds what the codestream says about itself against the header: the decoders take a lie for
-// a reason to end the program, so they must not see one. Throws BadDataError naming the file.
-std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding coding);
 
 // Hounsfield units of air: what padding outside the scanner's field of view becomes.
 inline constexpr std::int16_t kAir_hu = -1000;

@@ -256,6 +256,11 @@ DicomCoding coding_of(const std::string& transfer_syntax) {
   return found == kCodings.end() ? DicomCoding::unknown : found->second;
 }
 
+namespace {
+
+// Reads the fragments of compressed pixel data (PS3.5, A.4) and joins them: one frame's codestream.
+// Then holds what the codestream says about itself against the header: the decoders take a lie for
+// a reason to end the program, so they must not see one. Throws BadDataError naming the file.
 std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding coding) {
   if (slice.pixels.bytes != DicomPixels::kEncapsulated) refuse(slice, "they are not in fragments");
   std::vector<std::byte> stream = joined_fragments(slice);
@@ -268,8 +273,6 @@ std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding codi
   }
   return stream;
 }
-
-namespace {
 
 // GDCM talks to std::cerr; its words reach the user through exceptions.
 void keep_off_the_terminal() {

@@ -156,6 +156,15 @@ std::vector<SameValue> parted_by(const std::vector<std::string>& values) {
   return all;
 }
 
+namespace {
+
+// Leaves one slice for every place along the normal, by which the slices are sorted: copies (the
+// same stored pixels) go. Where the same places were taken several times, at several times of the
+// heart's or the breath's cycle, in several acquisitions or reconstructions, options.time says
+// which volume is taken; without it, of acquisitions of different size the one with most slices is,
+// with a warning, and otherwise the volumes are listed in an error. Throws BadDataError also when
+// all slices lie in one place, or when two that differ lie in the same place and nothing tells them
+// apart.
 SeriesPart without_copies(std::vector<DicomSlice> sorted, const fs::path& folder,
                           const VolumeReadOptions& options) {
   if (!has_copies(sorted)) {
@@ -184,8 +193,6 @@ SeriesPart without_copies(std::vector<DicomSlice> sorted, const fs::path& folder
                        "tells them apart; give a folder of one");
   return chosen_part(same, folder, options);
 }
-
-namespace {
 
 // Scanners write positions with two to six decimals; repeated rounding stays below this.
 constexpr double kSlack_mm = 0.05;

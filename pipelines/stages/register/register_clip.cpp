@@ -19,10 +19,15 @@
 namespace organbake {
 namespace fs = std::filesystem;
 
+namespace {
+
+// CLIP_000000.png and so on, as whoever takes the video apart would name them.
 std::string frame_name(const fs::path& video, std::size_t index) {
   constexpr std::size_t kDigits = 6;
   return video.stem().string() + "_" + padded(index, kDigits) + ".png";
 }
+
+}  // namespace
 
 bool is_video(const fs::path& path) {
   constexpr std::array kVideos = {".mp4", ".m4v", ".mkv", ".avi", ".mov", ".webm", ".mpg", ".mpeg"};

@@ -64,8 +64,6 @@ CameraSet posed_cameras(const std::vector<NamedPose>& poses, bool all);
 bool is_video(const std::filesystem::path& path);
 
 inline constexpr std::size_t kOverlayEach = 25;  // frames: one a second
-// CLIP_000000.png and so on, as whoever takes the video apart would name them.
-std::string frame_name(const std::filesystem::path& video, std::size_t index);
 
 struct ClipToTrack {
   std::filesystem::path video, intrinsics;

@@ -91,11 +91,6 @@ bool close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t
 // By as much as jaws close in a step.
 void close_jaws(double time_step_s, std::vector<Contact>& contacts);
 
-// Ties the points from `first` on to the tip that carries them, as the skin lies, and to each other
-// (CarrierResponse). Drops those that cannot give way.
-void tie_to_grasper(const PaddedVector& center, const ContactSearch& search, const Skin& skin,
-                    std::vector<Contact>& contacts, std::size_t first);
-
 // What an instrument carries or has gone through, and where that point of the skin lies at rest.
 struct HeldContact {
   Contact contact;

@@ -33,8 +33,8 @@ Shares shares_of(const Contact& c, const ContactSearch& search, const Skin& skin
   return {free, of_face};
 }
 
-}  // namespace
-
+// Ties the points from `first` on to the tip that carries them, as the skin lies, and to each other
+// (CarrierResponse). Drops those that cannot give way.
 void tie_to_grasper(const PaddedVector& center, const ContactSearch& search, const Skin& skin,
                     std::vector<Contact>& contacts, std::size_t first) {
   double together = 0;  // Φ
@@ -62,6 +62,8 @@ void tie_to_grasper(const PaddedVector& center, const ContactSearch& search, con
     carried.offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
   }
 }
+
+}  // namespace
 
 bool close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts) {

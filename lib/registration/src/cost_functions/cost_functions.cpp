@@ -28,19 +28,8 @@ NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& 
   return NccBlock(values, weights);
 }
 
-}  // namespace
-
-// The quaternion is Exp(ω) q: dq = ½ (ω, 0) q, whose inverse on unit quaternions is twice the
-// transposed product.
-Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_numbers(const double* pose) {
-  const double x = pose[0], y = pose[1], z = pose[2], w = pose[3];
-  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> m = Eigen::Matrix<double, 6, 7>::Zero();
-  m.topLeftCorner<3, 4>() << w, -z, y, -x, z, w, -x, -y, -y, x, w, -z;
-  m.topLeftCorner<3, 4>() *= 2;
-  m.bottomRightCorner<3, 3>().setIdentity();
-  return m;
-}
-
+// U of a Gram matrix GᵀG = UᵀU; rows of what depends on those before are zero. Cost functions hand
+// the solver U for G: the same cost and slopes in a few rows, and sums of fixed order.
 // Cholesky's way, row by row, past columns that depend on those before.
 Eigen::MatrixXd upper_factor(Eigen::MatrixXd gram) {
   constexpr double kDependent = 1e-13;  // of the column's own square
@@ -55,6 +44,19 @@ Eigen::MatrixXd upper_factor(Eigen::MatrixXd gram) {
       for (Eigen::Index j = k + 1; j < n; ++j) gram(i, j) -= upper(k, i) * upper(k, j);
   }
   return upper;
+}
+
+}  // namespace
+
+// The quaternion is Exp(ω) q: dq = ½ (ω, 0) q, whose inverse on unit quaternions is twice the
+// transposed product.
+Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_numbers(const double* pose) {
+  const double x = pose[0], y = pose[1], z = pose[2], w = pose[3];
+  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> m = Eigen::Matrix<double, 6, 7>::Zero();
+  m.topLeftCorner<3, 4>() << w, -z, y, -x, z, w, -x, -y, -y, x, w, -z;
+  m.topLeftCorner<3, 4>() *= 2;
+  m.bottomRightCorner<3, 3>().setIdentity();
+  return m;
 }
 
 // The rendering that all cost functions of a problem share, drawn once for each state that the

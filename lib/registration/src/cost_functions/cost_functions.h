@@ -26,10 +26,6 @@ using PoseManifold =
 // d motion / d the seven numbers: a derivative by the motion times this is one by the numbers.
 Eigen::Matrix<double, 6, 7, Eigen::RowMajor> motion_by_numbers(const double* pose);
 
-// U of a Gram matrix GᵀG = UᵀU; rows of what depends on those before are zero. Cost functions hand
-// the solver U for G: the same cost and slopes in a few rows, and sums of fixed order.
-Eigen::MatrixXd upper_factor(Eigen::MatrixXd gram);
-
 // The numbers that the solver moves. A longer lens takes the organ farther away: what is left of
 // the picture's change is then perspective alone, and focal length and distance, which otherwise
 // hardly differ, hardly trade against each other.

@@ -32,6 +32,24 @@ Matrix3d cross_matrix(const Vector3d& v) {
   return m;
 }
 
+// d pixel / d camera point (mm), distortion included; the point lies in front of the camera.
+Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& k, const Vector3d& p) {
+  const double x = p.x() / p.z(), y = p.y() / p.z();
+  Eigen::Matrix<double, 2, 3> normalised;
+  normalised << 1 / p.z(), 0, -x / p.z(), 0, 1 / p.z(), -y / p.z();
+  Eigen::Matrix2d lens = Eigen::Matrix2d::Identity();
+  if (k.has_distortion()) {
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
+    const double slope = 2 * (k.k1 + r2 * (2 * k.k2 + 3 * r2 * k.k3));  // d radial / d(r²), twice
+    lens(0, 0) = radial + slope * x * x + 2 * k.p1 * y + 6 * k.p2 * x;
+    lens(0, 1) = slope * x * y + 2 * k.p1 * x + 2 * k.p2 * y;
+    lens(1, 0) = lens(0, 1);
+    lens(1, 1) = radial + slope * y * y + 6 * k.p1 * y + 2 * k.p2 * x;
+  }
+  return Eigen::Vector2d(k.fx, k.fy).asDiagonal() * lens * normalised;
+}
+
 }  // namespace
 
 std::array<double, 7> ObjectPose::to_array() const {
@@ -71,23 +89,6 @@ Motion motion_between(const ObjectPose& from, const ObjectPose& to) {
   Motion motion;
   motion << angle * turn.axis(), to.center_camera_mm - from.center_camera_mm;
   return motion;
-}
-
-Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& k, const Vector3d& p) {
-  const double x = p.x() / p.z(), y = p.y() / p.z();
-  Eigen::Matrix<double, 2, 3> normalised;
-  normalised << 1 / p.z(), 0, -x / p.z(), 0, 1 / p.z(), -y / p.z();
-  Eigen::Matrix2d lens = Eigen::Matrix2d::Identity();
-  if (k.has_distortion()) {
-    const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (k.k1 + r2 * (k.k2 + r2 * k.k3));
-    const double slope = 2 * (k.k1 + r2 * (2 * k.k2 + 3 * r2 * k.k3));  // d radial / d(r²), twice
-    lens(0, 0) = radial + slope * x * x + 2 * k.p1 * y + 6 * k.p2 * x;
-    lens(0, 1) = slope * x * y + 2 * k.p1 * x + 2 * k.p2 * y;
-    lens(1, 0) = lens(0, 1);
-    lens(1, 1) = radial + slope * y * y + 6 * k.p1 * y + 2 * k.p2 * x;
-  }
-  return Eigen::Vector2d(k.fx, k.fy).asDiagonal() * lens * normalised;
 }
 
 Eigen::Matrix<double, 2, 6> pixel_motion(const Intrinsics& intrinsics, const Vector3d& point,

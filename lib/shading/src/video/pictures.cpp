@@ -39,6 +39,30 @@ void paste(const Rgb8Image& from, int left, int top, Rgb8Image& to) {
     std::copy_n(from.at(0, y), 3 * std::size_t(from.width), to.at(left, top + y));
 }
 
+// Near is bright and warm, far is dark and cold, nothing is black; from the 2nd to the 98th
+// percent.
+Rgb8Image depth_picture(const Plane& depth) {
+  Rgb8Image picture(depth.width, depth.height);
+  std::vector<float> finite;
+  // Two percentiles: a sample is enough.
+  const std::size_t stride = 1 + depth.size() / 20000;
+  for (std::size_t k = 0; k < depth.size(); k += stride)
+    if (std::isfinite(depth.values[k])) finite.push_back(depth.values[k]);
+  if (finite.empty()) return picture;
+  std::sort(finite.begin(), finite.end());
+  const double low = finite[finite.size() / 50],
+               high = finite[finite.size() - 1 - finite.size() / 50];
+  for (std::size_t k = 0; k < depth.size(); ++k) {
+    if (!std::isfinite(depth.values[k])) continue;
+    const double far = std::clamp((depth.values[k] - low) / std::max(high - low, 1e-9), 0.0, 1.0);
+    std::uint8_t* p = &picture.pixels[3 * k];
+    p[0] = byte_of(1.05 - far);
+    p[1] = byte_of(0.9 - 0.8 * far);
+    p[2] = byte_of(0.25 + 0.35 * std::sin(3.14159 * far));
+  }
+  return picture;
+}
+
 }  // namespace
 
 Rgb8Image mask_picture(const PreparedFrame& frame) {
@@ -61,28 +85,6 @@ Rgb8Image grey_picture(const Plane& share) {
   Rgb8Image picture(share.width, share.height);
   for (std::size_t k = 0; k < share.size(); ++k)
     std::fill_n(&picture.pixels[3 * k], 3, byte_of(share.values[k]));
-  return picture;
-}
-
-Rgb8Image depth_picture(const Plane& depth) {
-  Rgb8Image picture(depth.width, depth.height);
-  std::vector<float> finite;
-  // Two percentiles: a sample is enough.
-  const std::size_t stride = 1 + depth.size() / 20000;
-  for (std::size_t k = 0; k < depth.size(); k += stride)
-    if (std::isfinite(depth.values[k])) finite.push_back(depth.values[k]);
-  if (finite.empty()) return picture;
-  std::sort(finite.begin(), finite.end());
-  const double low = finite[finite.size() / 50],
-               high = finite[finite.size() - 1 - finite.size() / 50];
-  for (std::size_t k = 0; k < depth.size(); ++k) {
-    if (!std::isfinite(depth.values[k])) continue;
-    const double far = std::clamp((depth.values[k] - low) / std::max(high - low, 1e-9), 0.0, 1.0);
-    std::uint8_t* p = &picture.pixels[3 * k];
-    p[0] = byte_of(1.05 - far);
-    p[1] = byte_of(0.9 - 0.8 * far);
-    p[2] = byte_of(0.25 + 0.35 * std::sin(3.14159 * far));
-  }
   return picture;
 }
 

@@ -299,8 +299,9 @@ bool is_plain_pattern(const std::string& name) {
   return end != std::string::npos && end - at <= 3 && (name[end] == 'd' || name[end] == 'i');
 }
 
-}  // namespace
-
+// The files of a volume that is spread over several, slice by slice or block by block.
+// `pattern` = a C format of one number ("slice%03d.raw") and its first, last and step ("1 50 1").
+// Throws BadDataError naming `header` when that is no such thing or asks for too many files.
 std::vector<fs::path> files_of_pattern(const std::string& pattern, const fs::path& header) {
   // The name may hold spaces; the numbers stand last.
   std::string name = pattern, rest;
@@ -327,6 +328,8 @@ std::vector<fs::path> files_of_pattern(const std::string& pattern, const fs::pat
   }
   return files;
 }
+
+}  // namespace
 
 std::vector<fs::path> listed_files(const std::string& named, const fs::path& header, char mark,
                                    std::initializer_list<std::string_view> fields) {

@@ -79,11 +79,6 @@ struct VoxelPart {
   std::uint64_t offset = 0;  // of its first byte
 };
 
-// The files of a volume that is spread over several, slice by slice or block by block.
-// `pattern` = a C format of one number ("slice%03d.raw") and its first, last and step ("1 50 1").
-// Throws BadDataError naming `header` when that is no such thing or asks for too many files.
-std::vector<std::filesystem::path> files_of_pattern(const std::string& pattern,
-                                                    const std::filesystem::path& header);
 // The same, or the files whose names stand behind the header's field, a line each, where `named` is
 // "LIST". `fields`: what that field may be called, in small letters; `mark` follows its name.
 std::vector<std::filesystem::path> listed_files(const std::string& named,
@@ -183,17 +178,8 @@ void settle_values(Volume& volume, const std::string& name);
 // Throws BadDataError when the data is too short (before memory is taken, where the file's size
 // shows it).
 void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
-// Keeps only a box of them and crops the grid to it. What lies before the box's first slice is
-// passed over, what lies behind its last is not read.
-void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
-                Volume& volume);
 // The same from whitespace-separated decimal text.
 void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
-
-// Throws BadDataError when voxels' worth of data is left: the header and its data don't belong
-// together. A line end or two, which editors and text writers leave, is let pass. Reading to the
-// end also makes a decompressor check its sum.
-void expect_end(ByteStream& stream);
 
 // How the voxels of one volume lie in a file of one or several: behind others, or between them.
 struct VoxelLayout {

@@ -146,6 +146,50 @@ std::string read_all_text(ByteStream& stream, std::size_t most) {
   return text;
 }
 
+// Keeps only a box of them and crops the grid to it. What lies before the box's first slice is
+// passed over, what lies behind its last is not read.
+void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
+                Volume& volume) {
+  const std::size_t width = bytes_of(encoding.type);
+  const auto columns = static_cast<std::size_t>(volume.size[0]);
+  const std::size_t slice = columns * static_cast<std::size_t>(volume.size[1]);
+  check_room(stream, voxels_of(volume.size), width);
+  crop_grid(volume, box);
+  reset_values(volume, box.voxels());
+  // Of a slice the box's rows are read, of a row everything: whole rows lie together.
+  const std::size_t rows = columns * static_cast<std::size_t>(box.size[1]);
+  const std::size_t before = columns * static_cast<std::size_t>(box.first[1]);
+  std::vector<std::byte> buffer(rows * width);
+  std::uint64_t passed = static_cast<std::uint64_t>(box.first[2]) * slice + before;
+  std::size_t to = 0;
+  for (int k = 0; k < box.size[2]; ++k) {
+    stream.skip(passed * width);
+    stream.read_exactly(buffer);
+    if (encoding.big_endian) swap_bytes(buffer.data(), rows, encoding.type);
+    for (int j = 0; j < box.size[1]; ++j) {
+      const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
+      const auto count = static_cast<std::size_t>(box.size[0]);
+      convert_voxels(&buffer[from * width], count, encoding, volume, to);
+      to += count;
+    }
+    passed = slice - rows;
+  }
+  settle_values(volume, stream.file().string());
+}
+
+// Throws BadDataError when voxels' worth of data is left: the header and its data don't belong
+// together. A line end or two, which editors and text writers leave, is let pass. Reading to the
+// end also makes a decompressor check its sum.
+void expect_end(ByteStream& stream) {
+  std::array<std::byte, 3> beyond{};
+  const std::size_t left = stream.read(beyond);
+  const bool line_ends = std::all_of(beyond.begin(), beyond.begin() + left, [](std::byte b) {
+    return b == std::byte{'\n'} || b == std::byte{'\r'};
+  });
+  if (left == beyond.size() || !line_ends)
+    throw BadDataError(stream.file(), "holds more data than its header asks for");
+}
+
 }  // namespace
 
 bool convert_whole(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
@@ -243,35 +287,6 @@ void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& vo
   settle_values(volume, stream.file().string());
 }
 
-void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
-                Volume& volume) {
-  const std::size_t width = bytes_of(encoding.type);
-  const auto columns = static_cast<std::size_t>(volume.size[0]);
-  const std::size_t slice = columns * static_cast<std::size_t>(volume.size[1]);
-  check_room(stream, voxels_of(volume.size), width);
-  crop_grid(volume, box);
-  reset_values(volume, box.voxels());
-  // Of a slice the box's rows are read, of a row everything: whole rows lie together.
-  const std::size_t rows = columns * static_cast<std::size_t>(box.size[1]);
-  const std::size_t before = columns * static_cast<std::size_t>(box.first[1]);
-  std::vector<std::byte> buffer(rows * width);
-  std::uint64_t passed = static_cast<std::uint64_t>(box.first[2]) * slice + before;
-  std::size_t to = 0;
-  for (int k = 0; k < box.size[2]; ++k) {
-    stream.skip(passed * width);
-    stream.read_exactly(buffer);
-    if (encoding.big_endian) swap_bytes(buffer.data(), rows, encoding.type);
-    for (int j = 0; j < box.size[1]; ++j) {
-      const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
-      const auto count = static_cast<std::size_t>(box.size[0]);
-      convert_voxels(&buffer[from * width], count, encoding, volume, to);
-      to += count;
-    }
-    passed = slice - rows;
-  }
-  settle_values(volume, stream.file().string());
-}
-
 void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
   const std::size_t count = voxels_of(volume.size);
   constexpr std::size_t kShortestNumber = 2, kLongestNumber = 64;  // with the space behind it
@@ -297,16 +312,6 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
   skip_space();
   if (at != end) throw BadDataError(stream.file(), "holds more values than its header asks for");
   settle_values(volume, stream.file().string());
-}
-
-void expect_end(ByteStream& stream) {
-  std::array<std::byte, 3> beyond{};
-  const std::size_t left = stream.read(beyond);
-  const bool line_ends = std::all_of(beyond.begin(), beyond.begin() + left, [](std::byte b) {
-    return b == std::byte{'\n'} || b == std::byte{'\r'};
-  });
-  if (left == beyond.size() || !line_ends)
-    throw BadDataError(stream.file(), "holds more data than its header asks for");
 }
 
 Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeReadOptions& options,

@@ -28,14 +28,15 @@ Eigen::Matrix3d nearest_perpendicular(const Eigen::Matrix3d& unit) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-}  // namespace
-
+// Sine of the largest angle by which two axes miss being perpendicular; NaN when one has no length.
 double shear_sine(const Eigen::Matrix3d& axes_mm) {
   const Eigen::Matrix3d unit =
       axes_mm * Eigen::Vector3d(axes_mm.colwise().norm()).cwiseInverse().asDiagonal();
   const Eigen::Matrix3d error = unit.transpose() * unit - Eigen::Matrix3d::Identity();
   return error.allFinite() ? error.cwiseAbs().maxCoeff() : std::nan("");
 }
+
+}  // namespace
 
 void set_grid(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vector3d& origin_mm,
               const std::string& name) {

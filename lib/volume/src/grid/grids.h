@@ -16,8 +16,6 @@
 
 namespace organbake {
 
-// Sine of the largest angle by which two axes miss being perpendicular; NaN when one has no length.
-double shear_sine(const Eigen::Matrix3d& axes_mm);
 // 0.06°: a shear that moves a voxel by 0.3 mm at 300 mm.
 inline constexpr double kLargestShear = 1e-3;
 

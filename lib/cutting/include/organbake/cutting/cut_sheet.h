@@ -123,8 +123,6 @@ struct SheetCrossing {
   double share = 0.5;
   SheetPlace place;
 };
-SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,
-                          const CutSheet::Triangle& triangle);
 
 // A box of grid steps.
 struct GridBox {

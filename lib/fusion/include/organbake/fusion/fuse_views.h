@@ -88,14 +88,6 @@ struct SolvedScale {
   bool told() const;
 };
 
-// The scale by which the views agree best about the surface: what a place's depth is in the view
-// that shows it against what another view, moved by the scaled poses, has there (robust: by
-// Cauchy's weight, as many places as can be). Scales are tried over the range in which the path of
-// the cameras lies between a fiftieth and eight times the depths, then the best is refined.
-// Deterministic. Views that show nothing in common at any of them have apart = 1. The views are
-// moved on the way, and come back as they were.
-SolvedScale solve_scale(std::vector<SmoothView>& views, bool each);
-
 // How depths and poses were brought to one unit.
 struct FusedScale {
   DepthScale how = DepthScale::one;  // one or each
@@ -158,8 +150,6 @@ struct DistanceVolume {
 // more.
 inline constexpr std::size_t kMostVoxels = 40'000'000;
 VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm);
-// Median distance on the surface between the views' pixels, or as many as were averaged.
-double usual_pixel_mm(const std::vector<SmoothView>& views);
 
 DistanceVolume fuse_distances(const std::vector<SmoothView>& views, const VoxelBox& box,
                               double truncation_mm, const RunContext& context);
@@ -184,13 +174,6 @@ enum class PictureLight {
   any,     // unknown: colours stay as they are
   camera,  // a lamp at the lens: brightness goes with the cosine over the distance squared
 };
-
-// Colours each vertex by all pictures that see it, the straighter and nearer the more; one that
-// differs from the others (a highlight) counts less. What none sees takes its neighbours' colour.
-// smooth[i] belongs to views[i]. Without any picture the mesh has no colours. Returns the share of
-// vertices that a picture sees.
-double color_by_views(const std::vector<DepthView>& views, const std::vector<SmoothView>& smooth,
-                      PictureLight light, double surface_mm, TriangleMesh& mesh);
 
 struct FusionOptions {
   double voxel_mm = 0;  // 0 = as fine as the depth maps' pixels
@@ -235,8 +218,5 @@ bool sees_nothing_in_common(const ViewOverlap& overlap);
 // farther.
 bool is_of_another_scale(const ViewOverlap& overlap);
 std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views);
-
-// Throws BadDataError for a view that sees nothing that another one sees, or is of another scale.
-void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views);
 
 }  // namespace organbake

@@ -60,15 +60,6 @@ Script read_script(const std::filesystem::path& path);
 // The document that script_from_json() reads back to the last bit.
 std::string script_to_json(const Script& script);
 
-// The keyframes before and behind a frame, and theirs; before the first and after the last a and b
-// are the same.
-struct KeyframeSpan {
-  int before, a, b, after;
-  double share;  // of the way from a to b
-};
-KeyframeSpan keyframes_at(const Script& script, int frame);
-double catmull_rom(double before, double a, double b, double after, double t);
-
 // The camera on the orbit at a frame: Catmull–Rom between keyframes, so that it never jerks; held
 // at the ends.
 OrbitPose camera_at(const Script& script, int frame);

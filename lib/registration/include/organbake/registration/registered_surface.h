@@ -34,9 +34,6 @@ ObjectPose moved(const ObjectPose& pose, const Motion& motion);
 // The motion from `from` to `to`: moved(from, result) = to.
 Motion motion_between(const ObjectPose& from, const ObjectPose& to);
 
-// d pixel / d camera point (mm), distortion included; the point lies in front of the camera.
-Eigen::Matrix<double, 2, 3> projection_jacobian(const Intrinsics& intrinsics,
-                                                const Eigen::Vector3d& point_camera_mm);
 // d pixel / d (ω, τ) of an object point now at `point_camera_mm`.
 Eigen::Matrix<double, 2, 6> pixel_motion(const Intrinsics& intrinsics,
                                          const Eigen::Vector3d& point_camera_mm,

@@ -11,9 +11,6 @@ namespace organbake {
 Rgb8Image mask_picture(const PreparedFrame& frame);
 // 0 black … 1 white.
 Rgb8Image grey_picture(const Plane& share);
-// Near is bright and warm, far is dark and cold, nothing is black; from the 2nd to the 98th
-// percent.
-Rgb8Image depth_picture(const Plane& depth);
 // Frame, mask, depth and relief (lit from above left) beside each other, each at most
 // `side` wide.
 Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side);

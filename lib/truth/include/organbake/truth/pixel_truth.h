@@ -96,12 +96,6 @@ struct PixelTruth {
   std::size_t solid_at(std::size_t pixel) const { return solid.empty() ? 0 : solid[pixel]; }
 };
 
-// Works out what the layers need of a picture that was drawn with DrawOptions::keep_bound at a
-// moment. The picture's bound pixels are taken out of it, and it will be drawn anew. Depth is that
-// of the skin's sample at the pixel's centre; pixels that were filled are bound as their
-// neighbours. The same for any number of threads.
-void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, PixelTruth& truth);
-
 // Where the point that each pixel of one picture shows lies in another, px: to, minus from.
 struct Flow {
   std::vector<Eigen::Vector2f> px;  // 0 at the background

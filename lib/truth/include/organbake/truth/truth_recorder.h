@@ -29,12 +29,6 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
                                  const std::string& after, const LayerSet& layers,
                                  const PixelTruth& truth);
 
-// flow as EXR: forward.x forward.y forward.seen and backward likewise, px to 1/256 as half floats
-// (to one part in 4096), and 0 or 1; of a picture that is the first or the last one of the two is
-// missing; without both there is no file.
-std::vector<WriteJob> flow_jobs(const std::filesystem::path& file, int width, int height,
-                                const Flow* forward, const Flow* backward);
-
 struct TruthOptions {
   LayerSet layers;
   std::optional<double> baseline_mm;     // draw a right eye, too, so far along the view's x axis
