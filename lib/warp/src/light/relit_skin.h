@@ -150,7 +150,7 @@ struct LatticeTriangles;  // of some pixels
 // over its edges (NormalTransport). No shadows: a fold's own shade stays as it was baked.
 //
 // By the light at the scope the gain is 1 / diffuse(n), which leaves the albedo, and ScopeShine
-// lights that by the pixel.
+// lights that, its film by the pixel.
 class RelitSkin {
  public:
   // The layer is the shell's own, rest_normals by its nodes (lattice_normals()).

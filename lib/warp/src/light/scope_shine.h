@@ -144,7 +144,7 @@ class WetFilm {
   FilmReach reach_;
 };
 
-// Lights skin by a ScopeLight with a SkinFinish, pixel by pixel:
+// Lights skin by a ScopeLight with a SkinFinish:
 //   albedo · E soft(n·l) + E Σ sheen strength · D(n·h) + E film(n, h) + E rim (1 − n·e)⁵,
 // with E the light's share there, h half-way between light and eye, D a generalised
 // Trowbridge–Reitz lobe of γ 2 (GGX; Burley 2012), D(1) = 1, of the width α² = 2 / (exponent + 2)
