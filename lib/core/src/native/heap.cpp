@@ -26,11 +26,19 @@ void keep_heap_in_large_pages() {
   mallopt(M_TOP_PAD, kReserved);
   const auto heap_end = [] { return reinterpret_cast<std::uintptr_t>(sbrk(0)); };
   const std::uintptr_t begin = (heap_end() + kPage - 1) / kPage * kPage;
-  void* volatile grown = std::malloc(kPage);  // volatile: or the compiler leaves the pair out
+  // (volatile: or the compiler leaves the pair out.) No more than makes the heap grow: a large page
+  // of which something was written before madvise() stays small ones.
+  constexpr std::size_t kMoreThanThereIs = 160 << 10;
+  void* volatile grown = std::malloc(kMoreThanThereIs);
+  const auto first = reinterpret_cast<std::uintptr_t>(grown);
   std::free(grown);
   const std::uintptr_t end = heap_end() / kPage * kPage;
   mallopt(M_TOP_PAD, kLater);
-  if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  if (end <= begin || first == 0 || first >= begin) return;
+  madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  [[maybe_unused]] static void* volatile before;  // what lies before the first large page is left
+                                                  // alone
+  before = std::malloc(begin - first);
 #endif
 }
 
