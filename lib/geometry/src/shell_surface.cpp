@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -25,13 +26,23 @@ namespace organbake {
 // Nodes in order: the vertices, then each edge's, then each face's inner ones.
 Lattice::Lattice(const TriangleMesh& proxy, std::uint32_t steps)
     : proxy_(proxy), steps_(steps), face_count_(static_cast<std::uint32_t>(proxy.faces.size())) {
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> sides;  // by its vertices; 3 · face + side
-  sides.reserve(3 * proxy.faces.size());
-  for (const Face& face : proxy.faces)
-    for (int k = 0; k < 3; ++k)
-      sides.emplace_back(edge_key(face[k], face[(k + 1) % 3]),
-                         static_cast<std::uint32_t>(sides.size()));
-  std::sort(sides.begin(), sides.end());
+  const auto each_side = [&](const auto& visit) {
+    for (std::uint32_t side = 0; side < 3 * face_count_; ++side) {
+      const Face& face = proxy.faces[side / 3];
+      visit(edge_key(face[side % 3], face[(side + 1) % 3]), side);
+    }
+  };
+  // By their lower vertices, and of each, which has few, by the higher ones.
+  std::vector<std::uint32_t> first(proxy.vertices.size() + 1, 0);
+  each_side([&](std::uint64_t ends, std::uint32_t) { ++first[(ends >> 32) + 1]; });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> sides(3 * proxy.faces.size());
+  std::vector<std::uint32_t> next = first;
+  each_side([&](std::uint64_t ends, std::uint32_t side) {
+    sides[next[ends >> 32]++] = {ends, side};
+  });
+  for (std::size_t v = 0; v + 1 < first.size(); ++v)
+    std::sort(sides.begin() + first[v], sides.begin() + first[v + 1]);
   face_edges_.resize(proxy.faces.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const auto& [ends, side] = sides[i];

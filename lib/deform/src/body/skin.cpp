@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "organbake/geometry/refine.h"
 #include "organbake/geometry/smooth_skin.h"
@@ -113,20 +114,21 @@ void Skin::add_smooth_lattices(const DeformBody& body, const std::uint32_t* slot
 
 void Skin::find_carriers() {
   leverage_.assign(lattices_.size(), 0);
-  std::vector<std::uint32_t> slots;
+  std::vector<std::uint32_t> slots, last_face;  // of each slot, the last that it carries, plus one
   for (std::uint32_t f = 0; f < lattices_.size(); ++f) {
     slots.clear();
     const std::uint32_t n = smooth(f) ? steps(f) : 0;
     for (std::uint32_t k = 0; n > 0 && k < (n + 1) * (n + 2) / 2; ++k) {
       double leverage = 0;
       for (const auto& [slot, weight] : nodes_.carriers(node_of_[lattices_[f].first_node + k])) {
-        slots.push_back(slot);
+        if (slot >= last_face.size()) last_face.resize(slot + 1, 0);
+        if (std::exchange(last_face[slot], f + 1) != f + 1) slots.push_back(slot);
         leverage += std::abs(weight);
       }
       leverage_[f] = std::max(leverage_[f], leverage);
     }
     std::sort(slots.begin(), slots.end());
-    carriers_.insert(carriers_.end(), slots.begin(), std::unique(slots.begin(), slots.end()));
+    carriers_.insert(carriers_.end(), slots.begin(), slots.end());
     carrier_start_.push_back(static_cast<std::uint32_t>(carriers_.size()));
   }
 }
