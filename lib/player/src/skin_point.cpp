@@ -29,34 +29,64 @@ struct Crossing {
   bool leaves;  // the line goes out of the skin there, not in
 };
 
-// With the skin along a unit direction, the farthest there is.
-std::optional<Crossing> farthest_crossing(const Bundle& bundle, const Eigen::Vector3d& d) {
-  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const TriangleMesh shell = bundle.shell().at_rest();
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(shell);
-  const BaseLayer& base = bundle.base;
-  const std::uint32_t n = base.steps;
-  const double extent_mm = bounds(shell).diagonal();
-  double highest_mm = 0;
-  for (const float height_mm : base.height_mm)
-    highest_mm = std::max(highest_mm, std::abs(double(height_mm)));
+// The skin at rest, for lines from the organ's centre.
+class SkinAtRest {
+ public:
+  explicit SkinAtRest(const Bundle& bundle)
+      : base_(bundle.base),
+        center_(bundle.cameras.manifold.center_world_mm),
+        shell_(bundle.skin ? smooth_skin_mesh(bundle.proxy, *bundle.skin) : bundle.proxy) {
+    for (const float height_mm : base_.height_mm)
+      highest_mm_ = std::max(highest_mm_, std::abs(double(height_mm)));
+  }
+  // Where a line along a unit direction crosses it farthest.
+  std::optional<Crossing> farthest_crossing(const Eigen::Vector3d& d) const;
+
+ private:
+  // Whether a face's skin is so near to the line that it may cross it.
+  bool beside(std::uint32_t face, const Eigen::Vector3d& d) const {
+    const Eigen::Vector3d& corner = shell_.vertices[shell_.faces[face][0]];
+    double reach_mm = highest_mm_;  // of the face from a corner of its
+    for (const std::uint32_t v : shell_.faces[face])
+      reach_mm = std::max(reach_mm, highest_mm_ + (shell_.vertices[v] - corner).norm());
+    return d.cross(corner - center_).norm() <= (1 + 1e-6) * reach_mm;
+  }
+  // All faces at the corners of some.
+  TriangleMesh around(const std::vector<std::uint32_t>& faces) const {
+    std::vector<bool> corner(shell_.vertices.size());
+    for (const std::uint32_t f : faces)
+      for (const std::uint32_t v : shell_.faces[f]) corner[v] = true;
+    TriangleMesh near{shell_.vertices, {}, {}};
+    std::copy_if(shell_.faces.begin(), shell_.faces.end(), std::back_inserter(near.faces),
+                 [&](const Face& f) { return corner[f[0]] || corner[f[1]] || corner[f[2]]; });
+    return near;
+  }
+
+  const BaseLayer& base_;
+  const Eigen::Vector3d center_;
+  const TriangleMesh shell_;
+  double highest_mm_ = 0;
+};
+
+std::optional<Crossing> SkinAtRest::farthest_crossing(const Eigen::Vector3d& d) const {
+  const std::uint32_t n = base_.steps;
+  const double extent_mm = bounds(shell_).diagonal();
   std::optional<Crossing> farthest;
   const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                         const Eigen::Vector3d& c) {
-    const std::optional<double> distance = line_crossing(center, d, a, b, c);
+    const std::optional<double> distance = line_crossing(center_, d, a, b, c);
     // What lies farther behind is beside the organ, not in its hollow.
     if (!distance || *distance < -extent_mm) return;
     if (!farthest || *distance > farthest->distance_mm)
       farthest = {*distance, (b - a).cross(c - a).dot(d) > 0};
   };
-  for (std::uint32_t f = 0; f < base.face_count; ++f) {
-    const Eigen::Vector3d& corner = shell.vertices[shell.faces[f][0]];
-    double reach_mm = highest_mm;  // of the face from a corner of its
-    for (const std::uint32_t v : shell.faces[f])
-      reach_mm = std::max(reach_mm, highest_mm + (shell.vertices[v] - corner).norm());
-    if (d.cross(corner - center).norm() > (1 + 1e-6) * reach_mm) continue;  // beside the line
-    const ShellMatrix m = shell_matrix(shell, normals, f);
-    const float* heights = &base.height_mm[std::size_t(f) * base.nodes_per_face()];
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t f = 0; f < base_.face_count; ++f)
+    if (beside(f, d)) faces.push_back(f);
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(around(faces));
+  for (const std::uint32_t f : faces) {
+    const ShellMatrix m = shell_matrix(shell_, normals, f);
+    const float* heights = &base_.height_mm[std::size_t(f) * base_.nodes_per_face()];
     const auto node = [&](std::uint32_t i, std::uint32_t j) {
       return shell_point(m, double(i) / n, double(j) / n, heights[base_node_index(n, i, j)]);
     };
@@ -75,7 +105,7 @@ std::optional<Crossing> farthest_crossing(const Bundle& bundle, const Eigen::Vec
 
 SkinPlace skin_place(const Bundle& bundle, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d d = direction.normalized();
-  const std::optional<Crossing> skin = farthest_crossing(bundle, d);
+  const std::optional<Crossing> skin = SkinAtRest(bundle).farthest_crossing(d);
   if (!skin) {
     throw BadDataError("no skin lies in the direction (" + to_text(d.x(), 3) + ", " +
                        to_text(d.y(), 3) + ", " + to_text(d.z(), 3) + ") from the organ's centre");
@@ -86,16 +116,16 @@ SkinPlace skin_place(const Bundle& bundle, const Eigen::Vector3d& direction) {
 }
 
 Eigen::Vector3d poke_direction(const Bundle& bundle) {
-  for (const Eigen::Vector3d& d : bundle.cameras.manifold.directions) {
-    if (farthest_crossing(bundle, d.normalized())) return d;
-  }
+  const SkinAtRest skin(bundle);
+  for (const Eigen::Vector3d& d : bundle.cameras.manifold.directions)
+    if (skin.farthest_crossing(d.normalized())) return d;
   throw BadDataError("no camera looks at skin over the organ's centre");
 }
 
 double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d skin = skin_place(bundle, direction).skin_mm, d = direction.normalized();
   constexpr double kShareOfExtent = 0.25;
-  const std::optional<Crossing> behind = farthest_crossing(bundle, -d);
+  const std::optional<Crossing> behind = SkinAtRest(bundle).farthest_crossing(-d);
   const bool hollow = d.dot(skin - bundle.cameras.manifold.center_world_mm) < 0;
   if (hollow || !behind || behind->distance_mm < 0)
     return kShareOfExtent * bounds(bundle.proxy).diagonal();
