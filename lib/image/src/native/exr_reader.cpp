@@ -39,13 +39,13 @@ namespace {
 struct ExrPlane {
   bool half = false;            // of two bytes, which become a float; else of four, as they are
   std::size_t line_offset = 0;  // bytes, of its first value in a line
-  char* values = nullptr;       // of the whole image: 4 bytes each, row-major
+  char* values = nullptr;       // of the whole image: 4 bytes each, row-major; null: not wanted
 };
 
 struct ExrLines {
   int width = 0;
   std::size_t line_bytes = 0;
-  std::vector<ExrPlane> planes;  // those that are wanted
+  std::vector<ExrPlane> planes;
 };
 
 static_assert(std::endian::native == std::endian::little);
@@ -62,27 +62,35 @@ void inflate(std::span<const char> packed, std::span<std::uint8_t> bytes) {
 }
 
 // Each byte was stored as its difference to the one before, plus 128. Sums of sixteen at once, by
-// adding what lies one, two, four and eight before.
-void undo_differences(std::span<std::uint8_t> bytes) {
+// adding what lies one, two, four and eight before. Takes the byte before, returns the last one.
+std::uint8_t undo_differences(std::span<std::uint8_t> bytes, std::uint8_t last) {
   using Bytes [[gnu::vector_size(16)]] = std::uint8_t;
   using Halves [[gnu::vector_size(16)]] = std::uint64_t;
   constexpr std::size_t kOnce = sizeof(Bytes);
   constexpr Bytes kUpperHalf = Bytes(Halves{0, ~std::uint64_t{0}});
-  Bytes before = Bytes{} + 128;  // the first byte has no predecessor, and no bias
+  Bytes before = Bytes{} + last;
   std::size_t i = 0;
   for (; i + kOnce <= bytes.size(); i += kOnce) {
     Bytes sum;
     std::memcpy(&sum, &bytes[i], kOnce);
     sum ^= 128;  // − 128 modulo 256
     for (const int bits : {8, 16, 32}) sum += Bytes(Halves(sum) << bits);
-    sum += before + (kUpperHalf & __builtin_shufflevector(sum, sum, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7,
-                                                          7, 7, 7, 7, 7));
-    before = __builtin_shufflevector(sum, sum, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15,
-                                     15, 15, 15);
-    std::memcpy(&bytes[i], &sum, kOnce);
+    sum += kUpperHalf &
+           __builtin_shufflevector(sum, sum, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7);
+    const Bytes here = sum + before;  // what the next sixteen wait for is one addition
+    before += __builtin_shufflevector(sum, sum, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15,
+                                      15, 15, 15);
+    std::memcpy(&bytes[i], &here, kOnce);
   }
-  for (std::uint8_t last = before[0]; i < bytes.size(); ++i)
+  for (last = before[0]; i < bytes.size(); ++i)
     bytes[i] = last = static_cast<std::uint8_t>(last + (bytes[i] ^ 128u));
+  return last;
+}
+
+// The last byte alone, of those that nobody wants.
+std::uint8_t pass_differences(std::span<const std::uint8_t> bytes, std::uint8_t last) {
+  for (const std::uint8_t byte : bytes) last = static_cast<std::uint8_t>(last + (byte ^ 128u));
+  return last;
 }
 
 // The block's even bytes stand in its first half, the odd ones in its second.
@@ -119,10 +127,18 @@ void unpack_exr_zip(std::span<const char> packed, const ExrLines& lines, int fir
     }
   } else {
     inflate(packed, bytes);
-    undo_differences(bytes);
+    std::uint8_t last = 128;  // the first byte has no predecessor, and no bias
+    for (std::size_t first = 0; first < bytes.size(); first += lines.line_bytes / 2) {
+      for (const ExrPlane& plane : lines.planes) {
+        const std::span<std::uint8_t> of_plane = bytes.subspan(
+            first + plane.line_offset / 2, std::size_t(lines.width) * (plane.half ? 1 : 2));
+        last = plane.values ? undo_differences(of_plane, last) : pass_differences(of_plane, last);
+      }
+    }
   }
   for (int row = 0; row < row_count; ++row) {
     for (const ExrPlane& plane : lines.planes) {
+      if (!plane.values) continue;
       const std::uint8_t* const even = &bytes[(lines.line_bytes * row + plane.line_offset) / 2];
       char* const out = plane.values + std::size_t{4} * lines.width * (first_row + row);
       if (plane.half) {
@@ -212,10 +228,9 @@ ExrLines lines_of(const Imf::Header& header, ChannelImage& image) {
   const Imf::ChannelList& list = header.channels();
   for (auto it = list.begin(); it != list.end(); ++it) {
     const bool half = it.channel().type == Imf::HALF;
-    for (Channel& channel : image.channels) {
-      if (channel.name == it.name())
-        lines.planes.push_back({half, lines.line_bytes, values_of(channel)});
-    }
+    const auto wanted = std::ranges::find(image.channels, it.name(), &Channel::name);
+    lines.planes.push_back(
+        {half, lines.line_bytes, wanted == image.channels.end() ? nullptr : values_of(*wanted)});
     lines.line_bytes += std::size_t(image.width) * (half ? 2 : 4);
   }
   return lines;
