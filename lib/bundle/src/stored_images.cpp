@@ -75,14 +75,22 @@ void check_maps(const CameraMaps& maps, std::size_t faces, const std::string& fo
   constexpr float kMost = std::numeric_limits<float>::max();
   const auto named = static_cast<std::uint32_t>(std::min<std::size_t>(faces, kNoFace));
   int wrong = 0;
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    const Eigen::Vector3f& c = maps.color[i];
-    const bool right = (maps.face[i] < named) & (maps.depth_mm[i] > 0) &
-                       (maps.depth_mm[i] <= kMost) & (std::abs(maps.height_mm[i]) <= kMost) &
-                       (maps.confidence[i] >= 0) & (maps.confidence[i] <= 1) &
-                       (std::abs(c[0]) <= kMost) & (std::abs(c[1]) <= kMost) &
-                       (std::abs(c[2]) <= kMost);
-    wrong |= !right & (maps.face[i] != kNoFace);
+  const std::size_t texels = maps.face.size();
+  constexpr std::size_t kOnce = 64;
+  for (std::size_t first = 0; first < texels; first += kOnce) {
+    const std::size_t end = std::min(first + kOnce, texels);
+    std::uint32_t all = kNoFace;
+    for (std::size_t i = first; i < end; ++i) all &= maps.face[i];
+    if (all == kNoFace) continue;
+    for (std::size_t i = first; i < end; ++i) {
+      const Eigen::Vector3f& c = maps.color[i];
+      const bool right = (maps.face[i] < named) & (maps.depth_mm[i] > 0) &
+                         (maps.depth_mm[i] <= kMost) & (std::abs(maps.height_mm[i]) <= kMost) &
+                         (maps.confidence[i] >= 0) & (maps.confidence[i] <= 1) &
+                         (std::abs(c[0]) <= kMost) & (std::abs(c[1]) <= kMost) &
+                         (std::abs(c[2]) <= kMost);
+      wrong |= !right & (maps.face[i] != kNoFace);
+    }
   }
   for (std::size_t i = 0; wrong && i < maps.face.size(); ++i) {
     if (maps.face[i] == kNoFace) continue;
