@@ -53,8 +53,6 @@ PosedShell::PosedShell(ShellSurface shell)
   for (const Face& face : at_rest().faces)
     edge_mm_ += (at_rest().vertices[face[1]] - at_rest().vertices[face[0]]).norm();
   edge_mm_ /= static_cast<double>(at_rest().faces.size());
-  gradients_.emplace(at_rest());
-  gradient_changes_.assign(normals_.size(), Eigen::Matrix3d::Zero());
 }
 
 bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
@@ -64,6 +62,10 @@ bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
   proxy_positions_ = proxy_positions;
   folds_ = folds;
   shell_.pose(proxy_positions_, next_vertices_);
+  if (shell_.skin() && !gradients_) {  // at rest nobody asks for them
+    gradients_.emplace(at_rest());
+    gradient_changes_.assign(normals_.size(), Eigen::Matrix3d::Zero());
+  }
   if (gradients_)
     for (const SkinFold& fold : folds_)
       for (Eigen::Vector3d& point : next_vertices_) point = folded(point, fold, edge_mm_);
