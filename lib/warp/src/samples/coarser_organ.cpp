@@ -110,22 +110,34 @@ CameraMaps maps_of(const SampleSet& samples, const PosedCamera& camera,
 }
 
 // The texels that one stands for, where they show one surface.
-struct TexelBlock {
-  std::vector<std::size_t> texels;  // in use, by depth
-
+class TexelBlock {
+ public:
   TexelBlock(const CameraMaps& maps, int x0, int y0, int shrink, float steepest) {
     for (int y = y0; y < std::min(y0 + shrink, maps.height); ++y)
       for (int x = x0; x < std::min(x0 + shrink, maps.width); ++x)
         if (const std::size_t texel = std::size_t(y) * maps.width + x; maps.face[texel] != kNoFace)
-          texels.push_back(texel);
-    if (texels.empty()) return;
-    const auto depth = [&](std::size_t texel) { return maps.depth_mm[texel]; };
-    std::sort(texels.begin(), texels.end(),
-              [&](std::size_t a, std::size_t b) { return depth(a) < depth(b); });
-    const float middle = depth(texels[texels.size() / 2]);
+          texels_[count_++] = static_cast<std::uint32_t>(texel);
+    if (count_ == 0) return;
+    const auto end = texels_.begin() + count_;
+    const auto depth = [&](std::uint32_t texel) { return maps.depth_mm[texel]; };
+    std::sort(texels_.begin(), end,
+              [&](std::uint32_t a, std::uint32_t b) { return depth(a) < depth(b); });
+    const float middle = depth(texels_[count_ / 2]);
     const float reach = steepest * static_cast<float>(shrink) * middle;
-    std::erase_if(texels, [&](std::size_t t) { return !(std::abs(depth(t) - middle) <= reach); });
+    count_ =
+        std::remove_if(texels_.begin(), end,
+                       [&](std::uint32_t t) { return !(std::abs(depth(t) - middle) <= reach); }) -
+        texels_.begin();
   }
+  // In use, by depth.
+  std::span<const std::uint32_t> texels() const {
+    return {texels_.data(), static_cast<std::size_t>(count_)};
+  }
+
+ private:
+  static constexpr int kMostSide = 1 << CoarserOrgans::kHalvings;
+  std::array<std::uint32_t, kMostSide * kMostSide> texels_;
+  std::ptrdiff_t count_ = 0;
 };
 
 // One texel for shrink² of them, where at least half of those show one surface: an outline then
@@ -138,17 +150,18 @@ CameraMaps shrunk(const CameraMaps& maps, const PosedCamera& small, int shrink, 
   CameraMaps out = background_maps(small.intrinsics.width, small.intrinsics.height);
   const auto put = [&](int x, int y) {
     const TexelBlock block(maps, shrink * x, shrink * y, shrink, steepest);
-    const std::size_t count = block.texels.size(), at = std::size_t(y) * out.width + x;
+    const std::span<const std::uint32_t> texels = block.texels();
+    const std::size_t count = texels.size(), at = std::size_t(y) * out.width + x;
     if (2 * count < static_cast<std::size_t>(shrink * shrink)) return;
     double nearness = 0;  // planar over a plane, as depth is not
     float sure = 0;
     Eigen::Vector3f color = Eigen::Vector3f::Zero();
-    for (const std::size_t texel : block.texels) {
+    for (const std::uint32_t texel : texels) {
       nearness += 1 / double(maps.depth_mm[texel]);
       sure += maps.confidence[texel];
       color += maps.confidence[texel] * maps.color[texel];
     }
-    const std::size_t middle = block.texels[count / 2];
+    const std::size_t middle = texels[count / 2];
     const double depth = double(count) / nearness;
     const Vector3d point = depth * unproject(small.intrinsics, {x + 0.5, y + 0.5});
     const FacePlace face = proxy_place(maps.face[middle], {1.0 / 3, 1.0 / 3}, steps);

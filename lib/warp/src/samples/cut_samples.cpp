@@ -38,14 +38,14 @@ struct IntoPart : CutOrgan::FacePart {
 
 // Samples of a chunk that lie in one part.
 struct Group {
-  std::vector<Eigen::Array3f> bound;
+  SampleSet::Bound bound;
   std::vector<TexelColors> colors;
 };
 
 void put_group(SampleSet& set, std::uint32_t chunk, const Patch& was, const IntoPart& part,
-               const Group& group) {
+               Group& group) {
   Chunk& made = set.chunks[chunk];
-  made.count = static_cast<std::uint32_t>(group.bound.size());
+  made.count = static_cast<std::uint32_t>(group.colors.size());
   Patch& patch = made.patch;
   patch = was;
   patch.face = part.face;
@@ -58,7 +58,7 @@ void put_group(SampleSet& set, std::uint32_t chunk, const Patch& was, const Into
   const std::size_t first = std::size_t{chunk} * kChunk;
   for (std::vector<PatchCoordinate>* places : {&set.b1, &set.b2, &set.h})
     std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
-  set.put(group.bound, first, patch);
+  set.put(group.bound, made.count, first, patch);
   std::copy(group.colors.begin(), group.colors.end(),
             set.colors.begin() + static_cast<std::ptrdiff_t>(first));
 }
@@ -83,15 +83,17 @@ void split_chunk(SampleSet& set, std::uint32_t chunk, const std::vector<IntoPart
     const Eigen::Vector2d in_part = part(at);
     // A texel that would hang over a lip is left out: the base layer lies there.
     if (part.away_mm(in_part) <= part.half_texel_mm(along_u, along_v)) continue;
-    groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
-                                    static_cast<float>(in_part.y()),
-                                    part.limited(bound[2], in_part));
-    groups[best].colors.push_back(set.colors[slot]);
+    Group& group = groups[best];
+    const std::size_t next = group.colors.size();
+    group.bound[0][next] = static_cast<float>(in_part.x());
+    group.bound[1][next] = static_cast<float>(in_part.y());
+    group.bound[2][next] = part.limited(bound[2], in_part);
+    group.colors.push_back(set.colors[slot]);
   }
   set.chunks[chunk].count = 0;
   bool own = true;
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    if (groups[p].bound.empty()) continue;
+    if (groups[p].colors.empty()) continue;
     if (!std::exchange(own, false)) {
       set.chunks.emplace_back();
       const std::size_t slots = set.chunks.size() * kChunk;

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
+#include <cstring>
 
 #include "organbake/core/error.h"
 #include "picture/tiles.h"
@@ -190,11 +190,13 @@ double bind_run(const MapBinder& map, std::size_t number, SampleSet& set) {
   Chunk& chunk = set.chunks[number];
   chunk.count = run.count;
   chunk.patch.face = run.face;
-  std::array<Eigen::Array3f, kChunk> bound;
-  for (std::uint32_t i = 0; i < run.count; ++i)
-    bound[i] = {static_cast<float>(places.b1[i]), static_cast<float>(places.b2[i]),
-                static_cast<float>(at.height[i])};
-  set.put(std::span(bound).first(run.count), first_slot, chunk.patch);
+  SampleSet::Bound bound;
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    bound[0][i] = static_cast<float>(places.b1[i]);
+    bound[1][i] = static_cast<float>(places.b2[i]);
+    bound[2][i] = static_cast<float>(at.height[i]);
+  }
+  set.put(bound, run.count, first_slot, chunk.patch);
   const DepthPlane plane = fit_depth(map, at, m);
   const double u = plane.center.x(), v = plane.center.y();
   const Eigen::Vector3f r0 = map.ray(u, v).cast<float>();
@@ -213,19 +215,33 @@ double bind_run(const MapBinder& map, std::size_t number, SampleSet& set) {
 
 }  // namespace
 
-void SampleSet::put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch) {
-  Eigen::Array3f low = bound.front(), high = low;
-  for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
-  const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
-  const Eigen::Array3f scale = (extent > 0).select(kFullCoordinate / extent, 0);
-  for (std::size_t i = 0; i < bound.size(); ++i) {
-    const Eigen::Array3f place =
-        ((bound[i] - center) * scale).round().max(-kFullCoordinate).min(kFullCoordinate);
-    b1[first_slot + i] = static_cast<PatchCoordinate>(place[0]);
-    b2[first_slot + i] = static_cast<PatchCoordinate>(place[1]);
-    h[first_slot + i] = static_cast<PatchCoordinate>(place[2]);
+void SampleSet::put(Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch) {
+  using Lanes [[gnu::vector_size(32)]] = float;
+  constexpr std::uint32_t kAtOnce = sizeof(Lanes) / sizeof(float);
+  const std::array kept = {&b1, &b2, &h};
+  for (int k = 0; k < 3; ++k) {
+    float* const at = bound[k].data();
+    std::fill(at + count, at + (count + kAtOnce - 1) / kAtOnce * kAtOnce, at[0]);
+    Lanes lows = Lanes{} + at[0], highs = lows;
+    for (std::uint32_t i = 0; i < count; i += kAtOnce) {
+      Lanes some;
+      std::memcpy(&some, at + i, sizeof some);
+      lows = some < lows ? some : lows, highs = some > highs ? some : highs;
+    }
+    float low = at[0], high = low;
+    for (std::uint32_t i = 0; i < kAtOnce; ++i)
+      low = std::min(low, lows[i]), high = std::max(high, highs[i]);
+    const float center = 0.5f * (low + high), extent = 0.5f * (high - low);
+    const float scale = extent > 0 ? kFullCoordinate / extent : 0;
+    PatchCoordinate* const out = kept[k]->data() + first_slot;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float place = std::round((at[i] - center) * scale);
+      const float limited = place < kFullCoordinate ? place : kFullCoordinate;
+      out[i] = static_cast<PatchCoordinate>(
+          static_cast<std::int32_t>(limited > -kFullCoordinate ? limited : -kFullCoordinate));
+    }
+    patch.center[k] = center, patch.extent[k] = extent;
   }
-  for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
 }
 
 void SampleSet::copy_patches() {

@@ -3,6 +3,7 @@
 // when a camera's are made.
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <exception>
 #include <mutex>
 #include <numeric>
@@ -29,34 +30,43 @@ std::uint32_t every_second_bit(std::uint32_t code) {
   return (code | code >> 8) & 0x0000FFFFu;
 }
 
-bool used(const CameraMaps& maps, std::size_t texel) {
-  return maps.face[texel] != kNoFace && maps.confidence[texel] >= kLeastConfidence;
+// By texel, whether it is in use. Beyond the last, a tile's row can be read.
+std::vector<std::uint8_t> texels_in_use(const CameraMaps& maps) {
+  std::vector<std::uint8_t> used(maps.face.size() + kTile);
+  for (std::size_t i = 0; i < maps.face.size(); ++i)
+    used[i] = (maps.face[i] != kNoFace) & (maps.confidence[i] >= kLeastConfidence);
+  return used;
 }
 
-// Calls visit(texel) for every texel in use, tile by tile along the Morton curve.
-template <class Visit>
-void along_curve(const CameraMaps& maps, Visit&& visit) {
+// The texels in use, tile by tile along the Morton curve.
+std::vector<std::uint32_t> along_curve(const CameraMaps& maps) {
+  const std::vector<std::uint8_t> used = texels_in_use(maps);
+  std::vector<std::uint32_t> texels;
+  texels.reserve(static_cast<std::size_t>(std::count(used.begin(), used.end(), 1)));
   const int columns = (maps.width + kTile - 1) / kTile, rows = (maps.height + kTile - 1) / kTile;
   const std::uint32_t side = std::bit_ceil(static_cast<std::uint32_t>(std::max(columns, rows)));
   for (std::uint64_t code = 0; code < std::uint64_t(side) * side; ++code) {
     const int column = every_second_bit(static_cast<std::uint32_t>(code));
     const int row = every_second_bit(static_cast<std::uint32_t>(code >> 1));
     if (column >= columns || row >= rows) continue;
-    const int last_x = std::min(kTile * (column + 1), maps.width);
+    const int beyond = std::max(0, kTile * (column + 1) - maps.width);  // of the tile's columns
     const int last_y = std::min(kTile * (row + 1), maps.height);
     for (int y = kTile * row; y < last_y; ++y) {
-      for (int x = kTile * column; x < last_x; ++x) {
-        const std::size_t texel = std::size_t(y) * maps.width + x;
-        if (used(maps, texel)) visit(static_cast<std::uint32_t>(texel));
-      }
+      const std::size_t first = std::size_t(y) * maps.width + kTile * column;
+      std::uint64_t of_row;  // a byte each
+      std::memcpy(&of_row, &used[first], sizeof of_row);
+      for (of_row = of_row << 8 * beyond >> 8 * beyond; of_row; of_row &= of_row - 1)
+        texels.push_back(static_cast<std::uint32_t>(first + std::countr_zero(of_row) / 8));
     }
   }
+  return texels;
 }
 
 // One face's texels, which come tile after tile, become runs: whole tiles are never torn apart,
 // small pieces of neighbouring tiles share a run.
 void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint32_t begin,
               std::uint32_t end, std::vector<TexelRun>& runs) {
+  const double rows_a_texel = 1.0 / width;  // a division by a whole number takes a dozen cycles
   TexelRun run{face, begin, 0};
   PixelBox run_box;
   for (std::uint32_t i = begin; i < end;) {
@@ -64,7 +74,7 @@ void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint3
     std::uint32_t next = i;
     for (; next < end; ++next) {
       const auto texel = static_cast<int>(order.texels[next]);
-      const int y = texel / width, x = texel - y * width;
+      const int y = static_cast<int>((texel + 0.5) * rows_a_texel), x = texel - y * width;
       if (next == i) piece_box = {x, y, x + 1, y + 1};
       if (((x ^ piece_box.x0) | (y ^ piece_box.y0)) >= kTile) break;  // in another tile
       piece_box = {std::min(piece_box.x0, x), piece_box.y0, std::max(piece_box.x1, x + 1), y + 1};
@@ -87,18 +97,18 @@ void cut_face(const TexelOrder& order, int width, std::uint32_t face, std::uint3
 }  // namespace
 
 TexelOrder order_texels(const CameraMaps& maps) {
+  const std::vector<std::uint32_t> along = along_curve(maps);
   std::vector<std::uint32_t> start = {0};  // by face, where its texels begin
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    if (!used(maps, i)) continue;
-    const std::size_t after = std::size_t{maps.face[i]} + 1;
+  for (const std::uint32_t texel : along) {
+    const std::size_t after = std::size_t{maps.face[texel]} + 1;
     if (after >= start.size()) start.resize(after + 1, 0);
     ++start[after];
   }
   std::partial_sum(start.begin(), start.end(), start.begin());
   TexelOrder order;
-  order.texels.resize(start.back());
+  order.texels.resize(along.size());
   std::vector<std::uint32_t> next = start;
-  along_curve(maps, [&](std::uint32_t texel) { order.texels[next[maps.face[texel]]++] = texel; });
+  for (const std::uint32_t texel : along) order.texels[next[maps.face[texel]]++] = texel;
   for (std::uint32_t f = 0; f + 1 < start.size(); ++f)
     cut_face(order, maps.width, f, start[f], start[f + 1], order.runs);
   return order;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 
@@ -26,20 +27,6 @@ inline std::uint32_t byte_of(float value) {  // 0…255
       static_cast<std::int32_t>((positive < 255 ? positive : 255) + 0.5f));
 }
 
-// By texel its colour in the samples' units and its confidence, a byte each. The maps give them up.
-std::vector<std::uint32_t> own_words(CameraMaps& maps) {
-  std::vector<std::uint32_t> words(maps.face.size());
-  const auto root = [](float linear) { return byte_of(255 * std::sqrt(linear > 0 ? linear : 0)); };
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const Eigen::Vector3f& color = maps.color[i];
-    words[i] = root(color[0]) | root(color[1]) << 8 | root(color[2]) << 16 |
-               byte_of(255 * maps.confidence[i]) << 24;
-  }
-  maps.color = decltype(maps.color)();
-  maps.confidence = decltype(maps.confidence)();
-  return words;
-}
-
 // Some columns of a row of a map in the samples' units, with a texel of nothing at either end.
 struct MapRow {
   std::array<Words, 3> color;  // square-root light
@@ -58,11 +45,11 @@ struct MapRow {
   }
   int width() const { return static_cast<int>(joined[0].size()); }
   // own: by texel of the map its colour and confidence, a byte each.
-  void load(const CameraMaps& maps, const std::vector<std::uint32_t>& own, int x0, int y);
+  void load(const CameraMaps& maps, const std::uint32_t* own, int x0, int y);
   void look_round(const MapRow& above, const MapRow& below, float steepest);
 };
 
-void MapRow::load(const CameraMaps& maps, const std::vector<std::uint32_t>& own, int x0, int y) {
+void MapRow::load(const CameraMaps& maps, const std::uint32_t* own, int x0, int y) {
   std::fill(shows.begin(), shows.end(), std::int16_t{0});
   if (y < 0 || y >= maps.height) return;
   const std::size_t first = std::size_t(y) * maps.width + x0;
@@ -84,7 +71,7 @@ void join(const float* __restrict here, const float* there, const std::int16_t* 
 
 void MapRow::look_round(const MapRow& above, const MapRow& below, float steepest) {
   const std::array<const MapRow*, 3> rows = {&above, this, &below};
-  for (int k = 0; k < 9; ++k)
+  for (const int k : {0, 1, 2, 3, 5, 6, 7, 8})
     join(depth.data() + 1, rows[k / 3]->depth.data() + k % 3, rows[k / 3]->shows.data() + k % 3,
          steepest, width(), joined[k].data());
   const std::int16_t *const l = joined[left].data(), *const r = joined[right].data(),
@@ -142,21 +129,48 @@ void slopes(const float* __restrict before, const float* __restrict here,
 
 // Between which columns some rows have skin.
 std::array<int, 2> columns_in_use(const CameraMaps& maps, int begin, int end) {
+  constexpr int kOnce = 8;
+  const auto none = [](const std::uint32_t* eight) {
+    std::array<std::uint64_t, kOnce / 2> pairs;
+    std::memcpy(pairs.data(), eight, sizeof pairs);
+    return (pairs[0] & pairs[1] & pairs[2] & pairs[3]) == ~std::uint64_t{0};
+  };
   int x0 = maps.width, x1 = 0;
   for (int y = std::max(begin, 0); y < std::min(end, maps.height); ++y) {
     const std::uint32_t* const face = &maps.face[std::size_t(y) * maps.width];
-    for (int x = 0; x < x0; ++x)
-      if (face[x] != kNoFace) x0 = x;
-    for (int x = maps.width; x > x1; --x)
-      if (face[x - 1] != kNoFace) x1 = x;
+    int first = 0, last = maps.width;
+    while (first + kOnce <= x0 && none(face + first)) first += kOnce;
+    while (first < x0 && face[first] == kNoFace) ++first;
+    while (last - kOnce >= x1 && none(face + last - kOnce)) last -= kOnce;
+    while (last > x1 && face[last - 1] == kNoFace) --last;
+    x0 = std::min(x0, first), x1 = std::max(x1, last);
   }
   return x0 < x1 ? std::array{x0, x1} : std::array{0, 0};
+}
+
+// By texel its colour in the samples' units and its confidence, a byte each: those between a row's
+// first and last with skin. The maps give them up.
+std::unique_ptr<std::uint32_t[]> own_words(CameraMaps& maps) {
+  auto words = std::make_unique_for_overwrite<std::uint32_t[]>(maps.face.size());
+  const auto root = [](float linear) { return byte_of(255 * std::sqrt(linear > 0 ? linear : 0)); };
+  for (int y = 0; y < maps.height; ++y) {
+    const auto [x0, x1] = columns_in_use(maps, y, y + 1);
+    const std::size_t row = std::size_t(y) * maps.width;
+    for (std::size_t i = row + x0; i < row + x1; ++i) {
+      const Eigen::Vector3f& color = maps.color[i];
+      words[i] = root(color[0]) | root(color[1]) << 8 | root(color[2]) << 16 |
+                 byte_of(255 * maps.confidence[i]) << 24;
+    }
+  }
+  maps.color = decltype(maps.color)();
+  maps.confidence = decltype(maps.confidence)();
+  return words;
 }
 
 }  // namespace
 
 MapDetail::MapDetail(CameraMaps& maps, double focal_px, std::size_t slots) {
-  const std::vector<std::uint32_t> own = own_words(maps);
+  const std::unique_ptr<std::uint32_t[]> own = own_words(maps);
   colors.resize(slots);
   slope_u = std::make_unique_for_overwrite<float[]>(slots);
   slope_v = std::make_unique_for_overwrite<float[]>(slots);
@@ -165,16 +179,18 @@ MapDetail::MapDetail(CameraMaps& maps, double focal_px, std::size_t slots) {
   parallel_pieces(0, maps.height, kRows, [&](int begin, int end) {
     const auto [x0, x1] = columns_in_use(maps, begin - kReach, end + kReach);
     const int width = x1 - x0;
-    std::vector<MapRow> rows(2 * kReach + 1, MapRow(width));  // slides down: y − 2 … y + 2
+    std::vector<MapRow> memory(2 * kReach + 1, MapRow(width));
+    std::array<MapRow*, 2 * kReach + 1> rows;  // slide down: y − 2 … y + 2
+    std::transform(memory.begin(), memory.end(), rows.begin(), [](MapRow& row) { return &row; });
     std::array<std::vector<std::uint32_t>, 4> corners;
     corners.fill(std::vector<std::uint32_t>(width));
     std::vector<float> along_u(width), along_v(width);
     for (int y = begin - 2 * kReach; y < end; ++y) {
       std::rotate(rows.begin(), rows.begin() + 1, rows.end());
-      rows[4].load(maps, own, x0, y + kReach);
-      rows[3].look_round(rows[2], rows[4], steepest);
+      rows[4]->load(maps, own.get(), x0, y + kReach);
+      rows[3]->look_round(*rows[2], *rows[4], steepest);
       if (y < begin) continue;
-      const MapRow &above = rows[1], &here = rows[2], &below = rows[3];
+      const MapRow &above = *rows[1], &here = *rows[2], &below = *rows[3];
       for (int k = 0; k < 4; ++k)
         mix_corner(here, k < 2 ? above : below, k, k < 3 ? here.color[k] : here.confidence,
                    corners[k].data());
@@ -183,11 +199,16 @@ MapDetail::MapDetail(CameraMaps& maps, double focal_px, std::size_t slots) {
              width, along_u.data());
       slopes(above.depth.data() + 1, z, below.depth.data() + 1, here.joined[MapRow::up].data(),
              here.joined[MapRow::down].data(), width, along_v.data());
+      const std::uint32_t* const slots_of = &maps.face[std::size_t(y) * maps.width + x0];
+      TexelColors* const to = colors.data();
+      float *const to_u = slope_u.get(), *const to_v = slope_v.get();
+      const std::uint32_t *const c0 = corners[0].data(), *const c1 = corners[1].data(),
+                                 *const c2 = corners[2].data(), *const c3 = corners[3].data();
       for (int x = 0; x < width; ++x) {
-        const std::uint32_t slot = maps.face[std::size_t(y) * maps.width + x0 + x];
+        const std::uint32_t slot = slots_of[x];
         if (slot == kNoFace) continue;
-        colors[slot] = {corners[0][x], corners[1][x], corners[2][x], corners[3][x]};
-        slope_u[slot] = along_u[x], slope_v[slot] = along_v[x];
+        to[slot] = {c0[x], c1[x], c2[x], c3[x]};
+        to_u[slot] = along_u[x], to_v[slot] = along_v[x];
       }
     }
   });

@@ -70,7 +70,11 @@ class PatchTable {
 // middle. So colours run on over its borders. In square-root light (255·√linear): as fine as sRGB
 // in 8 bits, and squaring makes it linear. Word k: red, green and blue of corner k (u₀v₀, u₁v₀,
 // u₀v₁, u₁v₁), and in the highest byte the texel's own red, green, blue and confidence (255 = 1).
-using TexelColors = std::array<std::uint32_t, 4>;
+struct TexelColors : std::array<std::uint32_t, 4> {
+  TexelColors() {}  // NOLINT: vectors of megabytes are written once, and not with zeros before
+  TexelColors(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3)
+      : array{c0, c1, c2, c3} {}
+};
 // The texel's own.
 inline std::uint32_t own_byte(const TexelColors& texel, int k) { return texel[k] >> 24; }
 
@@ -106,8 +110,11 @@ struct SampleSet {
     return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot]), at(patch, 2, h[slot])};
   }
 
-  // Bounds samples (b1, b2, h) by a patch, and keeps where they lie within it, from a slot on.
-  void put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch);
+  // b1, b2, h of up to a chunk's samples, axis by axis.
+  using Bound = std::array<std::array<float, kChunk>, 3>;
+  // Bounds `count` samples, ≥ 1, by a patch, and keeps where they lie within it, from a slot on.
+  // Beyond them it uses up what is bound.
+  void put(Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch);
   // Makes `patches` those of the chunks.
   void copy_patches();
 
