@@ -9,8 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 void set_nearest(unsigned target) {

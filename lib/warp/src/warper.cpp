@@ -15,7 +15,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/warp/organ_source.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 #include "placing/placing.h"
 #include "samples/samples.h"
 

@@ -4,7 +4,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/random.h"
 #include "organbake/image/srgb.h"
-#include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
 #include "support/testing.h"
 #include "views_round.h"
 

@@ -5,7 +5,7 @@
 #include "drawing/tile_drawing.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/view.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 #include "placing/placing.h"
 #include "support/testing.h"
 

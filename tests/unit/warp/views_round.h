@@ -2,7 +2,6 @@
 #pragma once
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 #include "support/testing.h"
 

@@ -14,7 +14,7 @@
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/rasteriser.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 #include "placing/placing.h"
 
 namespace organbake {

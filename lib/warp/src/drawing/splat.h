@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "picture/spans.h"
-#include "picture/tiles.h"
 #include "placing/placing.h"
 #include "samples/samples.h"
 

@@ -9,7 +9,7 @@
 
 #include "drawing/base_drawing.h"
 #include "drawing/splat.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 
 namespace organbake {
 void DrawnSamples::begin(const PixelBox& tile, std::span<const TileKeys* const> layers) {

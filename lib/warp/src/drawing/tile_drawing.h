@@ -13,9 +13,8 @@
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
 #include "picture/spans.h"
-#include "picture/tiles.h"
 #include "placing/placing.h"
 
 namespace organbake {

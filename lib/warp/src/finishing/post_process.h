@@ -11,9 +11,8 @@
 
 #include "organbake/bundle/lighting.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
 #include "picture/spans.h"
-#include "picture/tiles.h"
 
 namespace organbake {
 

@@ -8,7 +8,7 @@
 
 #include "light/relit_skin.h"
 #include "light/scope_shine.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 
 namespace organbake {
 namespace {

@@ -14,7 +14,7 @@
 #include "organbake/geometry/vertex_gradients.h"
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/view.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 #include "samples/samples.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 
 #include "organbake/warp/draw_options.h"
 #include "organbake/warp/warper.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 #include "samples/samples.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 #include <cstring>
 
 #include "organbake/core/error.h"
-#include "picture/tiles.h"
+#include "picture/spans.h"
 
 namespace organbake {
 namespace {

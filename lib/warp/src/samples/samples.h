@@ -15,8 +15,8 @@
 #include "organbake/core/background.h"
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

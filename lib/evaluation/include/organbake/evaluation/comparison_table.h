@@ -15,7 +15,6 @@
 #include "organbake/image/channel_image.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

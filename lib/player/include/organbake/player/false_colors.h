@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

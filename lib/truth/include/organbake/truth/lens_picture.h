@@ -12,7 +12,6 @@
 #include "organbake/player/player.h"
 #include "organbake/truth/pixel_truth.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 // Pictures as a scope's optics and its camera make them of drawn ones.

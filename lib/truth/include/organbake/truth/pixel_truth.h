@@ -16,7 +16,6 @@
 #include "organbake/geometry/shell.h"
 #include "organbake/player/player.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

@@ -6,7 +6,6 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/organ_source.h"
 #include "organbake/warp/view.h"
 

@@ -13,7 +13,6 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/frame.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
