@@ -10,8 +10,6 @@
 
 #include "organbake/core/parallel.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/rasteriser.h"
-#include "placing/placing.h"
 
 namespace organbake {
 namespace {

@@ -14,8 +14,6 @@
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/warp/rasteriser.h"
-#include "picture/spans.h"
-#include "placing/placing.h"
 
 namespace organbake {
 

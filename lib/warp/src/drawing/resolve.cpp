@@ -5,11 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "drawing/splat.h"
 #include "drawing/tile_drawing.h"
-#include "light/skin_light.h"
-#include "picture/spans.h"
-#include "samples/samples.h"
 
 namespace organbake {
 namespace {

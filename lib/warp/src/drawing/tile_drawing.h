@@ -8,14 +8,8 @@
 #include <vector>
 
 #include "drawing/base_drawing.h"
-#include "drawing/splat.h"
 #include "light/relit_skin.h"
 #include "organbake/core/parallel.h"
-#include "organbake/geometry/shell.h"
-#include "organbake/warp/draw_options.h"
-#include "organbake/warp/view.h"
-#include "picture/spans.h"
-#include "placing/placing.h"
 
 namespace organbake {
 

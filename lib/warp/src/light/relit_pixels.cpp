@@ -10,8 +10,6 @@
 #include <numbers>
 
 #include "light/relit_skin.h"
-#include "light/skin_light.h"
-#include "picture/spans.h"
 
 namespace organbake {
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "light/skin_light.h"
 #include "organbake/core/parallel.h"
 #include "organbake/geometry/smooth_skin.h"
 

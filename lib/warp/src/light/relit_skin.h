@@ -8,14 +8,11 @@
 #include <vector>
 
 #include "light/scope_shine.h"
-#include "light/skin_light.h"
 #include "organbake/bundle/base_layer.h"
-#include "organbake/bundle/lighting.h"
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/geometry/shell.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "organbake/warp/draw_options.h"
-#include "organbake/warp/view.h"
 #include "placing/placing.h"
 
 namespace organbake {

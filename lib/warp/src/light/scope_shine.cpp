@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "picture/spans.h"
-
 namespace organbake {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "light/scope_shine.h"
-#include "picture/spans.h"
 
 namespace organbake {
 namespace {
