@@ -29,7 +29,7 @@ struct Crossing {
   bool leaves;  // the line goes out of the skin there, not in
 };
 
-// The skin at rest, for lines from the organ's centre.
+// The skin at rest of a bundle that is sound, for lines from the organ's centre.
 class SkinAtRest {
  public:
   explicit SkinAtRest(const Bundle& bundle)

@@ -30,11 +30,9 @@ Lighting wet_light() {
 constexpr float kDepth_mm = 1e4f;  // half-way is one direction
 
 // A view straight down, from so far, whose light lies at the eye and is full there.
-ScopeView far_view(double pixel_mm) {
-  return {{},         {},
-          {0, 0, -1}, {},
-          {0, 0, -1}, kDepth_mm * kDepth_mm,
-          1,          static_cast<float>(kDepth_mm / pixel_mm)};
+ScopeView far_view(double pixel_mm, float depth_mm = kDepth_mm) {
+  const float inverse_pixel = static_cast<float>(depth_mm / pixel_mm);
+  return {{}, {}, {0, 0, -1}, {}, {0, 0, -1}, depth_mm * depth_mm, 1, inverse_pixel};
 }
 
 // Pixels of that size from column x0 on of row y of a picture, side × side of them, of a bulge in
@@ -64,7 +62,7 @@ void add_in_order(const WetFilm& film, double pixel_mm, const ScopeSkin& skin, S
   std::array<std::int32_t, kSpan> at;
   white.fill(1), std::iota(at.begin(), at.end(), 0);
   const std::array row = {SpanColors{0, 0, kSpan, color.planes(), white.data(), skin.depth_mm}};
-  film.add(far_view(pixel_mm), skin, at.data(), row);
+  film.add(far_view(pixel_mm, skin.depth_mm[0]), skin, at.data(), row);
 }
 
 // What the film alone mirrors of it.
@@ -288,21 +286,24 @@ TEST(WetFilm, StaysWhereItIsWhenThePictureIsShifted) {
 TEST(WetFilm, IsAskedForWhereverADropIsLit) {
   constexpr double kPixel_mm = 0.6;
   const WetFilm film(wet_light());
-  int lit = 0, left_out = 0;
-  for (int y = 0; y < kSpan; ++y) {
-    const ScopeSkin skin = bulge_span(y, kSpan, kPixel_mm);
-    SkinPlanes color{};
-    add_in_order(film, kPixel_mm, skin, color);
-    std::array<std::int32_t, kSpan> asked;
-    film.find_lit(far_view(kPixel_mm), skin, asked.data());
-    for (int i = 0; i < kSpan; ++i) {
-      if (skin.normals.of[2][i] < film.reach().least_near_cosine) asked[i] = 0;
-      EXPECT_TRUE(asked[i] || color.of[0][i] < 1e-6f) << i << ", " << y;
-      lit += color.of[0][i] > 0, left_out += !asked[i];
+  for (const float depth_mm : {kDepth_mm, 20.f}) {  // near, half-way turns over a drop
+    int lit = 0, left_out = 0;
+    for (int y = 0; y < kSpan; ++y) {
+      ScopeSkin skin = bulge_span(y, kSpan, kPixel_mm);
+      std::fill_n(skin.depth_mm, kSpan, depth_mm);
+      SkinPlanes color{};
+      add_in_order(film, kPixel_mm, skin, color);
+      std::array<std::int32_t, kSpan> asked;
+      film.find_lit(far_view(kPixel_mm, depth_mm), skin, asked.data());
+      for (int i = 0; i < kSpan; ++i) {
+        if (skin.normals.of[2][i] < film.reach().least_near_cosine) asked[i] = 0;
+        EXPECT_TRUE(asked[i] || color.of[0][i] < 1e-6f) << i << ", " << y;
+        lit += color.of[0][i] > 0, left_out += !asked[i];
+      }
     }
+    EXPECT_GT(lit, 200);
+    EXPECT_GT(left_out, kSpan * kSpan / 2);
   }
-  EXPECT_GT(lit, 200);
-  EXPECT_GT(left_out, kSpan * kSpan / 2);
 }
 
 // A sample that reaches over its face's edge is lit as on the edge: its own lattice leans on where

@@ -36,8 +36,8 @@ void keep_heap_in_large_pages() {
   mallopt(M_TOP_PAD, kLater);
   if (end <= begin || first == 0 || first >= begin) return;
   madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
-  [[maybe_unused]] static void* volatile before;  // what lies before the first large page is left
-                                                  // alone
+  // What lies before the first large page is left alone.
+  [[maybe_unused]] static void* volatile before;
   before = std::malloc(begin - first);
 #endif
 }

@@ -139,15 +139,11 @@ std::vector<TilePart> shared_out(const TileGrid& grid, const DirtyCells& cells, 
 int TileDrawing::draw(const PlacedFrame& placed, const TileGrid& grid, const DirtyCells& cells,
                       SkinDepth& depth, Frame& frame) {
   scratch_.each([](Scratch& one) { one.times = one.longest = {}; });
-  // By the world's light a span of a row is given gloss where any of its faces may shine: parts
-  // would make other spans of it.
-  const bool parts_differ = placed.relit && !placed.relit->from_scope();
-  const std::vector<TilePart> parts =
-      shared_out(grid, cells, parts_differ ? 1 : allowed_threads(), [&](int tile) {
-        std::size_t items = placed.base.blocks_of(tile).size();
-        for (const ActiveCamera& camera : placed.cameras) items += camera.tiles[tile].size();
-        return items;
-      });
+  const std::vector<TilePart> parts = shared_out(grid, cells, allowed_threads(), [&](int tile) {
+    std::size_t items = placed.base.blocks_of(tile).size();
+    for (const ActiveCamera& camera : placed.cameras) items += camera.tiles[tile].size();
+    return items;
+  });
   parallel_in_order(parts.size(),
                     [&](std::size_t i) { draw_part(placed, parts[i], depth, frame); });
   std::set<int> tiles;

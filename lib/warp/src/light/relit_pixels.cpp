@@ -281,15 +281,16 @@ int RelitSkin::light(const SkinPixels& knots, const SparseShading& span,
   if (from_scope_) return light_scope(knots, triangles, span, rows, film_at);
   SkinPlanes gains, normals;
   mix<&Node::gain, &Node::normal>(triangles, knots.count, {&gains, &normals});
-  const bool shines = std::any_of(knots.face, knots.face + knots.count,
-                                  [&](std::uint32_t face) { return shines_[face] != 0; });
+  const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   for (int g = 0; g < span.groups(); ++g) {
     SkinPlanes gain, normal;
     span.mix(g, gains, gain);
     each_row(g, rows, [&](float* plane, const float*, int c, int first) {
       for (int i = 0; i < kGroup; ++i) plane[i] *= gain.of[c][first + i];
     });
-    if (!shines) continue;
+    // Group by group, which are the same whatever part of the picture is drawn.
+    const std::uint32_t* const face = knots.face;
+    if (std::none_of(face + span.first_knot(g), face + span.first_knot(g + 1), shines)) continue;
     span.mix(g, normals, normal);
     add_gloss(g, normal, rows);
   }

@@ -335,21 +335,23 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
   return mean + at_most_1(positive(2 - pixel * (1 / kStrewnReach))) * (each - mean);
 }
 
-// A place's own numbers may differ from the skin's by as much as knots may be off.
+// A place's own numbers may differ from the skin's by as much as knots may be off, and a drop's by
+// as much as half-way turns over its farthest end.
 ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
                                            const WetFilm::Drops& drops, const Wave* hills,
                                            const FilmReach& of_reach,
                                            std::int32_t* __restrict lit) {
-  constexpr float kOff = 0.02f;
+  constexpr float kOff = 0.02f, kEnd_rooms = 0.6f;
   const ScopeView view = of_view;
   const FilmReach reach = of_reach;
-  const float farthest = drops.farthest + kOff, farthest2 = farthest * farthest;
+  const float farthest = drops.farthest + kOff, end_mm = kEnd_rooms / drops.per_mm;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
     const FilmPoint at = film_point(view, skin, hills, reach, i);
-    const float wet =
-        wetness(at.hill.wet + kOff).value - WetFilm::kCrease * skin.rest_normals.of[3][i];
-    lit[i] = (at.lacks.squared < farthest2) & (wet > -1 - kOff);
+    const float bend = skin.rest_normals.of[3][i];
+    const float wet = wetness(at.hill.wet + kOff).value - WetFilm::kCrease * bend;
+    const float lacks = farthest + end_mm * (1 / skin.depth_mm[i] + bend);
+    lit[i] = (at.lacks.squared < lacks * lacks) & (wet > -1 - kOff);
   }
 }
 

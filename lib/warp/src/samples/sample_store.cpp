@@ -19,7 +19,8 @@
 namespace organbake {
 namespace {
 
-constexpr int kTile = 8;       // a power of two
+constexpr int kTile = 8;  // a power of two, and a row of it a word of bytes
+static_assert(kTile == sizeof(std::uint64_t) && std::endian::native == std::endian::little);
 constexpr int kMostSpan = 16;  // texels; keeps one patch's plane close to its samples
 
 std::uint32_t every_second_bit(std::uint32_t code) {

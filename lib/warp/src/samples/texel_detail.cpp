@@ -54,10 +54,11 @@ void MapRow::load(const CameraMaps& maps, const std::uint32_t* own, int x0, int 
   if (y < 0 || y >= maps.height) return;
   const std::size_t first = std::size_t(y) * maps.width + x0;
   const std::uint32_t *const words = &own[first], *const slot = &maps.face[first];
+  const auto word = [&](int x) { return slot[x] != kNoFace ? words[x] : 0; };  // else any
   for (int k = 0; k < 3; ++k)
     for (int x = 0; x < width(); ++x)
-      color[k][x + 1] = static_cast<std::int16_t>(words[x] >> (8 * k) & 255);
-  for (int x = 0; x < width(); ++x) confidence[x + 1] = static_cast<std::int16_t>(words[x] >> 24);
+      color[k][x + 1] = static_cast<std::int16_t>(word(x) >> (8 * k) & 255);
+  for (int x = 0; x < width(); ++x) confidence[x + 1] = static_cast<std::int16_t>(word(x) >> 24);
   for (int x = 0; x < width(); ++x) shows[x + 1] = slot[x] != kNoFace;
   std::copy_n(&maps.depth_mm[first], width(), depth.data() + 1);
 }

@@ -71,7 +71,8 @@ class PatchTable {
 // in 8 bits, and squaring makes it linear. Word k: red, green and blue of corner k (u₀v₀, u₁v₀,
 // u₀v₁, u₁v₁), and in the highest byte the texel's own red, green, blue and confidence (255 = 1).
 struct TexelColors : std::array<std::uint32_t, 4> {
-  TexelColors() {}  // NOLINT: vectors of megabytes are written once, and not with zeros before
+  // Any, as slots without a sample have: vectors of megabytes are not filled with zeros before.
+  TexelColors() {}  // NOLINT
   TexelColors(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3)
       : array{c0, c1, c2, c3} {}
 };

@@ -32,7 +32,7 @@ struct DrawnSkin {
 BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into);
 
 // The way of a frame, room by room of this module (each includes from those before it only):
-//   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, spans of a row.
+//   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, spans of four.
 //   samples    once per bundle: a camera's maps become samples, bound to the shell's faces, in
 //              chunks of 64 that lie together. SampleStore makes a camera's when a view needs it.
 //   placing    the proxy's vertices pose the shell (PosedShell); each face and each chunk of the
