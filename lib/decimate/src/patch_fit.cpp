@@ -5,24 +5,13 @@
 #include "proxies.h"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 #include <limits>
 
 #include "organbake/geometry/refine.h"
 
 namespace organbake {
 namespace {
-
-// Volume between the patch and a fixed point; the same for any patch with the same rim up to the
-// space between the two.
-double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from) {
-  double volume = 0;
-  for (const Face& f : patch.faces) {
-    volume += (patch.vertices[f[0]] - from)
-                  .dot((patch.vertices[f[1]] - from).cross(patch.vertices[f[2]] - from)) /
-              6;
-  }
-  return volume;
-}
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostUnknowns = 3 * static_cast<int>(kMostFree);
@@ -213,6 +202,16 @@ PatchFit fit_patch(ProxyPatch& patch, const FitReference& reference,
 PatchFit measure_patch(ProxyPatch& patch, const FitReference& reference, const FitNorm& norm) {
   const PatchFitOptions options{.norm = norm};
   return PatchSolver(patch, reference, options).measured();
+}
+
+double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from) {
+  double volume = 0;
+  for (const Face& f : patch.faces) {
+    volume += (patch.vertices[f[0]] - from)
+                  .dot((patch.vertices[f[1]] - from).cross(patch.vertices[f[2]] - from)) /
+              6;
+  }
+  return volume;
 }
 
 double face_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {

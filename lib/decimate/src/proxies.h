@@ -250,6 +250,10 @@ PatchFit fit_patch(ProxyPatch& patch, const FitReference& reference,
 // The same without moving anything.
 PatchFit measure_patch(ProxyPatch& patch, const FitReference& reference, const FitNorm& norm);
 
+// Volume between the patch and a fixed point; the same for any patch with the same rim up to the
+// space between the two.
+double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from);
+
 // 1 for an equilateral triangle, 0 for one without area: 4√3 · area / Σ edge².
 double face_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
