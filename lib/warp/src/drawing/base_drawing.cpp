@@ -5,7 +5,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "organbake/core/parallel.h"
@@ -55,32 +57,73 @@ void each_clipped(const std::array<Eigen::Vector3f, 3>& triangle, float near_mm,
 class BaseDrawing::PlacedBlock {
  public:
   PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
-      : base_(base), block_(block), matrix_(frame.pixel) {
-    const float step = 1 / static_cast<float>(base.layer_.steps);
-    each_node([&](std::uint32_t k, std::uint32_t i, std::uint32_t j, std::size_t node) {
-      b1_[k] = step * static_cast<float>(i);
-      b2_[k] = step * static_cast<float>(j);
-      h_[k] = base.layer_.height_mm[node];
-      shade_[k].head<3>() = base.layer_.color[node];
-      shade_[k][3] = base.weight_of(base.layer_.seen_by[node]);
-    });
-    place(frame.pixel, near_mm);
+      : matrix_(frame.pixel), cells_(static_cast<float>(base.layer_.steps - block.i - block.j)) {
+    const BaseLayer& layer = base.layer_;
+    const bool alike = block.seen_by.size() == 1;
+    weight_.fill(alike ? base.weight_of(block.seen_by.front()) : 0);
+    for (std::uint32_t i = block.i; i <= base.block_end(block.i); ++i) {
+      const std::uint32_t end = std::min(base.block_end(block.j), layer.steps - i) + 1;
+      const std::size_t first = base.node(block.patch.face, i, block.j);
+      const std::uint32_t k = at(i - block.i, 0), count = std::max(end, block.j) - block.j;
+      color_[i - block.i] = &layer.color[first];
+      for (std::uint32_t j = 0; j < count; ++j) h_[k + j] = layer.height_mm[first + j];
+      for (std::uint32_t j = 0; j < count && !alike; ++j)
+        weight_[k + j] = base.weight_of(layer.seen_by[first + j]);
+    }
+    place(block, 1 / static_cast<float>(layer.steps), near_mm);
   }
 
-  static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
-    return i * (kCells + 1) + j;
+  static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) { return i * kRow + j; }
+  // Of a cell's two triangles, by the cell's first node.
+  static std::array<std::uint32_t, 3> corners(bool other, std::uint32_t cell) {
+    return {cell + (other ? kRow : 0), cell + kRow + other, cell + 1};
+  }
+  // A bit for each of those whose centres of pixels may show in a box, and that faces the eye or
+  // both_sides; any_weight: also where no corner weighs.
+  std::uint32_t shown(bool other, const PixelBox& box, bool both_sides, bool any_weight) const {
+    const auto [of_a, of_b, of_c] = corners(other, 0);
+    std::uint32_t shown = 0;
+#pragma GCC unroll 1
+    for (std::uint32_t k = 0; k < kCellNodes; ++k) {
+      const std::uint32_t a = k + of_a, b = k + of_b, c = k + of_c;
+      const auto held = [](std::int32_t a, std::int32_t b, std::int32_t c, int first, int end) {
+        const std::int32_t low = std::min(std::min(a, b), c), high = std::max(std::max(a, b), c);
+        return std::max(SnappedCorner::center_from(low), first) <=
+               std::min(SnappedCorner::center_to(high), end - 1);
+      };
+      const bool in_box =
+          held(x_[a], x_[b], x_[c], box.x0, box.x1) & held(y_[a], y_[b], y_[c], box.y0, box.y1);
+      const auto along = [](std::int32_t from, std::int32_t to) {
+        return static_cast<float>(to - from);
+      };
+      // Rounded: what has hardly any area may be looked at for nothing.
+      const float left = along(x_[a], x_[b]) * along(y_[a], y_[c]);
+      const float right = along(x_[a], x_[c]) * along(y_[a], y_[b]);
+      const bool faces = left - right <= 1e-6f * (std::abs(left) + std::abs(right));
+      const bool weighs = (weight_[a] > 0) | (weight_[b] > 0) | (weight_[c] > 0);
+      const bool there = kPlaces[2][k] + (other ? 1.0f : 0.0f) < cells_;
+      shown |= static_cast<std::uint32_t>(((in_box & (faces | both_sides)) | (any_beyond_ != 0)) &
+                                          (weighs | any_weight) & there)
+               << k;
+    }
+    return shown;
   }
   // Pixels × depth, and depth.
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
     return shell_point(matrix_, b1_[at], b2_[at], h_[at]).head<3>();
   }
+  float weight(std::uint32_t at) const { return weight_[at]; }
   // Colour and weight.
-  const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
+  BaseTile::Shade shade(std::uint32_t at) const {
+    const Eigen::Vector3f& color = color_[at / kRow][at % kRow];
+    return {color[0], color[1], color[2], weight_[at]};
+  }
   float b1(std::uint32_t at) const { return b1_[at]; }
   float b2(std::uint32_t at) const { return b2_[at]; }
   float height_mm(std::uint32_t at) const { return h_[at]; }
   // Before the near plane, or beyond reach.
   bool is_beyond(std::uint32_t at) const { return x_[at] == SnappedCorner::kBeyond; }
+  bool any_beyond() const { return any_beyond_ != 0; }
   SnappedCorner corner(std::uint32_t at) const {
     SnappedCorner corner;
     corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
@@ -88,47 +131,51 @@ class BaseDrawing::PlacedBlock {
   }
 
  private:
-  // visit(at(), its row and column in the face's lattice, its place in the layer)
-  template <class Visit>
-  void each_node(const Visit& visit) const {
-    const std::uint32_t steps = base_.layer_.steps, end = base_.block_end(block_.i);
-    for (std::uint32_t i = block_.i; i <= end; ++i) {
-      const std::uint32_t last = std::min(base_.block_end(block_.j), steps - i);
-      const std::size_t first = base_.node(block_.patch.face, i, block_.j);
-      for (std::uint32_t j = block_.j; j <= last; ++j)
-        visit(at(i - block_.i, j - block_.j), i, j, first + j - block_.j);
-    }
-  }
-
   // All at once, those beyond the lattice's long edge, too: one by one, as triangles ask for them,
   // takes longer.
-  void place(const ShellColumns& m, float near_mm) {
+  void place(const Block& block, float step, float near_mm) {
+    const ShellColumns& m = matrix_;
     const float reach = static_cast<float>(kRasterReach);
+    const auto i = static_cast<float>(block.i), j = static_cast<float>(block.j);
     for (std::uint32_t k = 0; k < kNodes; ++k) {
-      const float b1 = b1_[k], b2 = b2_[k], h = h_[k];
+      const float b1 = step * (i + kPlaces[0][k]), b2 = step * (j + kPlaces[1][k]), h = h_[k];
       const auto row = [&](int r) {
         return m(r, 0) + b1 * (m(r, 1) + b1 * m(r, 6) + b2 * m(r, 7)) +
                b2 * (m(r, 2) + b2 * m(r, 8)) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
       };
       const float z = row(2), inverse = 1 / z, x = row(0) * inverse, y = row(1) * inverse;
       const bool in_reach = (z > near_mm) & (std::abs(x) < reach) & (std::abs(y) < reach);
+      b1_[k] = b1, b2_[k] = b2;
       inverse_depth_[k] = inverse;
       x_[k] = in_reach ? SnappedCorner::snapped(x) : SnappedCorner::kBeyond;
       y_[k] = in_reach ? SnappedCorner::snapped(y) : 0;
+      any_beyond_ |= !in_reach;
     }
   }
 
   // Whole vectors of them.
-  static constexpr std::uint32_t kNodes = 32;
-  static_assert((kCells + 1) * (kCells + 1) <= kNodes);
+  static constexpr std::uint32_t kRow = kCells + 1, kNodes = 32, kCellNodes = 24;
+  static_assert(kRow * kCells <= kCellNodes && kCellNodes + kRow + 1 <= kNodes);
   template <class Number>
   using PerNode = std::array<Number, kNodes>;
+  // Rows and columns of nodes, those of the last one for what there is none of; and their sum, +inf
+  // where no cell of the block begins.
+  static constexpr std::array<PerNode<float>, 3> kPlaces = [] {
+    std::array<PerNode<float>, 3> places{};
+    for (std::uint32_t k = 0; k < kNodes; ++k) {
+      const std::uint32_t node = std::min(k, kRow * kRow - 1), i = node / kRow, j = node % kRow;
+      places[0][k] = static_cast<float>(i), places[1][k] = static_cast<float>(j);
+      places[2][k] = i < kCells && j < kCells ? static_cast<float>(i + j) : 1e30f;
+    }
+    return places;
+  }();
 
-  const BaseDrawing& base_;
-  const Block& block_;
   const ShellColumns& matrix_;
-  PerNode<Eigen::Vector4f> shade_;
-  alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, inverse_depth_;
+  std::array<const Eigen::Vector3f*, kRow> color_;  // by row, its first
+  const float cells_;                               // from its first to the lattice's long edge
+  std::uint32_t any_beyond_ = 0;
+  PerNode<float> weight_;
+  alignas(32) PerNode<float> b1_, b2_, h_{}, inverse_depth_;
   alignas(32) PerNode<std::int32_t> x_, y_;
 };
 
@@ -303,19 +350,14 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const PlacedBlock placed(*this, block, frame, near_mm);
   PixelBox drawn;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const bool cut = placed.is_beyond(a) || placed.is_beyond(b) || placed.is_beyond(c);
-    // Most triangles of the blocks round a silhouette face away.
-    if (!cut && !frame.two_sided &&
-        doubled_area(placed.corner(a), placed.corner(b), placed.corner(c)) >= 0)
-      return;
-    const Eigen::Vector4f of_a = placed.shade(a), of_b = placed.shade(b), of_c = placed.shade(c);
-    const bool weighs = chosen.everywhere || of_a[3] > 0 || of_b[3] > 0 || of_c[3] > 0;
-    if (!weighs && !fills) return;
+    const bool weighs =
+        chosen.everywhere || placed.weight(a) > 0 || placed.weight(b) > 0 || placed.weight(c) > 0;
     // weights_in: of a pixel's in the part of it that is drawn.
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
-      if (box.empty()) return;
+      if (box.empty() || (!frame.two_sided && triangle.doubled_area >= 0)) return;
       drawn = united(drawn, box);
+      const BaseTile::Shade of_a = placed.shade(a), of_b = placed.shade(b), of_c = placed.shade(c);
       rasterise<float>(
           triangle, tile.box, [&](int x, int y, float depth, const std::array<float, 3>& part) {
             const std::size_t at = tile.at(x, y);
@@ -335,23 +377,17 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
                               mean(placed.height_mm(a), placed.height_mm(b), placed.height_mm(c))};
           });
     };
-    if (cut) {
+    if (placed.is_beyond(a) || placed.is_beyond(b) || placed.is_beyond(c))
       return each_clipped({placed.homogeneous(a), placed.homogeneous(b), placed.homogeneous(c)},
-                          near_mm, [&](const SnappedTriangle& triangle, const auto& weights_in) {
-                            if (frame.two_sided || triangle.doubled_area < 0)
-                              paint(triangle, weights_in);
-                          });
-    }
-    paint(SnappedTriangle(placed.corner(a), placed.corner(b), placed.corner(c)),
-          [](const std::array<float, 3>& part) { return part; });
+                          near_mm, paint);
+    paint(SnappedTriangle(placed.corner(a), placed.corner(b), placed.corner(c)), std::identity());
   };
-  const std::uint32_t n = layer_.steps;
-  for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {
-    for (std::uint32_t j = 0; block.j + j < block_end(block.j); ++j) {
-      const std::uint32_t along = block.i + i + block.j + j;
-      const auto at = PlacedBlock::at;
-      if (along < n) add(at(i, j), at(i + 1, j), at(i, j + 1));
-      if (along + 1 < n) add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+  for (const bool other : {false, true}) {
+    std::uint32_t cells =
+        placed.shown(other, tile.box, frame.two_sided, chosen.everywhere || fills);
+    for (; cells != 0; cells &= cells - 1) {
+      const auto [a, b, c] = PlacedBlock::corners(other, std::countr_zero(cells));
+      add(a, b, c);
     }
   }
   tile.spans.add(drawn);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -71,6 +72,7 @@ struct SnappedTriangle {
 // go to one side by the top-left rule; Int holds products of the triangle's sides in 1/256 pixel.
 template <class Int>
 struct EdgeWalk {
+  static constexpr int kColumns = 8;        // that are looked at together
   std::array<Int, 3> edge, step_x, step_y;  // at the first pixel's centre, and per pixel
 
   // Corners in 1/256 pixel from the box's corner, in the order that makes the area positive. Edge i
@@ -88,14 +90,29 @@ struct EdgeWalk {
   // inside(x, y, edges) for each pixel of the box whose centre the triangle holds.
   template <class Inside>
   void each(int width, int height, Inside&& inside) const {
-    std::array<Int, 3> row = edge;
-    for (int y = 0; y < height; ++y) {
-      std::array<Int, 3> e = row;
-      for (int x = 0; x < width; ++x) {
-        if ((e[0] | e[1] | e[2]) >= 0) inside(x, y, e);
-        for (int i = 0; i < 3; ++i) e[i] += step_x[i];
+    for (int x0 = 0; x0 < width; x0 += kColumns) {
+      std::array<std::array<Int, kColumns>, 3> ahead;
+      for (int i = 0; i < 3; ++i) {
+#pragma GCC unroll 1
+        for (int k = 0; k < kColumns; ++k) ahead[i][k] = edge[i] + (x0 + k) * step_x[i];
       }
-      for (int i = 0; i < 3; ++i) row[i] += step_y[i];
+      const std::uint32_t columns = (1u << std::min(width - x0, kColumns)) - 1;
+      for (int y = 0; y < height; ++y) {
+        std::uint32_t outside = 0;
+#pragma GCC unroll 1
+        for (int k = 0; k < kColumns; ++k) {
+          const Int least = ahead[0][k] | ahead[1][k] | ahead[2][k];
+          outside |= static_cast<std::uint32_t>(least < 0) << k;
+        }
+        for (std::uint32_t held = ~outside & columns; held != 0; held &= held - 1) {
+          const int k = std::countr_zero(held);
+          inside(x0 + k, y, std::array{ahead[0][k], ahead[1][k], ahead[2][k]});
+        }
+        for (int i = 0; i < 3; ++i) {
+#pragma GCC unroll 1
+          for (int k = 0; k < kColumns; ++k) ahead[i][k] += step_y[i];
+        }
+      }
     }
   }
 };
@@ -108,27 +125,27 @@ void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& 
   const PixelBox box = intersected(triangle.box, window);
   if (box.empty() || triangle.doubled_area == 0) return;
   const bool swapped = triangle.doubled_area < 0;
-  const std::array<int, 3> order = swapped ? std::array{0, 2, 1} : std::array{0, 1, 2};
+  const std::array corners = {&triangle.corners[0], &triangle.corners[swapped ? 2 : 1],
+                              &triangle.corners[swapped ? 1 : 2]};
   const auto walk = [&]<class Int>(Int) {
     std::array<Int, 3> x, y;
     std::array<Real, 3> inverse_depth;
     for (int i = 0; i < 3; ++i) {
-      inverse_depth[i] = static_cast<Real>(triangle.corners[order[i]].inverse_depth);
-      x[i] = Int(triangle.corners[order[i]].x) - Int(256) * box.x0;
-      y[i] = Int(triangle.corners[order[i]].y) - Int(256) * box.y0;
+      inverse_depth[i] = static_cast<Real>(corners[i]->inverse_depth);
+      x[i] = Int(corners[i]->x) - Int(256) * box.x0;
+      y[i] = Int(corners[i]->y) - Int(256) * box.y0;
     }
-    EdgeWalk<Int>(x, y).each(
-        box.width(), box.height(), [&](int px, int py, const std::array<Int, 3>& e) {
-          std::array<Real, 3> in_order;
-          for (int i = 0; i < 3; ++i) in_order[i] = static_cast<Real>(e[i]) * inverse_depth[i];
-          const Real inverse = 1 / (in_order[0] + in_order[1] + in_order[2]);
-          for (Real& w : in_order) w *= inverse;
-          // 1/z is the mean of the corners' by the edges.
-          const Real depth = static_cast<Real>(e[0] + e[1] + e[2]) * inverse;
-          const std::array<Real, 3> weights =
-              swapped ? std::array{in_order[0], in_order[2], in_order[1]} : in_order;
-          pixel(box.x0 + px, box.y0 + py, depth, weights);
-        });
+    const EdgeWalk<Int> edges(x, y);
+    const Real sum = static_cast<Real>(edges.edge[0] + edges.edge[1] + edges.edge[2]);
+    edges.each(box.width(), box.height(), [&](int px, int py, const std::array<Int, 3>& e) {
+      std::array<Real, 3> w;
+      for (int i = 0; i < 3; ++i) w[i] = static_cast<Real>(e[i]) * inverse_depth[i];
+      // 1/z is the mean of the corners' by the edges, whose sum is the same everywhere.
+      const Real inverse = 1 / (w[0] + w[1] + w[2]);
+      for (Real& weight : w) weight *= inverse;
+      pixel(box.x0 + px, box.y0 + py, sum * inverse,
+            std::array{w[0], swapped ? w[2] : w[1], swapped ? w[1] : w[2]});
+    });
   };
   if (triangle.small) {
     walk(std::int32_t{});
