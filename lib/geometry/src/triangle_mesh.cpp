@@ -31,12 +31,18 @@ Eigen::Vector3d face_normal(const TriangleMesh& mesh, std::size_t face) {
   return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
 }
 
-double corner_angle(const TriangleMesh& mesh, std::size_t face, int corner) {
-  const Face& f = mesh.faces[face];
-  const Eigen::Vector3d& at = mesh.vertices[f[corner]];
-  const Eigen::Vector3d to_next = mesh.vertices[f[(corner + 1) % 3]] - at;
-  const Eigen::Vector3d to_last = mesh.vertices[f[(corner + 2) % 3]] - at;
-  return std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
+std::array<Eigen::Vector3d, 3> corner_normals(const TriangleMesh& mesh, std::size_t face) {
+  const Eigen::Vector3d normal = face_normal(mesh, face);
+  std::array<Eigen::Vector3d, 3> weighted;
+  for (int corner = 0; corner < 3; ++corner) {
+    const Face& f = mesh.faces[face];
+    const Eigen::Vector3d& at = mesh.vertices[f[corner]];
+    const Eigen::Vector3d to_next = mesh.vertices[f[(corner + 1) % 3]] - at;
+    const Eigen::Vector3d to_last = mesh.vertices[f[(corner + 2) % 3]] - at;
+    weighted[corner] =
+        std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last)) * normal;
+  }
+  return weighted;
 }
 
 double face_area(const TriangleMesh& mesh, std::size_t face) {
@@ -76,11 +82,7 @@ std::vector<Eigen::Vector3d> vertex_normals(const TriangleMesh& mesh) {
   for (std::size_t begin = 0; begin < mesh.faces.size(); begin += kBlock) {
     const std::size_t end = std::min(mesh.faces.size(), begin + kBlock);
     parallel_pieces(begin, end, kGrain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t f = first; f < last; ++f) {
-        const Eigen::Vector3d normal = face_normal(mesh, f);
-        for (int corner = 0; corner < 3; ++corner)
-          parts[f - begin][corner] = corner_angle(mesh, f, corner) * normal;
-      }
+      for (std::size_t f = first; f < last; ++f) parts[f - begin] = corner_normals(mesh, f);
     });
     for (std::size_t f = begin; f < end; ++f)
       for (int corner = 0; corner < 3; ++corner)

@@ -185,6 +185,7 @@ void splat_small(const PlacedSamples& placed, std::uint32_t first_slot, const Ch
       make_keys(placed, first_slot, du, dv, c, tie_mm, keys);
       const int packed = pack(keys, placed, own);
       std::uint64_t* const cells = tile.keys.data() + std::size_t(ty) * tile.stride + tx;
+#pragma GCC unroll 4
       for (int i = 0; i < packed; ++i) {
         std::uint64_t& cell = cells[own.cell[i]];
         cell = own.key[i] < cell ? own.key[i] : cell;

@@ -70,16 +70,19 @@ bool PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions,
     for (const SkinFold& fold : folds_)
       for (Eigen::Vector3d& point : next_vertices_) point = folded(point, fold, edge_mm_);
   std::swap(posed_.vertices, next_vertices_);
+  const bool first = corner_normals_.empty();
+  corner_normals_.resize(posed_.faces.size());
   face_changed_.resize(posed_.faces.size());
   vertex_changed_.resize(posed_.vertices.size());
   const auto faces = static_cast<std::uint32_t>(posed_.faces.size());
   constexpr std::uint32_t kGrain = 256;  // faces or vertices
   // Moved vertices change their faces, those all their corners' normals, and these their faces.
-  parallel_each(0u, faces, kGrain, [this](std::uint32_t f) {
+  parallel_each(0u, faces, kGrain, [&](std::uint32_t f) {
     const Face& face = posed_.faces[f];
     face_changed_[f] = std::any_of(face.begin(), face.end(), [this](std::uint32_t v) {
       return posed_.vertices[v] != next_vertices_[v];
     });
+    if (face_changed_[f] || first) corner_normals_[f] = corner_normals(posed_, f);
   });
   parallel_each(
       0u, static_cast<std::uint32_t>(posed_.vertices.size()), kGrain, [this](std::uint32_t v) {
@@ -101,8 +104,7 @@ void PosedShell::set_vertex(std::uint32_t vertex) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // as vertex_normals() has it
   for (const std::uint32_t f : faces_of_.of(vertex)) {
     const Face& face = posed_.faces[f];
-    const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
-    sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);
+    sum += corner_normals_[f][face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2];
   }
   const double length = sum.norm();
   normals_[vertex] = length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();

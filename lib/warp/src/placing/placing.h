@@ -55,6 +55,7 @@ class PosedShell {
   std::vector<Eigen::Vector3d> proxy_positions_, next_vertices_;
   TriangleMesh posed_;
   std::vector<Eigen::Vector3d> normals_;           // by vertex
+  std::vector<std::array<Eigen::Vector3d, 3>> corner_normals_;  // by face, from the first pose on
   std::optional<VertexGradients> gradients_;       // of a smooth skin
   std::vector<Eigen::Matrix3d> gradient_changes_;  // by vertex
   std::vector<ShellMatrix> matrices_;
