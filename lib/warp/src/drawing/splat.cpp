@@ -57,7 +57,7 @@ ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
 }
 
 // The hot loop: 24 multiply-adds and a reciprocal per sample, then its first pixel, and whether
-// that is inside. It runs over all slots of the chunk, of which `count` are samples.
+// that is inside. It runs over whole vectors of the chunk's slots, of which `count` are samples.
 ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int count,
                                   const ShellColumns& matrix, const ChunkFrame& c,
                                   const Placement& at, float near_mm,
@@ -68,7 +68,7 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
   for (int r = 0; r < 3; ++r) {
     for (int k = 0; k < 9; ++k) m[r][k] = matrix(r, k);
   }
-  for (int i = 0; i < static_cast<int>(kChunk); ++i) {
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
     const float b1 = of_b1[i], b2 = of_b2[i], h = of_h[i];
     const auto coordinate = [&](int r) __attribute__((always_inline)) {
       const float flat =
@@ -81,7 +81,7 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
     // kilometres or of a vertex as far off, a splat stays within the guard band. NaN goes low.
     const float s = lowest_of(highest_of(x * inverse - at.left, at.low_x - 1), at.high_x + 1);
     const float t = lowest_of(highest_of(y * inverse - at.top, at.low_y - 1), at.high_y + 1);
-    out.inside[i] = (i < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
+    out.inside[i] = (static_cast<int>(i) < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
                     (t > at.low_y - 1) & (t <= at.high_y);
     const float column = std::ceil(s), row = std::ceil(t);
     const float dx = column - s - at.half_columns, dy = row - t - at.half_rows;
@@ -92,11 +92,17 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
   }
 }
 
+// Whether all of a chunk's samples touch the tile: what it may touch is clipped to the view, and
+// so to the tile.
+bool lies_within(const ChunkFrame& c, float near_mm, const PixelBox& tile) {
+  return c.nearest_mm > near_mm && c.box.x0 > tile.x0 && c.box.y0 > tile.y0 &&
+         c.box.x1 < tile.x1 && c.box.y1 < tile.y1;
+}
+
 // Moves the samples that touch the tile together.
 void compact(PlacedSamples& placed) {
-  std::iota(placed.sample.begin(), placed.sample.end(), 0u);
   int kept = 0;
-  for (std::uint32_t i = 0; i < kChunk; i += 8) {
+  for (int i = 0; i < placed.count; i += 8) {
     const Compaction packed(lanes_unlike(&placed.inside[i], 0));
     packed(&placed.u[i], &placed.u[kept]);
     packed(&placed.v[i], &placed.v[kept]);
@@ -234,8 +240,10 @@ void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& 
   const std::size_t first = std::size_t{chunk} * kChunk;
   const Placement at = placement(frame, tile, cells);
   const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
-  place(set, first, static_cast<int>(set.chunks[chunk].count), matrix, frame, at, near_mm, placed);
-  compact(placed);
+  placed.count = static_cast<int>(set.chunks[chunk].count);
+  place(set, first, placed.count, matrix, frame, at, near_mm, placed);
+  std::iota(placed.sample.begin(), placed.sample.end(), 0u);
+  if (!lies_within(frame, near_mm, tile.box)) compact(placed);
 }
 
 void prefetch_chunk(const SampleSet& set, std::uint32_t chunk) {
