@@ -39,8 +39,7 @@ std::array<Eigen::Vector3d, 3> corner_normals(const TriangleMesh& mesh, std::siz
     const Eigen::Vector3d& at = mesh.vertices[f[corner]];
     const Eigen::Vector3d to_next = mesh.vertices[f[(corner + 1) % 3]] - at;
     const Eigen::Vector3d to_last = mesh.vertices[f[(corner + 2) % 3]] - at;
-    weighted[corner] =
-        std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last)) * normal;
+    weighted[corner] = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last)) * normal;
   }
   return weighted;
 }

@@ -227,11 +227,13 @@ void relight(const TileLayers& tile, Span& span) {
     colors[r] = {span.x0,  span.y0 + r, span.count, {sum.red, sum.green, sum.blue},
                  white[r], depth[r]};
   }
-  const auto add_skin = [&](int pixel, SkinPixels& skin) {
-    const int r = pixel / kSpan, i = pixel % kSpan;
+  const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
+    const auto at = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
+    const unsigned r = at / kSpan, i = at % kSpan;
     if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
-      const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
-      const BaseTile::BoundPoint& bound = tile.base->bound[at];
+      const BaseTile::BoundPoint& bound =
+          tile.base
+              ->bound[tile.base->at(span.x0 + static_cast<int>(i), span.y0 + static_cast<int>(r))];
       return skin.add(pixel, bound.face, bound.b1, bound.b2);
     }
     const int layer = leading[r].layer[i];

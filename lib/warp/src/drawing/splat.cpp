@@ -81,8 +81,8 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
     // kilometres or of a vertex as far off, a splat stays within the guard band. NaN goes low.
     const float s = lowest_of(highest_of(x * inverse - at.left, at.low_x - 1), at.high_x + 1);
     const float t = lowest_of(highest_of(y * inverse - at.top, at.low_y - 1), at.high_y + 1);
-    out.inside[i] = (static_cast<int>(i) < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
-                    (t > at.low_y - 1) & (t <= at.high_y);
+    out.inside[i] = (static_cast<int>(i) < count) & (z > near_mm) & (s > at.low_x - 1) &
+                    (s <= at.high_x) & (t > at.low_y - 1) & (t <= at.high_y);
     const float column = std::ceil(s), row = std::ceil(t);
     const float dx = column - s - at.half_columns, dy = row - t - at.half_rows;
     out.u[i] = c.u_x * dx + c.u_y * dy;
@@ -95,8 +95,8 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
 // Whether all of a chunk's samples touch the tile: what it may touch is clipped to the view, and
 // so to the tile.
 bool lies_within(const ChunkFrame& c, float near_mm, const PixelBox& tile) {
-  return c.nearest_mm > near_mm && c.box.x0 > tile.x0 && c.box.y0 > tile.y0 &&
-         c.box.x1 < tile.x1 && c.box.y1 < tile.y1;
+  return c.nearest_mm > near_mm && c.box.x0 > tile.x0 && c.box.y0 > tile.y0 && c.box.x1 < tile.x1 &&
+         c.box.y1 < tile.y1;
 }
 
 // Moves the samples that touch the tile together.

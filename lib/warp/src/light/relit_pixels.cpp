@@ -179,7 +179,8 @@ void SparseShading::mix(int g, const float* of_knots, float* __restrict group) c
     }
     std::fill_n(row, kGroup, 0.f);
     const int last = r + 1 < kSpanRows ? first[r + 1] : first_knot_[g + 1][0];
-    for (int k = first[r]; k < last; ++k) row[knots_[k] % kGroup] = of_knots[k];
+    for (int k = first[r]; k < last; ++k)
+      row[static_cast<unsigned>(knots_[k]) % kGroup] = of_knots[k];
   }
 }
 
@@ -362,10 +363,10 @@ int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const Spar
   alignas(64) std::int32_t may_be_lit[kMostSkin];
   shine_.film().find_lit(shine_.view(), skin, may_be_lit);
   int count = 0;
-  for (int k = 0; k < skin.count; ++k) {
+  for (unsigned k = 0; k < static_cast<unsigned>(skin.count); ++k) {
     if (!may_be_lit[k]) continue;
-    const int r = k % SparseShading::kPixels / kGroup;
-    const int i = groups[k / SparseShading::kPixels] * kGroup + k % kGroup;
+    const int r = static_cast<int>(k % SparseShading::kPixels / kGroup);
+    const int i = groups[k / SparseShading::kPixels] * kGroup + static_cast<int>(k % kGroup);
     film_at[count] = r * kSpan + i;
     count += r < span.rows() && i < rows[r].count &&
              rows[r].depth_mm[i] < std::numeric_limits<float>::infinity();

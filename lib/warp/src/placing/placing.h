@@ -54,10 +54,10 @@ class PosedShell {
   std::vector<SkinFold> folds_;
   std::vector<Eigen::Vector3d> proxy_positions_, next_vertices_;
   TriangleMesh posed_;
-  std::vector<Eigen::Vector3d> normals_;           // by vertex
+  std::vector<Eigen::Vector3d> normals_;                        // by vertex
   std::vector<std::array<Eigen::Vector3d, 3>> corner_normals_;  // by face, from the first pose on
-  std::optional<VertexGradients> gradients_;       // of a smooth skin
-  std::vector<Eigen::Matrix3d> gradient_changes_;  // by vertex
+  std::optional<VertexGradients> gradients_;                    // of a smooth skin
+  std::vector<Eigen::Matrix3d> gradient_changes_;               // by vertex
   std::vector<ShellMatrix> matrices_;
   std::vector<std::uint32_t> revisions_;
   std::vector<std::uint8_t> two_sided_;

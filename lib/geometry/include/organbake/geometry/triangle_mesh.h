@@ -39,7 +39,7 @@ Eigen::Vector3d face_normal(const TriangleMesh& mesh,
                             std::size_t face);  // unit; zero if degenerate
 // By corner, its unit normal times the face's angle there (rad).
 std::array<Eigen::Vector3d, 3> corner_normals(const TriangleMesh& mesh, std::size_t face);
-double face_area(const TriangleMesh& mesh, std::size_t face);                 // mm²
+double face_area(const TriangleMesh& mesh, std::size_t face);  // mm²
 double signed_volume(const TriangleMesh& mesh);  // mm³; positive when faces look outward
 double surface_area(const TriangleMesh& mesh);   // mm²
 // mm; an edge counts for each of its faces. 0 without faces.
