@@ -321,6 +321,17 @@ TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
   for (const int i : {64, 65, 69}) EXPECT_EQ(plane[3][i], number(3, i)) << i;
 }
 
+// The last pixel before an outline speaks for no other: where it falls away, or the last row does.
+TEST(SparseShading, WhatFallsAwayAtAnEndIsAskedForByThePixel) {
+  const auto number = [](int r, int i) { return static_cast<float>((r + i) % 3); };
+  ShadedRows aside, below;
+  for (auto& row : aside.depth_mm) row[15] = 300.4f;
+  std::fill_n(below.depth_mm[3], kSpan, 300.6f);
+  const auto beside = aside.mixed(number), over = below.mixed(number);
+  for (int i = 0; i < 16; ++i) EXPECT_EQ(beside[1][i], number(1, i)) << i;
+  EXPECT_EQ(over[2][5], number(2, 5));
+}
+
 // Rows that lie behind one another are not mixed, nor is a picture's last rows' lack of others.
 TEST(SparseShading, RowsApartAreNotMixed) {
   const auto number = [](int r, int i) { return static_cast<float>(10 * r + i % 2); };

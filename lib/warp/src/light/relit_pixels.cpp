@@ -40,7 +40,7 @@ void each_row(int g, std::span<const SpanColors> rows, const Visit& visit) {
 constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a row of a group that runs on
 
 // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
-// seen at a grazing angle.
+// seen at a grazing angle; from row to row those by half as many.
 constexpr float kSmoothTexels = 4;
 
 // How far each pixel of a group lies from knot k to the next.
@@ -73,6 +73,13 @@ inline bool all_run_on(const std::uint8_t* runs_on) {
   constexpr std::uint8_t kAll[] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   static_assert(sizeof kAll == kGroup - 1);
   return std::memcmp(runs_on, kAll, sizeof kAll) == 0;
+}
+
+// Whether the knots at a row's ends lie on its skin. Beside an outline the last pixel alone may
+// fall away: five would take its light, and step to their own when the outline moves on.
+inline bool ends_run_on(const float* row_mm, float most_mm) {
+  const auto bends = [&](int i) { return std::abs(row_mm[i - 1] - 2 * row_mm[i] + row_mm[i + 1]); };
+  return bends(1) <= most_mm && bends(kGroup - 2) <= most_mm;
 }
 
 // Less of a lamp of 1 is not seen: half a level where a picture is darkest.
@@ -117,7 +124,7 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLay
 SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm)
     : rows_(rows), count_(count) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const float smooth_mm = kSmoothTexels * texel_mm;
+  const float smooth_mm = kSmoothTexels * texel_mm, down_mm = 0.5f * smooth_mm;
   // To the next pixel, and the next row's; not where either is +inf.
   alignas(64) std::array<std::array<std::uint8_t, kSpan>, kSpanRows> along;
   alignas(64) std::array<std::uint8_t, kSpan> down;
@@ -126,27 +133,25 @@ SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float te
     const auto& own = depth_mm[r];
     for (int i = 0; i + 1 < count; ++i) along[r][i] = std::abs(own[i + 1] - own[i]) <= smooth_mm;
     if (r == 0) continue;
-    for (int i = 0; i < count; ++i) down[i] &= std::abs(own[i] - depth_mm[r - 1][i]) <= smooth_mm;
+    for (int i = 0; i < count; ++i) down[i] &= std::abs(own[i] - depth_mm[r - 1][i]) <= down_mm;
   }
   int knots = 0;
-  const auto add_knots = [&](int first) {
-    for (const int at : kKnots) knots_[knots++] = first + at;
-  };
   for (int g = 0; g < groups(); ++g) {
     const int first = g * kGroup;
     const bool whole = first + kGroup <= count;
     bool block = whole && all_run_on(&down[first]) && down[first + kGroup - 1];
     kinds_[g].fill(Kind::by_pixel);
-    for (int r = 0; r < rows; ++r) {
-      kinds_[g][r] = whole && all_run_on(&along[r][first]) ? Kind::row : Kind::by_pixel;
-      block = block && kinds_[g][r] == Kind::row;
+    for (int r = 0; whole && r < rows; ++r) {
+      const bool row = all_run_on(&along[r][first]) && ends_run_on(&depth_mm[r][first], texel_mm);
+      if (row) kinds_[g][r] = Kind::row;
+      block = block && row;
     }
     if (block) kinds_[g].fill(Kind::block);
     for (int r = 0; r < rows; ++r) {
       first_knot_[g][r] = knots;
       if (block && r > 0 && r + 1 < rows) continue;
       if (kinds_[g][r] != Kind::by_pixel) {
-        add_knots(r * kSpan + first);
+        for (const int at : kKnots) knots_[knots++] = r * kSpan + first + at;
         continue;
       }
       for (int i = first; i < std::min(first + kGroup, count); ++i) {
