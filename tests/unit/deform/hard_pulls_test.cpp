@@ -301,5 +301,26 @@ TEST(DegenerateBodies, NoFaces) {
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
 
+// What is asked of the vertices of a face takes along a point that others carry, too.
+TEST(Poke, BringsSkinThatManyVerticesCarryOntoTheTip) {
+  constexpr double kTouching_mm = 0.005;
+  const CoarseOrgan organ;
+  Deformer deformer = organ.deformer(TissueSolver::fem);
+  std::vector<Vector3d> nodes;
+  carry(organ.skin, organ.mesh.vertices, nodes);
+  const Vector3d top =
+      *std::max_element(nodes.begin(), nodes.end(),
+                        [](const Vector3d& a, const Vector3d& b) { return a.z() < b.z(); });
+  std::size_t pressed = 0;
+  for (int step = 0; step <= 40; ++step) {
+    const Vector3d tip = top + Vector3d(0, 0, 5 - 0.25 * step);
+    for (const ContactPoint& c : deformer.step({test::tool_at(tip)}).contact_points) {
+      ++pressed;
+      EXPECT_NEAR((c.position_mm - tip).norm(), 5, kTouching_mm) << "step " << step;
+    }
+  }
+  EXPECT_GT(pressed, 30u);
+}
+
 }  // namespace
 }  // namespace organbake

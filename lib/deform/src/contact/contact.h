@@ -109,10 +109,14 @@ struct Contact {
   // Set by each refresh, for the shape and the tip's place of that moment.
   PaddedVector point = PaddedVector::Zero();  // mm
   VertexResponse response;
+  // All that move the point, of a smooth skin over vertices that are wholly free: its force acts on
+  // the response's slots alone. Empty: these move it, too.
+  std::vector<Carrier> movers;
   PaddedVector normal = PaddedVector::Zero();  // unit, from the tip into the tissue; of a needle up
                                                // its shaft, of what is carried out of the skin
   PaddedVector target = PaddedVector::Zero();  // mm
-  // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
+  // Where the point would lie with its movers, its lever's slots or its grip's carriers at rest,
+  // mm.
   PaddedVector anchored_at = PaddedVector::Zero();
   PaddedVector tip_motion = PaddedVector::Zero();  // of the tip since it touched, mm
 

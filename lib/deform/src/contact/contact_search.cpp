@@ -198,13 +198,15 @@ double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double
 }
 
 PaddedVector ContactSearch::anchored(const SkinPoint& at, const PaddedVector& point) const {
-  const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
-  PaddedVector anchored = point;
-  for (int k = 0; k < 3; ++k) {
-    const std::uint32_t slot = skin_.faces()[at.face][k];
-    anchored -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
-  }
-  return anchored;
+  const Face& f = skin_.faces()[at.face];
+  return anchored(std::array<Carrier, 3>{{{f[0], 1 - at.b1 - at.b2}, {f[1], at.b1}, {f[2], at.b2}}},
+                  point);
+}
+
+PaddedVector ContactSearch::anchored(std::span<const Carrier> carriers, PaddedVector point) const {
+  for (const auto& [slot, weight] : carriers)
+    point -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  return point;
 }
 
 SkinHit ContactSearch::place(Contact& contact, const PaddedVector& center) const {
@@ -212,13 +214,15 @@ SkinHit ContactSearch::place(Contact& contact, const PaddedVector& center) const
   contact.point = hit.point;
   if (const Carried* carried = contact.as<Carried>()) {
     if (carried->response.fixed_at_rest) return hit;
-    contact.anchored_at = hit.point;
-    for (const auto& [slot, weight] : carried->response.carriers)
-      contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
-  } else {
-    contact.response = response_of(contact.at);
-    contact.anchored_at = anchored(contact.at, hit.point);
+    contact.anchored_at = anchored(carried->response.carriers, hit.point);
+    return hit;
   }
+  contact.response = response_of(contact.at);
+  contact.movers.clear();
+  if (skin_.smooth(contact.at.face) && contact.response.free_share == 1)
+    contact.movers = skin_.carriers(contact.at);
+  contact.anchored_at = contact.movers.empty() ? anchored(contact.at, hit.point)
+                                               : anchored(contact.movers, hit.point);
   return hit;
 }
 

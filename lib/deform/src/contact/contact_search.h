@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "body/skin.h"
@@ -41,8 +42,10 @@ class ContactSearch {
   // of skin that is free to give way.
   double refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,
                  std::vector<Contact>& contacts);
-  // Where a skin point that lies at `point` would lie with its face's vertices at rest.
+  // Where a skin point that lies at `point` would lie with its face's vertices, or the carriers, at
+  // rest.
   PaddedVector anchored(const SkinPoint& at, const PaddedVector& point) const;
+  PaddedVector anchored(std::span<const Carrier> carriers, PaddedVector point) const;
   // The lever of a skin point; its free share is 0 where nothing can give way.
   VertexResponse response_of(const SkinPoint& at) const;
   const Tissue& tissue() const { return tissue_; }

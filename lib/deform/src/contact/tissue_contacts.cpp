@@ -44,7 +44,8 @@ PaddedVector constrained_point(const Contact& contact, const PaddedVectors& x,
       point += carried->response.scale * weight * (x[slot] - rest[slot]);
     return point;
   }
-  for (int k = 0; k < contact.response.count; ++k) {
+  for (const auto& [slot, weight] : contact.movers) point += weight * (x[slot] - rest[slot]);
+  for (int k = 0; k < contact.response.count && contact.movers.empty(); ++k) {
     const std::uint32_t slot = contact.response.slots[k];
     point += contact.response.weights[k] * (x[slot] - rest[slot]);
   }

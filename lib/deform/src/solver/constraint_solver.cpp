@@ -164,17 +164,30 @@ void ConstraintSolver::gather(const PaddedVectors& x_start, const PaddedVectors&
   columns_.require(slots_);
 }
 
+// The one of the last parts, from `first` on, that is of a slot; made where there is none.
+ConstraintSolver::Part& ConstraintSolver::part_of(std::uint32_t slot, std::uint32_t first,
+                                                  std::vector<Part>& parts) {
+  const auto known = std::find_if(parts.begin() + first, parts.end(),
+                                  [slot](const Part& part) { return part.slot == slot; });
+  return known == parts.end() ? parts.emplace_back(Part{slot}) : *known;
+}
+
 void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
   u.first = static_cast<std::uint32_t>(parts_.size());
+  u.lopsided = !c.movers.empty();
   if (const Carried* carried = c.as<Carried>()) {
     u.column = carried->response.column->data();
+    const double scale = carried->response.scale;
     for (const auto& [slot, weight] : carried->response.carriers)
-      parts_.push_back({slot, 0, carried->response.scale * weight});
+      parts_.push_back({slot, 0, scale * weight, scale * weight});
   } else {
     for (int k = 0; k < c.response.count; ++k) {
-      parts_.push_back({c.response.slots[k], 0, c.response.weights[k]});
-      if (c.response.weights[k] != 0) slots_.push_back(c.response.slots[k]);
+      const double weight = c.response.weights[k];
+      parts_.push_back({c.response.slots[k], 0, weight, u.lopsided ? 0 : weight});
+      if (weight != 0) slots_.push_back(c.response.slots[k]);
     }
+    for (const auto& [slot, weight] : c.movers)
+      if (slot < tissue_.moving_count()) part_of(slot, u.first, parts_).moves = weight;
   }
   u.end = static_cast<std::uint32_t>(parts_.size());
   if (c.of_tissue()) {  // two sides, three vertices each
@@ -190,17 +203,11 @@ void ConstraintSolver::add_give(Unknown& u) {
   u.first_give = static_cast<std::uint32_t>(give_.size());
   for (std::uint32_t k = u.first; k < u.end; ++k) {
     for (const auto& [place, share] : tissue_.give().places_of(parts_[k].slot)) {
-      const double weight = parts_[k].weight * share;
-      if (weight == 0 || tissue_.give().mm_per_mn(place) == 0) continue;
-      u.free_point += weight * relaxed_[place];
-      const auto known =
-          std::find_if(give_.begin() + u.first_give, give_.end(),
-                       [wanted = place](const Carrier& c) { return c.slot == wanted; });
-      if (known == give_.end()) {
-        give_.push_back({place, weight});
-      } else {
-        known->weight += weight;
-      }
+      const double weight = parts_[k].weight * share, moves = parts_[k].moves * share;
+      if ((weight == 0 && moves == 0) || tissue_.give().mm_per_mn(place) == 0) continue;
+      u.free_point += moves * relaxed_[place];
+      Part& give = part_of(place, u.first_give, give_);
+      give.weight += weight, give.moves += moves;
     }
   }
   u.end_give = static_cast<std::uint32_t>(give_.size());
@@ -214,16 +221,17 @@ PaddedVector ConstraintSolver::aim_of(const Contact& c, const PaddedVectors& x_s
   return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
-// What the pressure in the body of some of its parts does to the constrained point.
+// What the pressure in the body of some of its parts does to them and to the constrained point.
 void ConstraintSolver::add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const {
   if (first == end) return;
   const std::uint32_t body = pressures_.body_of_slot(parts_[first].slot);
   if (body == EnclosedVolume::kNoBody) return;
   Side& side = u.sides[u.side_count++];
-  side = {body, PaddedVector::Zero()};
+  side = {body, PaddedVector::Zero(), PaddedVector::Zero()};
   for (std::uint32_t k = first; k < end; ++k) {
-    const auto& [slot, local, weight] = parts_[k];
+    const auto& [slot, local, weight, moves] = parts_[k];
     if (weight != 0) side.volume_move += weight * pressures_.move_of(slot);
+    if (moves != 0) side.point_move += moves * pressures_.move_of(slot);
   }
 }
 
@@ -232,39 +240,43 @@ void ConstraintSolver::couple() {
   coupling_.assign(n * n, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = unknowns_[i];
+    for (std::size_t j = 0; j < i; ++j)
+      if (mirrored(i, j)) coupling_[j * n + i] = coupling_[i * n + j];
     if (u.column) add_coupling(i, 1, u.column);
     for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
       if (parts_[k].weight != 0) add_coupling(i, parts_[k].weight, columns_.column(parts_[k].slot));
     }
     couple_give(i);
-    for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
     unknowns_[i].own = coupling_[i * n + i];
     unknowns_[i].per_own = unknowns_[i].own > 0 ? 1 / unknowns_[i].own : 0;
   }
 }
 
-// What a force that moves the slots as `column` tells does to a contact's point and later ones.
+// What a force on a contact that moves the slots as `column` tells does to the points, but to those
+// that a force of theirs moves this one as far.
 void ConstraintSolver::add_coupling(std::size_t i, double force, const double* column) {
   const std::size_t n = unknowns_.size();
-  for (std::size_t j = i; j < n; ++j) {
+  for (std::size_t j = 0; j < n; ++j) {
+    if (mirrored(i, j)) continue;
     double sum = 0;
     for (std::uint32_t l = unknowns_[j].first; l < unknowns_[j].end; ++l) {
-      if (parts_[l].weight != 0) sum += parts_[l].weight * column[parts_[l].slot];
+      if (parts_[l].moves != 0) sum += parts_[l].moves * column[parts_[l].slot];
     }
-    coupling_[i * n + j] += force * sum;
+    coupling_[j * n + i] += force * sum;
   }
 }
 
-// What a force on a contact moves its own point and later ones by the skin's giving way.
+// What a force on a contact moves the same points by the skin's giving way.
 void ConstraintSolver::couple_give(std::size_t i) {
   const std::size_t n = unknowns_.size();
   const Unknown& u = unknowns_[i];
   if (u.first_give == u.end_give) return;
   for (std::uint32_t k = u.first_give; k < u.end_give; ++k)
     give_by_place_[give_[k].slot] = tissue_.give().mm_per_mn(give_[k].slot) * give_[k].weight;
-  for (std::size_t j = i; j < n; ++j)
-    for (std::uint32_t l = unknowns_[j].first_give; l < unknowns_[j].end_give; ++l)
-      coupling_[i * n + j] += give_by_place_[give_[l].slot] * give_[l].weight;
+  for (std::size_t j = 0; j < n; ++j)
+    for (std::uint32_t l = unknowns_[j].first_give; l < unknowns_[j].end_give && !mirrored(i, j);
+         ++l)
+      coupling_[j * n + i] += give_by_place_[give_[l].slot] * give_[l].moves;
   for (std::uint32_t k = u.first_give; k < u.end_give; ++k) give_by_place_[give_[k].slot] = 0;
 }
 
@@ -291,7 +303,7 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
     Double4 point = *as_double4(&u.free_point);
     for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
     for (int s = 0; s < u.side_count; ++s)
-      point += pressures_.pressure(u.sides[s].body) * *as_double4(&u.sides[s].volume_move);
+      point += pressures_.pressure(u.sides[s].body) * *as_double4(&u.sides[s].point_move);
 
     Double4 next = force[i] - u.per_own * (point - *as_double4(&u.aim));
     if (const OnNeedle* on_needle = c.as<OnNeedle>()) {
@@ -322,7 +334,7 @@ double ConstraintSolver::sweep_pressures() {
     for (const Unknown& u : unknowns_) {
       for (int s = 0; s < u.side_count; ++s) {
         if (u.sides[s].body == b)
-          largest = std::max(largest, std::abs(change) * u.sides[s].volume_move.norm());
+          largest = std::max(largest, std::abs(change) * u.sides[s].point_move.norm());
       }
     }
   }

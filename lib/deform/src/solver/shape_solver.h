@@ -141,7 +141,8 @@ class ComplianceColumns {
 
 // Finds the contact forces f and the pressures p that bring the unconstrained shape onto its
 // constraints through the factor that exists: x = x_free + A⁻¹(Jᵀf + ∇V p). Because A acts alike on
-// x, y and z, two contacts couple by one scalar w_ij = b_iᵀ A⁻¹ b_j, and the small dense system is
+// x, y and z, two contacts couple by one scalar w_ij = m_iᵀ A⁻¹ b_j (force j acts by b_j, point i
+// moves by m_i, mostly b_i), and the small dense system is
 // solved by projected Gauss–Seidel over 3-vectors (Coulomb's cone by projection) with the pressures
 // among its unknowns, so that keeping the volume and holding off the tip cannot fight.
 class ConstraintSolver {
@@ -167,12 +168,13 @@ class ConstraintSolver {
  private:
   struct Side {  // the vertices of one face
     std::uint32_t body;
-    PaddedVector volume_move;  // of the constrained point, mm per unit of the body's pressure
+    // By the body's pressure, mm per unit: of where the force acts, and of the constrained point.
+    PaddedVector volume_move, point_move;
   };
-  struct Part {  // a vertex of a lever, or a carrier of a grip
-    std::uint32_t slot;
-    std::uint32_t local;  // into slots_, when it moves
-    double weight;
+  struct Part {               // a vertex of a lever, a carrier or a mover; or a place of SkinGive
+    std::uint32_t slot;       // or place
+    std::uint32_t local = 0;  // into slots_, where the force acts
+    double weight = 0, moves = 0;  // of the force, and of the point
   };
   struct Unknown {                       // one contact in the dense system
     std::uint32_t first, end;            // of its parts
@@ -185,16 +187,21 @@ class ConstraintSolver {
     double own;      // w_ii, mm/mN: how far a force moves its own point
     double per_own;  // its reciprocal; 0 for a point that nothing moves
     double kept;     // of a force: the rest is give
+    bool lopsided;   // its point is not moved by what its force acts on
   };
   void complete_carriers(std::vector<Contact>& contacts);
   void gather(const PaddedVectors& x_start, const PaddedVectors& x_free,
               const std::vector<Contact>& contacts);
   PaddedVector aim_of(const Contact& contact, const PaddedVectors& x_start) const;
+  static Part& part_of(std::uint32_t slot, std::uint32_t first, std::vector<Part>& parts);
   void add_parts(const Contact& contact, Unknown& u);
   void add_give(Unknown& u);
   void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
   void couple();
   void couple_give(std::size_t contact);
+  bool mirrored(std::size_t i, std::size_t j) const {
+    return j < i && !unknowns_[i].lopsided && !unknowns_[j].lopsided;
+  }
   void add_coupling(std::size_t contact, double force, const double* column);
   void iterate(std::vector<Contact>& contacts);
   double sweep_contacts(const std::vector<Contact>& contacts);
@@ -208,7 +215,7 @@ class ConstraintSolver {
   ComplianceColumns columns_;
   std::vector<Unknown> unknowns_;
   std::vector<Part> parts_;            // of all contacts
-  std::vector<Carrier> give_;          // of all contacts, by places
+  std::vector<Part> give_;             // of all contacts, by places
   PaddedVectors force_;                // one per contact, mN
   std::vector<std::uint32_t> slots_;   // of all levers, increasing
   std::vector<double> coupling_;       // w_ij, mm/mN, row-major
