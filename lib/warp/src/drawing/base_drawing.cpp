@@ -53,27 +53,38 @@ void each_clipped(const std::array<Eigen::Vector3f, 3>& triangle, float near_mm,
 
 }  // namespace
 
-// A block's nodes in one frame.
-class BaseDrawing::PlacedBlock {
- public:
+// A block's nodes in one frame, whole vectors of them.
+struct BaseDrawing::PlacedBlock {
+  static constexpr std::uint32_t kRow = kCells + 1, kNodes = 32, kCellNodes = 24;
+  static_assert(kRow * kCells <= kCellNodes && kCellNodes + kRow + 1 <= kNodes);
+  template <class Number>
+  using PerNode = std::array<Number, kNodes>;
+
+  const ShellColumns& matrix;
+  const float cells;                               // from its first to the lattice's long edge
+  std::array<const Eigen::Vector3f*, kRow> color;  // by row, its first
+  bool any_beyond = false;
+  PerNode<float> weight;
+  alignas(32) PerNode<float> b1, b2, height_mm{}, inverse_depth;
+  alignas(32) PerNode<std::int32_t> x, y;
+
   PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
-      : matrix_(frame.pixel), cells_(static_cast<float>(base.layer_.steps - block.i - block.j)) {
+      : matrix(frame.pixel), cells(static_cast<float>(base.layer_.steps - block.i - block.j)) {
     const BaseLayer& layer = base.layer_;
     const bool alike = block.seen_by.size() == 1;
-    weight_.fill(alike ? base.weight_of(block.seen_by.front()) : 0);
+    weight.fill(alike ? base.weight_of(block.seen_by.front()) : 0);
     for (std::uint32_t i = block.i; i <= base.block_end(block.i); ++i) {
       const std::uint32_t end = std::min(base.block_end(block.j), layer.steps - i) + 1;
       const std::size_t first = base.node(block.patch.face, i, block.j);
-      const std::uint32_t k = at(i - block.i, 0), count = std::max(end, block.j) - block.j;
-      color_[i - block.i] = &layer.color[first];
-      for (std::uint32_t j = 0; j < count; ++j) h_[k + j] = layer.height_mm[first + j];
+      const std::uint32_t k = (i - block.i) * kRow, count = std::max(end, block.j) - block.j;
+      color[i - block.i] = layer.color.data() + first;
+      for (std::uint32_t j = 0; j < count; ++j) height_mm[k + j] = layer.height_mm[first + j];
       for (std::uint32_t j = 0; j < count && !alike; ++j)
-        weight_[k + j] = base.weight_of(layer.seen_by[first + j]);
+        weight[k + j] = base.weight_of(layer.seen_by[first + j]);
     }
     place(block, 1 / static_cast<float>(layer.steps), near_mm);
   }
 
-  static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) { return i * kRow + j; }
   // Of a cell's two triangles, by the cell's first node.
   static std::array<std::uint32_t, 3> corners(bool other, std::uint32_t cell) {
     return {cell + (other ? kRow : 0), cell + kRow + other, cell + 1};
@@ -82,84 +93,50 @@ class BaseDrawing::PlacedBlock {
   // both_sides; any_weight: also where no corner weighs.
   std::uint32_t shown(bool other, const PixelBox& box, bool both_sides, bool any_weight) const {
     const auto [of_a, of_b, of_c] = corners(other, 0);
+    const auto holds = [](std::int32_t a, std::int32_t b, std::int32_t c, int first, int end) {
+      const std::int32_t low = std::min(std::min(a, b), c), high = std::max(std::max(a, b), c);
+      return std::max(SnappedCorner::center_from(low), first) <=
+             std::min(SnappedCorner::center_to(high), end - 1);
+    };
+    const auto product = [](std::int32_t p, std::int32_t q) {
+      return static_cast<float>(p) * static_cast<float>(q);
+    };
     std::uint32_t shown = 0;
 #pragma GCC unroll 1
     for (std::uint32_t k = 0; k < kCellNodes; ++k) {
       const std::uint32_t a = k + of_a, b = k + of_b, c = k + of_c;
-      const auto held = [](std::int32_t a, std::int32_t b, std::int32_t c, int first, int end) {
-        const std::int32_t low = std::min(std::min(a, b), c), high = std::max(std::max(a, b), c);
-        return std::max(SnappedCorner::center_from(low), first) <=
-               std::min(SnappedCorner::center_to(high), end - 1);
-      };
-      const bool in_box =
-          held(x_[a], x_[b], x_[c], box.x0, box.x1) & held(y_[a], y_[b], y_[c], box.y0, box.y1);
-      const auto along = [](std::int32_t from, std::int32_t to) {
-        return static_cast<float>(to - from);
-      };
       // Rounded: what has hardly any area may be looked at for nothing.
-      const float left = along(x_[a], x_[b]) * along(y_[a], y_[c]);
-      const float right = along(x_[a], x_[c]) * along(y_[a], y_[b]);
-      const bool faces = left - right <= 1e-6f * (std::abs(left) + std::abs(right));
-      const bool weighs = (weight_[a] > 0) | (weight_[b] > 0) | (weight_[c] > 0);
-      const bool there = kPlaces[2][k] + (other ? 1.0f : 0.0f) < cells_;
-      shown |= static_cast<std::uint32_t>(((in_box & (faces | both_sides)) | (any_beyond_ != 0)) &
-                                          (weighs | any_weight) & there)
-               << k;
+      const float p = product(x[b] - x[a], y[c] - y[a]), q = product(x[c] - x[a], y[b] - y[a]);
+      const bool faces = p - q <= 1e-6f * (std::abs(p) + std::abs(q));
+      const bool in_box =
+          holds(x[a], x[b], x[c], box.x0, box.x1) & holds(y[a], y[b], y[c], box.y0, box.y1);
+      const bool weighs = (weight[a] > 0) | (weight[b] > 0) | (weight[c] > 0) | any_weight;
+      const bool there = kPlaces[2][k] + (other ? 1.0f : 0.0f) < cells;
+      const bool seen = ((in_box & (faces | both_sides)) | any_beyond) & weighs & there;
+      shown |= std::uint32_t{seen} << k;
     }
     return shown;
   }
   // Pixels × depth, and depth.
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
-    return shell_point(matrix_, b1_[at], b2_[at], h_[at]).head<3>();
+    return shell_point(matrix, b1[at], b2[at], height_mm[at]).head<3>();
   }
-  float weight(std::uint32_t at) const { return weight_[at]; }
   // Colour and weight.
   BaseTile::Shade shade(std::uint32_t at) const {
-    const Eigen::Vector3f& color = color_[at / kRow][at % kRow];
-    return {color[0], color[1], color[2], weight_[at]};
+    const Eigen::Vector3f& of = color[at / kRow][at % kRow];
+    return {of[0], of[1], of[2], weight[at]};
   }
-  float b1(std::uint32_t at) const { return b1_[at]; }
-  float b2(std::uint32_t at) const { return b2_[at]; }
-  float height_mm(std::uint32_t at) const { return h_[at]; }
   // Before the near plane, or beyond reach.
-  bool is_beyond(std::uint32_t at) const { return x_[at] == SnappedCorner::kBeyond; }
-  bool any_beyond() const { return any_beyond_ != 0; }
+  bool is_beyond(std::uint32_t at) const { return inverse_depth[at] < 0; }
   SnappedCorner corner(std::uint32_t at) const {
     SnappedCorner corner;
-    corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
+    corner.x = x[at], corner.y = y[at], corner.inverse_depth = inverse_depth[at];
     return corner;
   }
 
  private:
-  // All at once, those beyond the lattice's long edge, too: one by one, as triangles ask for them,
-  // takes longer.
-  void place(const Block& block, float step, float near_mm) {
-    const ShellColumns& m = matrix_;
-    const float reach = static_cast<float>(kRasterReach);
-    const auto i = static_cast<float>(block.i), j = static_cast<float>(block.j);
-    for (std::uint32_t k = 0; k < kNodes; ++k) {
-      const float b1 = step * (i + kPlaces[0][k]), b2 = step * (j + kPlaces[1][k]), h = h_[k];
-      const auto row = [&](int r) {
-        return m(r, 0) + b1 * (m(r, 1) + b1 * m(r, 6) + b2 * m(r, 7)) +
-               b2 * (m(r, 2) + b2 * m(r, 8)) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
-      };
-      const float z = row(2), inverse = 1 / z, x = row(0) * inverse, y = row(1) * inverse;
-      const bool in_reach = (z > near_mm) & (std::abs(x) < reach) & (std::abs(y) < reach);
-      b1_[k] = b1, b2_[k] = b2;
-      inverse_depth_[k] = inverse;
-      x_[k] = in_reach ? SnappedCorner::snapped(x) : SnappedCorner::kBeyond;
-      y_[k] = in_reach ? SnappedCorner::snapped(y) : 0;
-      any_beyond_ |= !in_reach;
-    }
-  }
-
-  // Whole vectors of them.
-  static constexpr std::uint32_t kRow = kCells + 1, kNodes = 32, kCellNodes = 24;
-  static_assert(kRow * kCells <= kCellNodes && kCellNodes + kRow + 1 <= kNodes);
-  template <class Number>
-  using PerNode = std::array<Number, kNodes>;
-  // Rows and columns of nodes, those of the last one for what there is none of; and their sum, +inf
-  // where no cell of the block begins.
+  // Rows and columns of nodes, those of the last one for what there is none of; and their sum, past
+  // all cells where none of the block begins.
   static constexpr std::array<PerNode<float>, 3> kPlaces = [] {
     std::array<PerNode<float>, 3> places{};
     for (std::uint32_t k = 0; k < kNodes; ++k) {
@@ -170,13 +147,29 @@ class BaseDrawing::PlacedBlock {
     return places;
   }();
 
-  const ShellColumns& matrix_;
-  std::array<const Eigen::Vector3f*, kRow> color_;  // by row, its first
-  const float cells_;                               // from its first to the lattice's long edge
-  std::uint32_t any_beyond_ = 0;
-  PerNode<float> weight_;
-  alignas(32) PerNode<float> b1_, b2_, h_{}, inverse_depth_;
-  alignas(32) PerNode<std::int32_t> x_, y_;
+  // All at once, those beyond the lattice's long edge, too: one by one, as triangles ask for them,
+  // takes longer.
+  void place(const Block& block, float step, float near_mm) {
+    const ShellColumns& m = matrix;
+    const float reach = static_cast<float>(kRasterReach);
+    const auto i = static_cast<float>(block.i), j = static_cast<float>(block.j);
+    std::uint32_t beyond = 0;
+    for (std::uint32_t k = 0; k < kNodes; ++k) {
+      const float u = step * (i + kPlaces[0][k]), v = step * (j + kPlaces[1][k]);
+      const auto row = [&](int r) {
+        return m(r, 0) + u * (m(r, 1) + u * m(r, 6) + v * m(r, 7)) + v * (m(r, 2) + v * m(r, 8)) +
+               height_mm[k] * (m(r, 3) + u * m(r, 4) + v * m(r, 5));
+      };
+      const float z = row(2), inverse = 1 / z, s = row(0) * inverse, t = row(1) * inverse;
+      const bool in_reach = (z > near_mm) & (std::abs(s) < reach) & (std::abs(t) < reach);
+      b1[k] = u, b2[k] = v;
+      inverse_depth[k] = in_reach ? inverse : -1;
+      x[k] = in_reach ? SnappedCorner::snapped(s) : 0;
+      y[k] = in_reach ? SnappedCorner::snapped(t) : 0;
+      beyond |= !in_reach;
+    }
+    any_beyond = beyond != 0;
+  }
 };
 
 void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
@@ -218,7 +211,7 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
   normals.reserve(2 * kCells * kCells);
   std::array<Eigen::Vector3d, (kCells + 1) * (kCells + 1)> points;
   const auto point = [&](std::uint32_t i, std::uint32_t j) -> Eigen::Vector3d& {
-    return points[PlacedBlock::at(i - i0, j - j0)];
+    return points[(i - i0) * PlacedBlock::kRow + j - j0];
   };
   const auto height = [&](std::uint32_t i, std::uint32_t j) {
     return layer_.height_mm[node(face, i, j)];
@@ -351,7 +344,7 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   PixelBox drawn;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const bool weighs =
-        chosen.everywhere || placed.weight(a) > 0 || placed.weight(b) > 0 || placed.weight(c) > 0;
+        chosen.everywhere || placed.weight[a] > 0 || placed.weight[b] > 0 || placed.weight[c] > 0;
     // weights_in: of a pixel's in the part of it that is drawn.
     const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
       const PixelBox box = intersected(triangle.box, tile.box);
@@ -369,12 +362,11 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
             tile.depth[at] = depth;
             tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
             if (tile.bound.empty()) return;
-            const auto mean = [&w](float of_1, float of_2, float of_3) {
-              return w[0] * of_1 + w[1] * of_2 + w[2] * of_3;
+            const auto mean = [&](const PlacedBlock::PerNode<float>& of) {
+              return w[0] * of[a] + w[1] * of[b] + w[2] * of[c];
             };
-            tile.bound[at] = {block.patch.face, mean(placed.b1(a), placed.b1(b), placed.b1(c)),
-                              mean(placed.b2(a), placed.b2(b), placed.b2(c)),
-                              mean(placed.height_mm(a), placed.height_mm(b), placed.height_mm(c))};
+            tile.bound[at] = {block.patch.face, mean(placed.b1), mean(placed.b2),
+                              mean(placed.height_mm)};
           });
     };
     if (placed.is_beyond(a) || placed.is_beyond(b) || placed.is_beyond(c))

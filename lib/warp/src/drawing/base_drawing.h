@@ -104,7 +104,7 @@ class BaseDrawing {
     PixelBox box;
     bool weighs, fills_gaps, everywhere;
   };
-  class PlacedBlock;
+  struct PlacedBlock;
 
   Block make_block(std::uint32_t face, std::uint32_t i, std::uint32_t j,
                    const ShellMatrix& rest) const;
