@@ -4,7 +4,6 @@
 #include "organbake/graphics/graphics_drawing.h"
 
 extern "C" void organplay_open_graphics(organbake::OpenedGraphics& opened) {
-  auto drawing = std::make_shared<organbake::OffscreenDrawing>();
-  opened.device = drawing->device().name;
-  opened.drawing = std::move(drawing);
+  opened.drawing = std::make_shared<organbake::OffscreenDrawing>();
+  opened.device = organbake::current_graphics_device().name;
 }

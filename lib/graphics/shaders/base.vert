@@ -3,7 +3,6 @@
 // drawing/base_drawing.cpp draws it.
 uniform highp usampler2D nodes;
 uniform bool cut;
-uniform float near_mm;
 uniform vec2 picture;
 
 out vec3 place;  // b1, b2, depth

@@ -7,7 +7,6 @@ uniform vec3 lamp_toward[16], lamp_color[16];
 uniform int lobes;
 uniform vec2 lobe[4];  // strength, exponent
 uniform mat3 world_from_view;
-uniform vec4 lens;  // fx, fy, cx, cy
 
 // The light at the scope, ScopeShading.
 uniform vec4 hill_phase[4], hill_slope[4];  // the slope's w: the wave's length

@@ -4,7 +4,6 @@
 uniform highp usampler2D samples;
 uniform int first_patch;
 uniform vec2 picture;  // its size
-uniform float near_mm;
 
 // The face's for this patch, in pixels: from its samples' coordinates instead of b1, b2 and h.
 out mat3 plane, outward, bend;

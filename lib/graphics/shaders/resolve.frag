@@ -28,10 +28,6 @@ float surface_share(float depth, float nearest) {
   return clamp(2.0 - (depth - nearest) / (2.0 * texel_mm), 0.0, 1.0);
 }
 
-vec3 linear_color(vec3 root) {
-  vec3 c = max(root, 0.0) / 255.0;
-  return c * c;
-}
 vec3 bytes_of(uint word) {
   return vec3(float(word & 255u), float(word >> 8 & 255u), float(word >> 16 & 255u));
 }
@@ -45,7 +41,8 @@ vec4 color_at(int layer, int slot, vec2 offset) {
   vec3 a = bytes_of(c.x), b = bytes_of(c.y), d = bytes_of(c.z), e = bytes_of(c.w);
   vec3 middle = vec3(float(c.x >> 24), float(c.y >> 24), float(c.z >> 24));
   vec3 root = w00 * a + w10 * b + w01 * d + w11 * e + own * (middle - 0.25 * (a + b + d + e));
-  return vec4(linear_color(root), float(c.w >> 24) / 255.0);
+  root = max(root, 0.0) / 255.0;
+  return vec4(root * root, float(c.w >> 24) / 255.0);
 }
 
 // 255 × sRGB.

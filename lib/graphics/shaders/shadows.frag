@@ -2,9 +2,6 @@
 // What instruments do to skin before they are drawn: they darken what they nearly touch and the dents
 // that they press, and by the light at the scope they throw shadows and are mirrored in its wet film:
 // finishing/tool_shadows.cpp.
-struct Skin {
-  vec3 place, normal;  // the normal is 0 where the skin breaks off
-};
 struct Capsule {
   vec3 from, to;
   float radius, color;
@@ -13,6 +10,7 @@ struct Capsule {
 
 vec3 place_at(ivec2 at) { return depth_at(at) * reach * sight_at(vec2(at) + 0.5); }
 
+// 0 where the skin breaks off.
 vec3 normal_at(ivec2 at) {
   float here = depth_at(at);
   for (int k = 0; k < 4; ++k) {
@@ -36,12 +34,6 @@ vec2 passing(vec3 p, vec3 d, float length_mm, Capsule capsule) {
   return vec2(length(r + s * d - t * axis) - capsule.radius, s);
 }
 
-// From its axis, at the point nearest to a place, to that.
-vec3 way_to(vec3 place, Capsule capsule) {
-  vec3 axis = capsule.to - capsule.from, way = place - capsule.from;
-  return way - clamp(dot(way, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0) * axis;
-}
-
 float kept_in_dent(vec3 way, Capsule capsule, float gap) {
   float depth = length(capsule.pressed);
   float below = clamp((dot(way, capsule.pressed) / depth - capsule.radius) / depth + 1.0, 0.0, 1.0);
@@ -50,23 +42,24 @@ float kept_in_dent(vec3 way, Capsule capsule, float gap) {
 }
 
 // What is kept of the skin's light (x), and what is mirrored in it (y); what a dent keeps (z).
-void shade_by(Capsule capsule, Skin skin, inout vec3 shade) {
-  vec3 way = way_to(skin.place, capsule), toward = light_mm - skin.place;
+void shade_by(Capsule capsule, vec3 place, vec3 normal, inout vec3 shade) {
+  vec3 axis = capsule.to - capsule.from, way = place - capsule.from, toward = light_mm - place;
+  way -= clamp(dot(way, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0) * axis;  // from the axis
   float gap = max(0.0, length(way) - capsule.radius);
   if (capsule.pressed != vec3(0.0)) shade.z = min(shade.z, kept_in_dent(way, capsule, gap));
   if (gap >= kShadeReach_mm) return;
   float range = max(length(toward), 1.0);
-  vec2 shadow = passing(skin.place, toward / range, range, capsule);
+  vec2 shadow = passing(place, toward / range, range, capsule);
   float soft = kLeastSoft_mm + kLampRadius_mm * shadow.y / range;
   float touches = rising(kShadeReach_mm, 0.4 * kShadeReach_mm, gap);
   float kept = at_scope ? 1.0 - kDarkestShadow * touches * rising(soft, -soft, shadow.x) : 1.0;
   float near = kOccludedNear_mm + kOccludedByRadius * capsule.radius;
   shade.x = min(shade.x, kept * (1.0 - kOccluded * touches * exp(-gap / near)));
   if (!at_scope) return;
-  vec3 sight = normalize(skin.place);
-  float facing = -dot(sight, skin.normal);
+  vec3 sight = normalize(place);
+  float facing = -dot(sight, normal);
   if (!(facing > 0.0)) return;
-  vec2 image = passing(skin.place, sight + 2.0 * facing * skin.normal, kMirrorReach_mm, capsule);
+  vec2 image = passing(place, sight + 2.0 * facing * normal, kMirrorReach_mm, capsule);
   float fresnel = kWaterMirror + (1.0 - kWaterMirror) * pow(1.0 - facing, 5.0);
   float seen = rising(0.3, -0.3, image.x) * (1.0 - image.y / kMirrorReach_mm) * capsule.color;
   shade.y = max(shade.y, min(fresnel, 0.4) * seen);
@@ -74,16 +67,16 @@ void shade_by(Capsule capsule, Skin skin, inout vec3 shade) {
 
 void finish(ivec2 at) {
   if (!in_tool_box() || is_open(shown) || depth_at(at) >= 1.0) return;
-  Skin skin = Skin(place_at(at), normal_at(at));
+  vec3 place = place_at(at), normal = normal_at(at);
   vec3 shade = vec3(1.0, 0.0, 1.0);
   for (int k = 0; k < tool_count; ++k) {
     vec4 a = tool(k, 0), b = tool(k, 1), c = tool(k, 2);
     vec3 steel = tool(k, 3).rgb;
     float color = kSteelLit * dot(steel, steel) / 3.0;
-    shade_by(Capsule(a.xyz, b.xyz, a.w, color, b.w == 0.0 ? c.xyz : vec3(0.0)), skin, shade);
+    shade_by(Capsule(a.xyz, b.xyz, a.w, color, b.w == 0.0 ? c.xyz : vec3(0.0)), place, normal, shade);
     if (b.w == 0.0) continue;
-    shade_by(Capsule(b.xyz, c.xyz, a.w, color, vec3(0.0)), skin, shade);
-    shade_by(Capsule(c.xyz, a.xyz, a.w, color, vec3(0.0)), skin, shade);
+    shade_by(Capsule(b.xyz, c.xyz, a.w, color, vec3(0.0)), place, normal, shade);
+    shade_by(Capsule(c.xyz, a.xyz, a.w, color, vec3(0.0)), place, normal, shade);
   }
   shade.xy *= shade.z;
   if (shade.x > 0.995 && shade.y < 0.001) return;

@@ -3,7 +3,6 @@
 uniform highp sampler2D shells;
 uniform mat3 rotation;  // of the view from the organ's frame
 uniform vec3 translation;
-uniform vec4 lens;  // fx, fy, cx, cy
 uniform float texel_mm;
 
 struct Shell {

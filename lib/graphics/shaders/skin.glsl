@@ -7,25 +7,6 @@ uniform int first_knot;  // texels of the nodes' table that hold each face's kno
 uniform int knots;       // of a face: three, or six
 uniform highp sampler2D turns;
 
-struct Triangle {
-  ivec3 node;
-  vec3 weight, of_place;  // at the nearest place of the face; of what goes on
-  vec2 nearest;
-};
-
-Triangle triangle_at(int face, vec2 b) {
-  vec2 cells = b * float(steps);
-  int i = clamp(int(cells.x), 0, steps - 1), j = clamp(int(cells.y), 0, steps - 1 - i);
-  vec2 first = vec2(ivec2(i, j)), far = clamp(cells - first, -1.0, 2.0), near = clamp(far, 0.0, 1.0);
-  bool other = far.x + far.y > 1.0 && i + j + 2 <= steps;
-  if (!other) near -= 0.5 * max(near.x + near.y - 1.0, 0.0);
-  vec2 w = other ? 1.0 - near.yx : near, more = other ? vec2(0.0) : far - near;
-  vec3 weight = vec3(1.0 - w.x - w.y, w);
-  return Triangle(ivec3(other ? node_index(face, i + 1, j + 1) : node_index(face, i, j),
-                        node_index(face, i + 1, j), node_index(face, i, j + 1)),
-                  weight, weight + vec3(-more.x - more.y, more), (first + near) / float(steps));
-}
-
 vec3 normal_of(uint two) {
   vec2 p = max(vec2(signed_halves(two)) / 32767.0, -1.0);
   vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
@@ -40,18 +21,27 @@ struct SkinAt {
   float weight, bend;
 };
 
-SkinAt skin_at(int face, vec2 b) {
-  Triangle t = triangle_at(face, b);
-  SkinAt skin = SkinAt(face, t.nearest, vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
+SkinAt skin_at(int face, vec2 place) {
+  vec2 cells = place * float(steps);
+  int i = clamp(int(cells.x), 0, steps - 1), j = clamp(int(cells.y), 0, steps - 1 - i);
+  vec2 first = vec2(ivec2(i, j)), far = clamp(cells - first, -1.0, 2.0), near = clamp(far, 0.0, 1.0);
+  bool other = far.x + far.y > 1.0 && i + j + 2 <= steps;
+  if (!other) near -= 0.5 * max(near.x + near.y - 1.0, 0.0);
+  vec2 w = other ? 1.0 - near.yx : near, more = other ? vec2(0.0) : far - near;
+  // At the nearest place of the face; of what goes on.
+  vec3 weight = vec3(1.0 - w.x - w.y, w), of_place = weight + vec3(-more.x - more.y, more);
+  ivec3 node = ivec3(other ? node_index(face, i + 1, j + 1) : node_index(face, i, j),
+                     node_index(face, i + 1, j), node_index(face, i, j + 1));
+  SkinAt skin = SkinAt(face, (first + near) / float(steps), vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0);
   for (int k = 0; k < 3; ++k) {
-    uvec4 a = texelFetch(nodes, table_at(2 * t.node[k]), 0);
-    uvec4 b = texelFetch(nodes, table_at(2 * t.node[k] + 1), 0);
+    uvec4 a = texelFetch(nodes, table_at(2 * node[k]), 0);
+    uvec4 b = texelFetch(nodes, table_at(2 * node[k] + 1), 0);
     vec3 root = vec3(float(a.w & 65535u), float(a.w >> 16), float(b.w & 65535u)) * (kColorRoot / 65535.0);
-    skin.rest_normal += t.weight[k] * normal_of(a.z);
-    skin.rest_mm += t.of_place[k] * uintBitsToFloat(b.xyz);
-    skin.color += t.weight[k] * root * root;
-    skin.bend += t.weight[k] * float(b.w >> 16) * (kSharpestBend / 65535.0);
-    skin.weight += t.weight[k] * base_weight(a.y);
+    skin.rest_normal += weight[k] * normal_of(a.z);
+    skin.rest_mm += of_place[k] * uintBitsToFloat(b.xyz);
+    skin.color += weight[k] * root * root;
+    skin.bend += weight[k] * float(b.w >> 16) * (kSharpestBend / 65535.0);
+    skin.weight += weight[k] * base_weight(a.y);
   }
   return skin;
 }

@@ -8,7 +8,6 @@ layout(location = 9) in vec4 texel_per_pixel;
 layout(location = 10) in vec4 splat;
 uniform highp usampler2D samples;
 uniform vec2 picture;
-uniform float near_mm;
 uniform bool skip_nearest;  // texels beyond the largest splat: the base layer is smooth
 
 flat out vec4 by_pixel, depth_by_offset;  // z_u, z_v, the sample's depth; columns

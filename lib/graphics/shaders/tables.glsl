@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables: textures whose texels are read row by row.
+// What the passes share that read tables: textures whose texels lie row by row; and the view's lens.
+uniform vec4 lens;  // fx, fy, cx, cy
+uniform float near_mm;
+
 ivec2 table_at(int i) { return ivec2(i & (kTableColumns - 1), i >> kTableBits); }
 
 struct Patch {

@@ -4,8 +4,7 @@
 uniform highp sampler2D tools;
 uniform int tool_count;
 uniform vec4 tool_box;  // pixels
-uniform vec4 lens;
-uniform float near_mm, reach;
+uniform float reach;
 uniform bool at_scope;
 uniform vec3 light_mm;  // from the eye
 

@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "organbake/warp/organ_source.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 void set_nearest(unsigned target) {
@@ -29,18 +28,15 @@ void Table::reserve(std::size_t texels) {
     throw GraphicsError("an organ of so many samples does not fit into this graphics hardware (" +
                         std::to_string(rows) + " rows of " + std::to_string(most) + ")");
   rows_ = rows;
-  const bool words = texel_ == Texel::words;
   glBindTexture(GL_TEXTURE_2D, texture_.name());
-  glTexImage2D(GL_TEXTURE_2D, 0, words ? GL_RGBA32UI : GL_RGBA32F, kColumns,
-               static_cast<GLsizei>(rows), 0, words ? GL_RGBA_INTEGER : GL_RGBA,
-               words ? GL_UNSIGNED_INT : GL_FLOAT, nullptr);
+  glTexImage2D(GL_TEXTURE_2D, 0, texel_.internal, kColumns, static_cast<GLsizei>(rows), 0,
+               texel_.format, texel_.type, nullptr);
   set_nearest(GL_TEXTURE_2D);
 }
 
 // Whole rows at once, or a part of one.
 void Table::upload(std::size_t first, const void* numbers, std::size_t texels) {
   constexpr std::size_t kTexel_bytes = 16;
-  const bool words = texel_ == Texel::words;
   const auto* from = static_cast<const std::byte*>(numbers);
   glBindTexture(GL_TEXTURE_2D, texture_.name());
   while (texels > 0) {
@@ -49,23 +45,12 @@ void Table::upload(std::size_t first, const void* numbers, std::size_t texels) {
     const std::size_t height = std::max<std::size_t>(1, rows);
     glTexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(column),
                     static_cast<GLint>(first / kColumns), static_cast<GLsizei>(width),
-                    static_cast<GLsizei>(height), words ? GL_RGBA_INTEGER : GL_RGBA,
-                    words ? GL_UNSIGNED_INT : GL_FLOAT, from);
+                    static_cast<GLsizei>(height), texel_.format, texel_.type, from);
     first += width * height, texels -= width * height, from += kTexel_bytes * width * height;
   }
 }
 
 namespace {
-
-struct Format {
-  GLint internal;
-  GLenum format, type;
-};
-
-constexpr std::array<Format, 4> kFormats = {{{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
-                                             {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT},
-                                             {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT},
-                                             {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE}}};
 
 void bind_targets(const FramebufferName& framebuffer, const Target& color, const Target* depth,
                   int layer = 0) {
@@ -148,7 +133,7 @@ unsigned compile(GLenum kind, const std::string& text, const std::string& name) 
 unsigned Target::target() const { return layers_ > 0 ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D; }
 
 void Target::resize(int width, int height) {
-  const auto [internal, format, type] = kFormats[static_cast<std::size_t>(kind_)];
+  const auto [internal, format, type] = texel_;
   glBindTexture(target(), texture_.name());
   if (layers_ > 0) {
     glTexImage3D(target(), 0, internal, width, height, layers_, 0, format, type, nullptr);
@@ -159,7 +144,8 @@ void Target::resize(int width, int height) {
 }
 
 void Target::attach(int layer) const {
-  const GLenum as = kind_ == Kind::depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
+  const bool is_depth = texel_.format == GL_DEPTH_COMPONENT;
+  const GLenum as = is_depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
   if (layers_ > 0) {
     glFramebufferTextureLayer(GL_FRAMEBUFFER, as, texture_.name(), 0, layer);
   } else {
@@ -170,15 +156,13 @@ void Target::attach(int layer) const {
 void Targets::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;
   width = new_width, height = new_height;
-  for (Target* target : {&keys, &depths, &base_bound, &base_depth, &edges})
-    target->resize(width, height);
-  for (Picture* picture : {&resolved, &finished[0], &finished[1]}) {
+  for (Target* target : {&keys, &depths, &edges}) target->resize(width, height);
+  for (Picture* picture : {&base, &resolved, &finished[0], &finished[1]}) {
     picture->color.resize(width, height);
     picture->depth.resize(width, height);
     bind_targets(picture->framebuffer, picture->color, &picture->depth);
   }
   for (int l = 0; l < kLayers; ++l) bind_targets(layers[l], keys, &depths, l);
-  bind_targets(base, base_bound, &base_depth);
   bind_targets(edge_picture, edges, nullptr);
 }
 

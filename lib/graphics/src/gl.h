@@ -61,6 +61,19 @@ using ProgramName = GlName<generate_program, delete_program>;
 // Of the texture that is bound: single texels are read, never mixed.
 void set_nearest(unsigned target);
 
+// What a texel of a texture holds, as OpenGL names that.
+struct TexelFormat {
+  int internal;
+  unsigned format, type;
+};
+// Of tables four of 32 bits each; of targets four bytes, a float, two words, a byte.
+inline constexpr TexelFormat kFloats = {GL_RGBA32F, GL_RGBA, GL_FLOAT},
+                             kWords = {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT},
+                             kColor = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE},
+                             kDepth = {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT},
+                             kKey = {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT},
+                             kEdges = {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE};
+
 inline constexpr double kColorRoot = 2;  // the largest root of a colour that a table holds
 
 // A table that shaders read by texelFetch(…, table_at(i), 0): a texture of kColumns texels a row.
@@ -68,9 +81,8 @@ inline constexpr double kColorRoot = 2;  // the largest root of a colour that a 
 class Table {
  public:
   static constexpr int kBits = 11, kColumns = 1 << kBits;
-  enum class Texel : std::uint8_t { floats, words };  // four of 32 bits each
 
-  explicit Table(Texel texel) : texel_(texel) {}
+  explicit Table(const TexelFormat& texel) : texel_(texel) {}
   // Room for so many texels. Where there was less, what was in it is lost.
   void reserve(std::size_t texels);
   // Floats or words, or whole texels of them, into the room from a texel on.
@@ -90,7 +102,7 @@ class Table {
  private:
   void upload(std::size_t first, const void* numbers, std::size_t texels);
 
-  Texel texel_;
+  TexelFormat texel_;
   TextureName texture_;
   std::size_t rows_ = 0;
 };
@@ -98,10 +110,8 @@ class Table {
 // A texture of a picture's size, or one of its layers, to draw into and to read.
 class Target {
  public:
-  // Of four bytes, a float, two words, a byte.
-  enum class Kind : std::uint8_t { color, depth, key, edges };
-
-  Target(Kind kind, int layers = 0) : kind_(kind), layers_(layers) {}  // 0: no array
+  Target(const TexelFormat& texel, int layers = 0)  // 0: no array
+      : texel_(texel), layers_(layers) {}
   void resize(int width, int height);
   unsigned texture() const { return texture_.name(); }
   unsigned target() const;
@@ -109,7 +119,7 @@ class Target {
   void attach(int layer = 0) const;
 
  private:
-  Kind kind_;
+  TexelFormat texel_;
   int layers_;
   TextureName texture_;
 };
@@ -119,18 +129,16 @@ struct Targets {
   static constexpr int kLayers = 3;  // cameras of a view
   // A picture and the depth of its skin.
   struct Picture {
-    Target color{Target::Kind::color}, depth{Target::Kind::depth};
-    FramebufferName framebuffer;
+    Target color{kColor}, depth{kDepth};
+    FramebufferName framebuffer{};
   };
 
   int width = 0, height = 0;
-  Target keys{Target::Kind::key, kLayers}, depths{Target::Kind::depth, kLayers};
+  Target keys{kKey, kLayers}, depths{kDepth, kLayers};
   std::array<FramebufferName, kLayers> layers;
-  Target base_bound{Target::Kind::key}, base_depth{Target::Kind::depth};
-  FramebufferName base;
-  Picture resolved;
+  Picture base{kKey}, resolved;     // the base tells where its skin is bound
   std::array<Picture, 2> finished;  // turn about
-  Target edges{Target::Kind::edges};
+  Target edges{kEdges};
   FramebufferName edge_picture;
 
   void resize(int new_width, int new_height);

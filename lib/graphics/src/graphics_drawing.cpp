@@ -2,7 +2,6 @@
 // Draws organs by OpenGL, and finishes the picture as lib/warp's finishing does.
 #include "organbake/graphics/graphics_drawing.h"
 
-#include <cstdint>
 #include <limits>
 
 #include "organ_passes.h"
@@ -148,11 +147,6 @@ struct Finishing {
   }
 };
 
-ShaderDialect dialect_of_context() {
-  current_graphics_device();
-  return is_desktop_gl() ? ShaderDialect::desktop : ShaderDialect::embedded;
-}
-
 // As a new context is, for who draws in it next.
 void leave_context() {
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
@@ -212,40 +206,38 @@ GraphicsDevice current_graphics_device() {
 }
 
 struct GraphicsDrawing::Impl {
-  ShaderDialect dialect = dialect_of_context();
+  const GraphicsDevice device = current_graphics_device();  // throws before shaders are compiled
+  ShaderDialect dialect = is_desktop_gl() ? ShaderDialect::desktop : ShaderDialect::embedded;
   Programs programs{dialect};
   OrganPasses passes{programs};
-  Table tools{Table::Texel::floats};
+  Table tools{kFloats};
   std::vector<std::uint8_t> pixels;          // read back
   LastDrawing last{std::uint64_t{1} << 63};  // a module of its own counts the processor's
   bool agreed;                               // with the processor, or that was not asked
   Pictures pictures;
 
   Impl(FirstPicture first, Pictures to) : agreed(first == FirstPicture::trusted), pictures(to) {}
-  void read(const Targets::Picture& picture, const Intrinsics& size, const DrawOptions& options,
-            Frame& frame, DrawReport& report);
-};
 
-// Colour and cover, depth where `options` keep it; counts covered pixels.
-void GraphicsDrawing::Impl::read(const Targets::Picture& picture, const Intrinsics& size,
-                                 const DrawOptions& options, Frame& frame, DrawReport& report) {
-  const int width = size.width, height = size.height;
-  const std::size_t count = std::size_t(width) * height;
-  frame.resize(width, height, options.keep_depth, false);
-  pixels.resize(4 * count);
-  glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.name());
-  glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
-  for (std::size_t i = 0; i < count; ++i) {
-    for (int c = 0; c < 3; ++c) frame.color.pixels[3 * i + c] = pixels[4 * i + c];
-    frame.cover[i] = static_cast<Cover>(pixels[4 * i + 3]);
-    report.sample_pixels += frame.cover[i] == Cover::samples;
-    report.base_pixels += frame.cover[i] == Cover::base;
+  // Colour and cover, depth where `options` keep it; counts covered pixels.
+  void read(const Targets::Picture& picture, const Intrinsics& size, const DrawOptions& options,
+            Frame& frame, DrawReport& report) {
+    const int width = size.width, height = size.height;
+    frame.resize(width, height, options.keep_depth, false);
+    pixels.resize(4 * frame.cover.size());
+    glBindFramebuffer(GL_FRAMEBUFFER, picture.framebuffer.name());
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    for (std::size_t i = 0; i < frame.cover.size(); ++i) {
+      for (int c = 0; c < 3; ++c) frame.color.pixels[3 * i + c] = pixels[4 * i + c];
+      frame.cover[i] = static_cast<Cover>(pixels[4 * i + 3]);
+      report.sample_pixels += frame.cover[i] == Cover::samples;
+      report.base_pixels += frame.cover[i] == Cover::base;
+    }
+    if (!options.keep_depth) return;
+    glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, frame.depth_mm.data());
+    for (float& depth : frame.depth_mm)
+      depth = depth < 1 ? depth * passes.scale().reach_mm : std::numeric_limits<float>::infinity();
   }
-  if (!options.keep_depth) return;
-  glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, frame.depth_mm.data());
-  for (float& depth : frame.depth_mm)
-    depth = depth < 1 ? depth * passes.scale().reach_mm : std::numeric_limits<float>::infinity();
-}
+};
 
 GraphicsDrawing::GraphicsDrawing(FirstPicture first, Pictures pictures)
     : impl_(std::make_unique<Impl>(first, pictures)) {

@@ -154,7 +154,7 @@ const Targets& OrganPasses::draw(const std::vector<JointDrawing::Organ>& all, co
   begin(options);
   const double reference_mm = metered_mm(all, view, options);
   for (const PlacedOrgan& organ : organs_) {
-    const bool has_base = organ.tables->steps() > 0;
+    const bool has_base = organ.tables->steps > 0;
     place_patches(organ, view);
     splat_layers(organ, view, has_base);
     if (has_base) draw_base(organ, view);
@@ -181,17 +181,11 @@ const Program& OrganPasses::begin_pass(const char* name, const PlacedOrgan& orga
   const Program& program = programs_.use(name);
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
-  constexpr std::uint32_t kUnseen = 32;  // the base layer knows of the first 32 cameras
-  Eigen::Vector3i cameras;
-  Eigen::Vector3f shares;
-  for (int i = 0; i < 3; ++i) {
-    cameras[i] = static_cast<int>(std::min(organ.weights.cameras[i], kUnseen));
-    shares[i] = static_cast<float>(organ.weights.weights[i]);
-  }
-  program.set("active_cameras", cameras);
-  program.set("active_shares", shares);
+  const auto& [cameras, shares] = organ.weights;
+  program.set("active_cameras", Eigen::Vector3i(cameras[0], cameras[1], cameras[2]));
+  program.set("active_shares", Eigen::Vector3f(Eigen::Vector3d(shares.data()).cast<float>()));
   program.set("rotation", Eigen::Matrix3f(pose.rotation.cast<float>()));
-  program.set("translation", Eigen::Vector3f((pose * organ.tables->origin()).cast<float>()));
+  program.set("translation", Eigen::Vector3f((pose * organ.tables->origin).cast<float>()));
   program.set("lens", lens_of(k));
   program.set("picture", Eigen::Vector2f(float(k.width), float(k.height)));
   program.set("near_mm", static_cast<float>(view.near_mm));
@@ -242,10 +236,10 @@ void OrganPasses::splat_layers(const PlacedOrgan& organ, const View& view, bool 
 }
 
 void OrganPasses::draw_base(const PlacedOrgan& organ, const View& view) {
-  begin_depths(targets_.base);
+  begin_depths(targets_.base.framebuffer);
   begin_pass("base", organ, view).set("cut", int(organ.source.cut));
-  const int steps = organ.tables->steps();
-  glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces());
+  const int steps = organ.tables->steps;
+  glDrawArrays(GL_TRIANGLES, 0, 3 * steps * steps * organ.tables->faces);
 }
 
 void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, double reference_mm) {
@@ -253,10 +247,10 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
   const Program& resolve = begin_pass("resolve", organ, view);
   Eigen::Vector3i first_patch(0, 0, 0), first_color(0, 0, 0), by_share(0, 1, 2);
   Eigen::Vector3f shares = Eigen::Vector3f::Zero();
-  constexpr std::array<const char*, 3> kSamples = {"samples0", "samples1", "samples2"};
   for (std::size_t l = 0; l < Targets::kLayers && !organ.layers.empty(); ++l) {
     const Layer& layer = organ.layers[l < organ.layers.size() ? l : 0];
-    resolve.set_texture(kSamples[l], GL_TEXTURE_2D, layer.samples->table.texture());
+    resolve.set_texture("samples" + std::to_string(l), GL_TEXTURE_2D,
+                        layer.samples->table.texture());
     first_patch[l] = layer.samples->first_patch, first_color[l] = layer.samples->first_color;
     shares[l] = layer.share;
   }
@@ -266,13 +260,13 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
   resolve.set_texture("noise", GL_TEXTURE_3D, noise_.name());
   set_light(resolve, organ, view, reference_mm);
   resolve.set_texture("keys", GL_TEXTURE_2D_ARRAY, targets_.keys.texture());
-  resolve.set_texture("base_bound", GL_TEXTURE_2D, targets_.base_bound.texture());
-  resolve.set_texture("base_depth", GL_TEXTURE_2D, targets_.base_depth.texture());
+  resolve.set_texture("base_bound", GL_TEXTURE_2D, targets_.base.color.texture());
+  resolve.set_texture("base_depth", GL_TEXTURE_2D, targets_.base.depth.texture());
   resolve.set("first_patch", first_patch);
   resolve.set("first_color", first_color);
   resolve.set("shares", shares);
   resolve.set("by_share", by_share);
-  resolve.set("base_drawn", int(organ.tables->steps() > 0));
+  resolve.set("base_drawn", int(organ.tables->steps > 0));
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 

@@ -10,17 +10,14 @@
 #include <vector>
 
 #include "gl.h"
-#include "organbake/warp/draw_options.h"
 #include "organbake/warp/organ_source.h"
-#include "organbake/warp/view.h"
-#include "organbake/warp/warper.h"
 
 namespace organbake {
 
 // One camera's samples in one table, texel by texel: the slots' places, two a texel, their colours,
 // and the patches, four texels each.
 struct SampleTable {
-  Table table{Table::Texel::words};
+  Table table{kWords};
   int first_color = 0, first_patch = 0, patches = 0;
   double texel_mm = 0;
 
@@ -34,9 +31,9 @@ class OrganTables {
   static constexpr std::size_t kKept_bytes = 48'000'000;
   explicit OrganTables(std::size_t kept_bytes = kKept_bytes) : kept_bytes_(kept_bytes) {}
 
-  const Eigen::Vector3d& origin() const { return origin_; }
-  int faces() const { return faces_; }
-  int steps() const { return steps_; }
+  Eigen::Vector3d origin;    // of the shell's numbers, world: they are small round it
+  int faces = 0, steps = 0;  // steps of the base layer, 0: none
+
   // Whether it is this organ that it holds, as it lies.
   bool shows(std::uint64_t id, const std::vector<Eigen::Vector3d>& positions) const {
     return id_ == id && posed_ == positions;
@@ -52,14 +49,11 @@ class OrganTables {
   std::size_t bytes() const;  // of samples
 
  private:
-  void make_room();
   void take_nodes(const OrganSource& source);
-  void fill_shells(const OrganSource& source);
 
   std::uint64_t id_ = 0;
-  Eigen::Vector3d origin_;  // of the shell's numbers, world: they are small round it
-  int faces_ = 0, steps_ = 0, knots_ = 3, first_knot_ = 0;
-  Table nodes_{Table::Texel::words}, shells_{Table::Texel::floats}, turns_{Table::Texel::floats};
+  int knots_ = 3, first_knot_ = 0;
+  Table nodes_{kWords}, shells_{kFloats}, turns_{kFloats};
   struct Camera {
     SampleTable samples;
     std::uint64_t of = 0, used_in = 0;  // which id(); the last picture that asked for it

@@ -32,12 +32,6 @@ std::uint32_t root_of(float light) {
   return static_cast<std::uint32_t>(65535 * std::min(1.0, root) + 0.5);
 }
 
-void add_patch(const Patch& patch, std::vector<std::uint32_t>& words) {
-  for (const auto* three : {&patch.center, &patch.extent, &patch.along_u, &patch.along_v})
-    for (const float number : *three) words.push_back(bits_of(number));
-  words.insert(words.end(), {bits_of(patch.cone.sine), bits_of(patch.cone.cosine), patch.face, 0});
-}
-
 }  // namespace
 
 void SampleTable::take(const SampleSet& source) {
@@ -55,7 +49,12 @@ void SampleTable::take(const SampleSet& source) {
   table.put(0, words);
   table.put(first_color, source.colors);
   words.clear();
-  for (const Chunk& chunk : source.chunks) add_patch(chunk.patch, words);
+  for (const auto& [patch, count] : source.chunks) {
+    for (const auto* three : {&patch.center, &patch.extent, &patch.along_u, &patch.along_v})
+      for (const float number : *three) words.push_back(bits_of(number));
+    words.insert(words.end(),
+                 {bits_of(patch.cone.sine), bits_of(patch.cone.cosine), patch.face, 0});
+  }
   table.put(first_patch, words);
 }
 
@@ -100,33 +99,29 @@ void OrganTables::pose(const OrganSource& source, const std::vector<Eigen::Vecto
   const bool moved = id_ != source.id || pose_ != source.pose;
   if (id_ != source.id) {
     id_ = source.id;
-    origin_ = source.at_rest.center();
-    steps_ = source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0;
-    faces_ = static_cast<int>(source.shells.size());
+    origin = source.at_rest.center();
+    steps = source.base.face_count > 0 ? static_cast<int>(source.base.steps) : 0;
+    faces = static_cast<int>(source.shells.size());
     take_nodes(source);
   }
   if (moved) {
     posed_ = positions;
     pose_ = source.pose;
     turned_ = false;
-    fill_shells(source);
+    // Seven texels a face: its matrix column by column, and whether both sides are skin.
+    shell_texels_.resize(source.shells.size());
+    for (std::size_t f = 0; f < source.shells.size(); ++f) {
+      const ShellMatrix& shell = source.shells[f];
+      Eigen::Map<Eigen::Matrix<float, 3, 9>> columns(shell_texels_[f].data());
+      columns = shell.cast<float>();
+      columns.col(0) = (shell.col(0) - origin).cast<float>();
+      shell_texels_[f](3, 6) = source.two_sided[f];
+    }
+    shells_.fill(shell_texels_);
   }
   if (!lit || turned_) return;
   turns_.fill(source.turns);
   turned_ = true;
-}
-
-// Seven texels a face: its matrix column by column, and whether both sides are skin.
-void OrganTables::fill_shells(const OrganSource& source) {
-  shell_texels_.resize(source.shells.size());
-  for (std::size_t f = 0; f < source.shells.size(); ++f) {
-    const ShellMatrix& shell = source.shells[f];
-    Eigen::Map<Eigen::Matrix<float, 3, 9>> columns(shell_texels_[f].data());
-    columns = shell.cast<float>();
-    columns.col(0) = (shell.col(0) - origin_).cast<float>();
-    shell_texels_[f](3, 6) = source.two_sided[f];
-  }
-  shells_.fill(shell_texels_);
 }
 
 const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
@@ -135,26 +130,22 @@ const SampleTable& OrganTables::samples(Warper& warper, std::size_t camera) {
   if (one.of == id_) return one.samples;
   one.samples.take(warper.samples(camera));
   one.of = id_;
-  make_room();
-  return one.samples;
-}
-
-// Drops cameras' samples, those first that no view has asked for the longest.
-void OrganTables::make_room() {
+  // Others make room, those first that no view has asked for the longest.
   while (bytes() > kept_bytes_) {
     const auto oldest = std::min_element(
         cameras_.begin(), cameras_.end(),
         [](const auto& a, const auto& b) { return a.second.used_in < b.second.used_in; });
-    if (oldest->second.used_in == picture_) return;
+    if (oldest->second.used_in == picture_) break;
     cameras_.erase(oldest);
   }
+  return one.samples;
 }
 
 void OrganTables::bind(const Program& program) const {
   program.set_texture("shells", GL_TEXTURE_2D, shells_.texture());
   program.set_texture("nodes", GL_TEXTURE_2D, nodes_.texture());
   program.set_texture("turns", GL_TEXTURE_2D, turns_.texture());
-  program.set("steps", steps_);
+  program.set("steps", steps);
   program.set("knots", knots_);
   program.set("first_knot", first_knot_);
 }

@@ -28,26 +28,21 @@ std::vector<EGLDisplay> headless_displays() {
   return displays;
 }
 
-EGLContext context_on(EGLDisplay display, bool embedded) {
+}  // namespace
+
+std::optional<GraphicsDevice> OffscreenContext::open(EGLDisplay display, bool embedded) {
   EGLint major = 0, minor = 0, configs = 0;
-  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return EGL_NO_CONTEXT;
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return {};
   const std::array<EGLint, 5> wanted = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE,
                                         embedded ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
   EGLConfig config = nullptr;
-  if (!eglChooseConfig(display, wanted.data(), &config, 1, &configs) || configs == 0)
-    return EGL_NO_CONTEXT;
+  if (!eglChooseConfig(display, wanted.data(), &config, 1, &configs) || configs == 0) return {};
   eglBindAPI(embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
   // Of OpenGL the core profile, by default.
   const std::array<EGLint, 5> version = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION,
                                          embedded ? 0 : 3, EGL_NONE};
-  return eglCreateContext(display, config, EGL_NO_CONTEXT, version.data());
-}
-
-}  // namespace
-
-std::optional<GraphicsDevice> OffscreenContext::open(EGLDisplay display, bool embedded) {
   display_ = display;
-  context_ = context_on(display, embedded);
+  context_ = eglCreateContext(display, config, EGL_NO_CONTEXT, version.data());
   if (context_ == EGL_NO_CONTEXT) return {};
   try {
     if (eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
@@ -68,16 +63,13 @@ void OffscreenContext::close() {
 }
 
 OffscreenContext::OffscreenContext(Kind kind) {
-  const bool embedded = kind == Kind::embedded;
   const std::vector<EGLDisplay> displays = headless_displays();
-  std::optional<EGLDisplay> software;
-  for (const EGLDisplay display : displays) {
-    const auto device = open(display, embedded);
-    if (device && !device->software) return;
-    if (device && !software) software = display;
-    close();
-  }
-  if (software && open(*software, embedded)) return;
+  for (const bool takes_software : {false, true})
+    for (const EGLDisplay display : displays) {
+      const auto device = open(display, kind == Kind::embedded);
+      if (device && (takes_software || !device->software)) return;
+      close();
+    }
   throw GraphicsError(
       "no graphics hardware answers without a display: EGL and a driver of OpenGL 3.3 are needed "
       "(on Debian libegl1 and libgl1-mesa-dri); draw with --draw cpu");

@@ -7,10 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "drawing/base_drawing.h"
-#include "drawing/splat.h"
-#include "picture/spans.h"
-
 namespace organbake {
 void DrawnSamples::begin(const PixelBox& tile, std::span<const TileKeys* const> layers) {
   tile_ = tile, layers_ = layers;

@@ -88,12 +88,6 @@ class OffscreenContext {
 
 // Graphics hardware, or a driver that does as if, without a window: from its making to its end on
 // one thread. (The context is the first base: it ends last.)
-class OffscreenDrawing : private OffscreenContext, public GraphicsDrawing {
- public:
-  GraphicsDevice device() const { return device_; }
-
- private:
-  GraphicsDevice device_ = current_graphics_device();
-};
+class OffscreenDrawing : private OffscreenContext, public GraphicsDrawing {};
 
 }  // namespace organbake

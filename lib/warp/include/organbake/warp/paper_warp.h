@@ -3,11 +3,7 @@
 
 #include <vector>
 
-#include "organbake/bundle/bundle.h"
-#include "organbake/geometry/shell.h"
-#include "organbake/warp/draw_options.h"
 #include "organbake/warp/organ_source.h"
-#include "organbake/warp/view.h"
 
 namespace organbake {
 
