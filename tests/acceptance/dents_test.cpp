@@ -185,6 +185,7 @@ TEST(TissueBends, AlikeByProxiesThatAreAsGood) {
   std::vector<std::size_t> facing;
   for (std::size_t v = 0; v < normals.size(); ++v)
     if (normals[v].y() < -kFacing) facing.push_back(v);
+  ASSERT_GE(facing.size(), kSites);
   std::vector<double> least_n(kSites, std::numeric_limits<double>::infinity()), most_n(kSites, 0);
   for (int seed = 0; seed <= cases(3, 10); ++seed) {
     const TouchedOrgan moved = organ.aside(seed > 0 ? kAside_mm : 0, std::uint64_t(seed));

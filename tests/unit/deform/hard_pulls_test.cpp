@@ -301,7 +301,7 @@ TEST(DegenerateBodies, NoFaces) {
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
 
-// What is asked of the vertices of a face takes along a point that others carry, too.
+// The solver knows of all vertices that carry a pressed point, not of its face's three alone.
 TEST(Poke, BringsSkinThatManyVerticesCarryOntoTheTip) {
   constexpr double kTouching_mm = 0.005;
   const CoarseOrgan organ;

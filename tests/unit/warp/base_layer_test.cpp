@@ -178,6 +178,17 @@ TEST(Rasterise, StaysInItsWindow) {
             [&](int x, int y, double, const auto&) {
               ASSERT_TRUE(x >= 0 && y >= 0 && x < 64 && y < 64);
             });
+  for (const PixelBox& window :
+       {PixelBox{3, 2, 64, 61}, PixelBox{0, 0, 5, 7}, PixelBox{9, 9, 18, 10}}) {
+    std::vector<int> count(64 * 64, 0);
+    rasterise(SnappedTriangle({-500, -400, 1}, {900, -300, 1}, {30, 800, 1}), window,
+              [&](int x, int y, double, const auto&) {
+                ASSERT_TRUE(x >= window.x0 && y >= window.y0 && x < window.x1 && y < window.y1);
+                ++count[y * 64 + x];
+              });
+    for (int y = window.y0; y < window.y1; ++y)
+      for (int x = window.x0; x < window.x1; ++x) EXPECT_EQ(count[y * 64 + x], 1) << x << "," << y;
+  }
   const double huge = 1e12;
   rasterise(SnappedTriangle({-huge, 0, 1}, {huge, 0, 1}, {0, huge, 1}), kPicture,
             [&](int, int, double, const auto&) { FAIL(); });  // beyond reach: the clipper's to cut

@@ -252,8 +252,8 @@ void ConstraintSolver::couple() {
   }
 }
 
-// What a force on a contact that moves the slots as `column` tells does to the points, but to those
-// that a force of theirs moves this one as far.
+// What a force on a contact that moves the slots as `column` tells does to the contacts' points,
+// but to those whose forces move this one as far: couple() copies theirs.
 void ConstraintSolver::add_coupling(std::size_t i, double force, const double* column) {
   const std::size_t n = unknowns_.size();
   for (std::size_t j = 0; j < n; ++j) {

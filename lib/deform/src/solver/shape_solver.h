@@ -142,9 +142,9 @@ class ComplianceColumns {
 // Finds the contact forces f and the pressures p that bring the unconstrained shape onto its
 // constraints through the factor that exists: x = x_free + A⁻¹(Jᵀf + ∇V p). Because A acts alike on
 // x, y and z, two contacts couple by one scalar w_ij = m_iᵀ A⁻¹ b_j (force j acts by b_j, point i
-// moves by m_i, mostly b_i), and the small dense system is
-// solved by projected Gauss–Seidel over 3-vectors (Coulomb's cone by projection) with the pressures
-// among its unknowns, so that keeping the volume and holding off the tip cannot fight.
+// moves by m_i, mostly b_i), and the small dense system is solved by projected Gauss–Seidel over
+// 3-vectors (Coulomb's cone by projection) with the pressures among its unknowns, so that keeping
+// the volume and holding off the tip cannot fight.
 class ConstraintSolver {
  public:
   ConstraintSolver(const Tissue& tissue, BodyPressures& pressures, double friction);
@@ -187,7 +187,7 @@ class ConstraintSolver {
     double own;      // w_ii, mm/mN: how far a force moves its own point
     double per_own;  // its reciprocal; 0 for a point that nothing moves
     double kept;     // of a force: the rest is give
-    bool lopsided;   // its point is not moved by what its force acts on
+    bool lopsided;   // its point is moved by other slots, or weights, than its force acts on
   };
   void complete_carriers(std::vector<Contact>& contacts);
   void gather(const PaddedVectors& x_start, const PaddedVectors& x_free,

@@ -61,22 +61,22 @@ struct BaseDrawing::PlacedBlock {
   using PerNode = std::array<Number, kNodes>;
 
   const ShellColumns& matrix;
-  const float cells;                               // from its first to the lattice's long edge
+  const float to_edge;  // cells from its first to the lattice's long edge
   std::array<const Eigen::Vector3f*, kRow> color;  // by row, its first
   bool any_beyond = false;
-  PerNode<float> weight;
-  alignas(32) PerNode<float> b1, b2, height_mm{}, inverse_depth;
+  alignas(32) PerNode<float> weight, b1, b2, height_mm{}, inverse_depth;
   alignas(32) PerNode<std::int32_t> x, y;
 
   PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
-      : matrix(frame.pixel), cells(static_cast<float>(base.layer_.steps - block.i - block.j)) {
+      : matrix(frame.pixel), to_edge(static_cast<float>(base.layer_.steps - block.i - block.j)) {
     const BaseLayer& layer = base.layer_;
     const bool alike = block.seen_by.size() == 1;
     weight.fill(alike ? base.weight_of(block.seen_by.front()) : 0);
     for (std::uint32_t i = block.i; i <= base.block_end(block.i); ++i) {
+      if (i + block.j > layer.steps) break;
       const std::uint32_t end = std::min(base.block_end(block.j), layer.steps - i) + 1;
       const std::size_t first = base.node(block.patch.face, i, block.j);
-      const std::uint32_t k = (i - block.i) * kRow, count = std::max(end, block.j) - block.j;
+      const std::uint32_t k = (i - block.i) * kRow, count = end - block.j;
       color[i - block.i] = layer.color.data() + first;
       for (std::uint32_t j = 0; j < count; ++j) height_mm[k + j] = layer.height_mm[first + j];
       for (std::uint32_t j = 0; j < count && !alike; ++j)
@@ -89,8 +89,9 @@ struct BaseDrawing::PlacedBlock {
   static std::array<std::uint32_t, 3> corners(bool other, std::uint32_t cell) {
     return {cell + (other ? kRow : 0), cell + kRow + other, cell + 1};
   }
-  // A bit for each of those whose centres of pixels may show in a box, and that faces the eye or
-  // both_sides; any_weight: also where no corner weighs.
+  // By a cell's first node a bit: whether its triangle may hold a pixel's centre of the box, faces
+  // the eye (or both_sides) and has a corner that weighs (or any_weight). In a block with a node
+  // beyond reach: all that weigh.
   std::uint32_t shown(bool other, const PixelBox& box, bool both_sides, bool any_weight) const {
     const auto [of_a, of_b, of_c] = corners(other, 0);
     const auto holds = [](std::int32_t a, std::int32_t b, std::int32_t c, int first, int end) {
@@ -101,7 +102,7 @@ struct BaseDrawing::PlacedBlock {
     const auto product = [](std::int32_t p, std::int32_t q) {
       return static_cast<float>(p) * static_cast<float>(q);
     };
-    std::uint32_t shown = 0;
+    std::uint32_t bits = 0;
 #pragma GCC unroll 1
     for (std::uint32_t k = 0; k < kCellNodes; ++k) {
       const std::uint32_t a = k + of_a, b = k + of_b, c = k + of_c;
@@ -111,11 +112,11 @@ struct BaseDrawing::PlacedBlock {
       const bool in_box =
           holds(x[a], x[b], x[c], box.x0, box.x1) & holds(y[a], y[b], y[c], box.y0, box.y1);
       const bool weighs = (weight[a] > 0) | (weight[b] > 0) | (weight[c] > 0) | any_weight;
-      const bool there = kPlaces[2][k] + (other ? 1.0f : 0.0f) < cells;
+      const bool there = kPlaces[2][k] + (other ? 1.0f : 0.0f) < to_edge;
       const bool seen = ((in_box & (faces | both_sides)) | any_beyond) & weighs & there;
-      shown |= std::uint32_t{seen} << k;
+      bits |= std::uint32_t{seen} << k;
     }
-    return shown;
+    return bits;
   }
   // Pixels × depth, and depth.
   Eigen::Vector3f homogeneous(std::uint32_t at) const {
@@ -135,8 +136,8 @@ struct BaseDrawing::PlacedBlock {
   }
 
  private:
-  // Rows and columns of nodes, those of the last one for what there is none of; and their sum, past
-  // all cells where none of the block begins.
+  // By node its row, its column and their sum, which no cell reaches where none begins. What fills
+  // up the last vector repeats the last node.
   static constexpr std::array<PerNode<float>, 3> kPlaces = [] {
     std::array<PerNode<float>, 3> places{};
     for (std::uint32_t k = 0; k < kNodes; ++k) {

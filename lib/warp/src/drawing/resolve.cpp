@@ -229,7 +229,7 @@ void relight(const TileLayers& tile, Span& span) {
   }
   const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
     const auto at = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
-    const unsigned r = at / kSpan, i = at % kSpan;
+    const int r = static_cast<int>(at / kSpan), i = static_cast<int>(at % kSpan);
     if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
       const BaseTile::BoundPoint& bound =
           tile.base

@@ -92,8 +92,8 @@ ORGANBAKE_MULTIVERSION void place(const SampleSet& set, std::size_t first, int c
   }
 }
 
-// Whether all of a chunk's samples touch the tile: what it may touch is clipped to the view, and
-// so to the tile.
+// Whether all of a chunk's samples touch the tile. Its box is cut off at the view's border: one
+// that touches the tile's own may go on beyond.
 bool lies_within(const ChunkFrame& c, float near_mm, const PixelBox& tile) {
   return c.nearest_mm > near_mm && c.box.x0 > tile.x0 && c.box.y0 > tile.y0 && c.box.x1 < tile.x1 &&
          c.box.y1 < tile.y1;

@@ -40,8 +40,9 @@ void each_row(int g, std::span<const SpanColors> rows, const Visit& visit) {
 constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a row of a group that runs on
 
 // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
-// seen at a grazing angle; from row to row those by half as many.
-constexpr float kSmoothTexels = 4;
+// seen at a grazing angle. Rows are mixed over three of them, so that less may lie between two; and
+// a row's end that bends away by more is not its skin's.
+constexpr float kSmoothTexels = 4, kSmoothDownTexels = 2, kBendTexels = 1;
 
 // How far each pixel of a group lies from knot k to the next.
 constexpr std::array<float, kGroup> way_on(std::size_t k) {
@@ -124,7 +125,7 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLay
 SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm)
     : rows_(rows), count_(count) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const float smooth_mm = kSmoothTexels * texel_mm, down_mm = 0.5f * smooth_mm;
+  const float smooth_mm = kSmoothTexels * texel_mm, down_mm = kSmoothDownTexels * texel_mm;
   // To the next pixel, and the next row's; not where either is +inf.
   alignas(64) std::array<std::array<std::uint8_t, kSpan>, kSpanRows> along;
   alignas(64) std::array<std::uint8_t, kSpan> down;
@@ -142,7 +143,8 @@ SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float te
     bool block = whole && all_run_on(&down[first]) && down[first + kGroup - 1];
     kinds_[g].fill(Kind::by_pixel);
     for (int r = 0; whole && r < rows; ++r) {
-      const bool row = all_run_on(&along[r][first]) && ends_run_on(&depth_mm[r][first], texel_mm);
+      const bool row =
+          all_run_on(&along[r][first]) && ends_run_on(&depth_mm[r][first], kBendTexels * texel_mm);
       if (row) kinds_[g][r] = Kind::row;
       block = block && row;
     }

@@ -37,7 +37,7 @@ struct Bounds {
 Bounds bounds(const TriangleMesh& mesh);
 Eigen::Vector3d face_normal(const TriangleMesh& mesh,
                             std::size_t face);  // unit; zero if degenerate
-// By corner, its unit normal times the face's angle there (rad).
+// By corner, the face's unit normal times its angle there (rad).
 std::array<Eigen::Vector3d, 3> corner_normals(const TriangleMesh& mesh, std::size_t face);
 double face_area(const TriangleMesh& mesh, std::size_t face);  // mm²
 double signed_volume(const TriangleMesh& mesh);  // mm³; positive when faces look outward

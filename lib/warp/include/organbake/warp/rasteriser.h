@@ -41,26 +41,21 @@ struct SnappedCorner {
   }
 };
 
-// Twice the signed area in 1/256² pixel; negative for a face seen from its counter-clockwise side,
-// because rows run down.
-inline std::int64_t doubled_area(const SnappedCorner& a, const SnappedCorner& b,
-                                 const SnappedCorner& c) {
-  return (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
-         (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
-}
-
 struct SnappedTriangle {
   std::array<SnappedCorner, 3> corners;
-  std::int64_t doubled_area = 0;  // 0 also for a triangle beyond reach, whose box is empty
-  PixelBox box;                   // of the pixel centres that it may hold
-  bool small = false;             // its products fit 32 bits, which halves its cost
+  // In 1/256² pixel; negative for a face seen from its counter-clockwise side, because rows run
+  // down; 0 also for a triangle beyond reach, whose box is empty.
+  std::int64_t doubled_area = 0;
+  PixelBox box;        // of the pixel centres that it may hold
+  bool small = false;  // its products fit 32 bits, which halves its cost
 
   SnappedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c)
       : corners{a, b, c} {
     const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
     if (x0 == SnappedCorner::kBeyond) return;
-    doubled_area = organbake::doubled_area(a, b, c);
+    doubled_area = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+                   (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
     box = {SnappedCorner::center_from(x0), SnappedCorner::center_from(y0),
            SnappedCorner::center_to(x1) + 1, SnappedCorner::center_to(y1) + 1};
     constexpr std::int32_t kSmall = 60 * 256;
@@ -101,8 +96,8 @@ struct EdgeWalk {
         std::uint32_t outside = 0;
 #pragma GCC unroll 1
         for (int k = 0; k < kColumns; ++k) {
-          const Int least = ahead[0][k] | ahead[1][k] | ahead[2][k];
-          outside |= static_cast<std::uint32_t>(least < 0) << k;
+          const Int signs = ahead[0][k] | ahead[1][k] | ahead[2][k];
+          outside |= static_cast<std::uint32_t>(signs < 0) << k;
         }
         for (std::uint32_t held = ~outside & columns; held != 0; held &= held - 1) {
           const int k = std::countr_zero(held);
