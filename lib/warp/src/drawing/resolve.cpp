@@ -228,12 +228,11 @@ void relight(const TileLayers& tile, Span& span) {
                  white[r], depth[r]};
   }
   const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
-    const auto at = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
-    const int r = static_cast<int>(at / kSpan), i = static_cast<int>(at % kSpan);
+    const auto number = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
+    const int r = static_cast<int>(number / kSpan), i = static_cast<int>(number % kSpan);
     if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
-      const BaseTile::BoundPoint& bound =
-          tile.base
-              ->bound[tile.base->at(span.x0 + static_cast<int>(i), span.y0 + static_cast<int>(r))];
+      const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
+      const BaseTile::BoundPoint& bound = tile.base->bound[at];
       return skin.add(pixel, bound.face, bound.b1, bound.b2);
     }
     const int layer = leading[r].layer[i];
