@@ -61,10 +61,11 @@ struct Warper::Impl {
   SkinDepth depth;
   TileDrawing tiles;
   PostProcess post_process;
-  // The organ over fewer faces, until a blade cuts it; and what draws it, by halvings of its maps.
+  // The organ of fewer texels, until a blade cuts it; and what draws it, by what it lies over and
+  // by halvings of its maps.
   CameraSet cameras;
   std::shared_ptr<CoarserOrgans> coarser;
-  std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings> coarse;
+  std::array<std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings>, 2> coarse;
   const CoarserOrgan* drawn_for = nullptr;  // of whom this is one
   const Impl* last_drawn = nullptr;         // of them, where the last picture was of one
 
@@ -73,11 +74,12 @@ struct Warper::Impl {
        const CutOrgan::FaceParts& parts = {});
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
-  // This, or what draws the organ over fewer faces.
+  // This, or what draws the organ of fewer texels.
   Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view,
                  const std::vector<SkinFold>& folds);
 
  private:
+  Impl& coarse_one(int halvings, CoarseFaces over);
   Bundle without_maps() const;
   void place_faces(const View& view, const DrawOptions& options, float texel_mm, bool continued);
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options, Frame& frame,
@@ -106,16 +108,22 @@ Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positio
                                      const View& view, const std::vector<SkinFold>& folds) {
   const int halvings = coarser ? coarser->halvings(positions, view.camera) : 0;
   if (halvings == 0) return *this;
-  std::unique_ptr<Impl>& drawn = coarse[halvings - 1];
-  if (!drawn) {
+  Impl& over_proxy = coarse_one(halvings, CoarseFaces::of_proxy);
+  over_proxy.shell.pose(positions, folds);
+  if (over_proxy.drawn_for->follows(positions, over_proxy.shell.matrices(), view.camera))
+    return over_proxy;
+  return coarse_one(halvings, CoarseFaces::of_skin);
+}
+
+Warper::Impl& Warper::Impl::coarse_one(int halvings, CoarseFaces over) {
+  std::unique_ptr<Impl>& one = coarse[static_cast<int>(over)][halvings - 1];
+  if (!one) {
     const auto of = coarser->of(
-        halvings, [this] { return without_maps(); }, store);
-    drawn = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
-    drawn->drawn_for = of.get();
+        halvings, over, [this] { return without_maps(); }, store);
+    one = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
+    one->drawn_for = of.get();
   }
-  drawn->shell.pose(positions, folds);
-  return drawn->drawn_for->follows(positions, drawn->shell.matrices(), view.camera) ? *drawn
-                                                                                    : *this;
+  return *one;
 }
 
 Bundle Warper::Impl::without_maps() const {

@@ -275,7 +275,7 @@ TEST(CoarserOrgan, BindsWhatAPixelShowsToTheWholeSkin) {
   Bundle whole;
   whole.proxy = organ_to_play().proxy;
   whole.skin = even_skin(whole.proxy, kSteps);
-  const CoarserOrgan coarser(whole, nullptr, 4);
+  const CoarserOrgan coarser(whole, nullptr, 4, CoarseFaces::of_proxy);
   const std::vector<ShellMatrix> skin = shell_matrices(whole.shell().at_rest()),
                                  faces = shell_matrices(coarser.bundle().shell().at_rest());
   ASSERT_EQ(faces.size(), whole.proxy.faces.size());
@@ -314,19 +314,21 @@ TEST(CoarserOrgan, FollowsTheSkinWhereItBendsByLessThanHalfAPixel) {
   whole.skin->weight.insert(whole.skin->weight.begin() + whole.skin->first[middle], kShare);
   whole.skin->weight[whole.skin->first[middle] + 1] -= kShare;
   for (std::size_t n = middle + 1; n < whole.skin->first.size(); ++n) ++whole.skin->first[n];
-  const CoarserOrgan coarser(whole, nullptr, 4);
-  const auto follows = [&](const std::vector<Eigen::Vector3d>& proxy, int side_px) {
-    return coarser.follows(proxy, shell_matrices(coarser.bundle().shell().posed(proxy)),
-                           view_from(organ_to_play(), {0.4, -1, 0.3}, side_px).camera);
+  const CoarserOrgan coarser(whole, nullptr, 4, CoarseFaces::of_proxy);
+  const auto follows = [&](const std::vector<Eigen::Vector3d>& proxy, int side_px,
+                           const CoarserOrgan& organ) {
+    return organ.follows(proxy, shell_matrices(organ.bundle().shell().posed(proxy)),
+                         view_from(organ_to_play(), {0.4, -1, 0.3}, side_px).camera);
   };
   std::vector<Eigen::Vector3d> proxy = whole.proxy.vertices;
   constexpr int kMany_px = 2000, kFew_px = 20;
-  EXPECT_TRUE(follows(proxy, kMany_px));
+  EXPECT_TRUE(follows(proxy, kMany_px, coarser));
   for (Eigen::Vector3d& vertex : proxy) vertex += Eigen::Vector3d(3, 2, 1);
-  EXPECT_TRUE(follows(proxy, kMany_px));
+  EXPECT_TRUE(follows(proxy, kMany_px, coarser));
   proxy[far].z() += kMoved_mm;
-  EXPECT_FALSE(follows(proxy, kMany_px));
-  EXPECT_TRUE(follows(proxy, kFew_px));
+  EXPECT_FALSE(follows(proxy, kMany_px, coarser));
+  EXPECT_TRUE(follows(proxy, kFew_px, coarser));
+  EXPECT_TRUE(follows(proxy, kMany_px, {whole, nullptr, 4, CoarseFaces::of_skin}));
 }
 
 // Every `side`² pixels as one: their mean in linear light, or the middle one of them.

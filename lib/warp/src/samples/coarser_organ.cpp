@@ -240,20 +240,22 @@ ShellMatrix in_frame(const ShellMatrix& matrix, const RigidTransform& frame_from
   return there;
 }
 
-CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink)
-    : steps_(whole.skin ? whole.skin->steps : 1),
+CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink,
+                           CoarseFaces over)
+    : cut_into_(whole.skin && over == CoarseFaces::of_proxy ? whole.skin->steps : 1),
       whole_rest_(shell_matrices(whole.shell().at_rest())),
       whole_samples_(std::move(samples)),
-      samples_(whole.cameras.cameras.size(),
-               [this, shrink, cameras = whole.cameras.cameras](std::size_t c) {
-                 const PosedCamera& small = bundle_.cameras.cameras[c];
-                 std::vector<ShellMatrix> rest = rest_;
-                 for (ShellMatrix& face : rest) face = in_frame(face, small.camera_from_world);
-                 const CameraMaps maps = maps_of(whole_samples_->made(c), cameras[c], whole_rest_);
-                 return build_sample_set(shrunk(maps, small, shrink, steps_, rest), small, rest_);
-               }) {
+      samples_(whole.cameras.cameras.size(), [this, shrink,
+                                              cameras = whole.cameras.cameras](std::size_t c) {
+        const PosedCamera& small = bundle_.cameras.cameras[c];
+        std::vector<ShellMatrix> rest = rest_;
+        for (ShellMatrix& face : rest) face = in_frame(face, small.camera_from_world);
+        const CameraMaps maps = maps_of(whole_samples_->made(c), cameras[c], whole_rest_);
+        return build_sample_set(shrunk(maps, small, shrink, cut_into_, rest), small, rest_);
+      }) {
   bundle_.proxy = whole.proxy;
-  if (whole.skin) {
+  bundle_.skin = whole.skin;
+  if (cut_into_ > 1) {
     std::vector<std::uint32_t> corners(whole.proxy.vertices.size());
     std::iota(corners.begin(), corners.end(), 0u);  // they are its first nodes
     bundle_.skin = nodes_of(*whole.skin, corners);
@@ -266,12 +268,12 @@ CoarserOrgan::CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> sam
     k.fx /= shrink, k.fy /= shrink, k.cx /= shrink, k.cy /= shrink;
   }
   rest_ = shell_matrices(bundle_.shell().at_rest());
-  bundle_.base = shrunk(whole.base, whole_rest_, steps_, shrink, rest_);
-  if (steps_ == 1) return;
+  bundle_.base = shrunk(whole.base, whole_rest_, cut_into_, shrink, rest_);
+  if (cut_into_ == 1) return;
   const TriangleMesh at_rest = whole.shell().at_rest();
-  const Lattice lattice(bundle_.proxy, steps_);
-  const std::uint32_t third = std::max(1u, steps_ / 3);
-  const Vector2d middle = Vector2d::Constant(double(third) / steps_);
+  const Lattice lattice(bundle_.proxy, cut_into_);
+  const std::uint32_t third = std::max(1u, cut_into_ / 3);
+  const Vector2d middle = Vector2d::Constant(double(third) / cut_into_);
   std::vector<std::uint32_t> nodes;
   for (std::uint32_t f = 0; f < bundle_.proxy.faces.size(); ++f) {
     nodes.push_back(lattice.node(f, third, third));
@@ -289,7 +291,7 @@ BoundPixel on_drawn_skin(const BoundPixel& own, std::uint32_t cut_into) {
 }
 
 void CoarserOrgan::bind_to_whole(BoundPixel& pixel) const {
-  const FacePlace near = skin_place(pixel.face, {pixel.b1, pixel.b2}, steps_);
+  const FacePlace near = skin_place(pixel.face, {pixel.b1, pixel.b2}, cut_into_);
   const Vector3d point = shell_point(rest_[pixel.face], pixel.b1, pixel.b2, pixel.height_mm);
   const ShellBinding bound = bound_near(whole_rest_[near.face], point, near, 1);
   pixel.face = near.face;
@@ -326,13 +328,14 @@ int CoarserOrgans::halvings(const std::vector<Vector3d>& proxy, const PosedCamer
   return halvings;
 }
 
-std::shared_ptr<CoarserOrgan> CoarserOrgans::of(int halvings, const std::function<Bundle()>& whole,
+std::shared_ptr<CoarserOrgan> CoarserOrgans::of(int halvings, CoarseFaces over,
+                                                const std::function<Bundle()>& whole,
                                                 const std::shared_ptr<SampleStore>& samples) {
   const std::lock_guard lock(making_);
-  std::shared_ptr<CoarserOrgan>& made = made_[halvings - 1];
+  std::shared_ptr<CoarserOrgan>& made = made_[static_cast<int>(over)][halvings - 1];
   // A thread that waits inside must not pick up another picture, which could wait for this one.
   if (!made)
-    isolated([&] { made = std::make_shared<CoarserOrgan>(whole(), samples, 1 << halvings); });
+    isolated([&] { made = std::make_shared<CoarserOrgan>(whole(), samples, 1 << halvings, over); });
   return made;
 }
 

@@ -92,18 +92,23 @@ class SampleStore {
 
 ShellMatrix in_frame(const ShellMatrix& matrix, const RigidTransform& frame_from_world);
 
-// An organ for pictures whose pixels hold several of its texels: over the proxy's faces in place of
-// its skin's, with 1 / shrink as many texels and nodes of the base layer a side. Small pictures
-// cost by their pixels then, not by what the organ was baked in. Made of one that no blade has cut.
+enum class CoarseFaces { of_proxy, of_skin };
+
+// An organ for pictures whose pixels hold several of its texels: with 1 / shrink as many texels and
+// nodes of the base layer a side, over the proxy's faces in place of its skin's, unless those have
+// to stay. Small pictures cost by their pixels then, not by what the organ was baked in. Made of
+// one that no blade has cut.
 class CoarserOrgan {
  public:
   // whole: its maps are not needed; the samples of its cameras are made where they are not.
-  CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink);
+  CoarserOrgan(const Bundle& whole, std::shared_ptr<SampleStore> samples, int shrink,
+               CoarseFaces over);
   CoarserOrgan(const CoarserOrgan&) = delete;
 
   const Bundle& bundle() const { return bundle_; }  // without maps
   SampleStore& samples() { return samples_; }
-  std::uint32_t cut_into() const { return steps_; }  // steps of the whole one's skin
+  // cut_into² faces of the whole one's lie over each of its own.
+  std::uint32_t cut_into() const { return cut_into_; }
   // Binds what a pixel shows, which has skin, to the whole organ's.
   void bind_to_whole(BoundPixel& pixel) const;
   // Whether its skin, posed (shells, by face), lies where the whole one's does, to half of a pixel
@@ -112,7 +117,7 @@ class CoarserOrgan {
                const PosedCamera& camera) const;
 
  private:
-  std::uint32_t steps_;  // of the whole skin
+  std::uint32_t cut_into_;
   Bundle bundle_;
   std::vector<ShellMatrix> rest_, whole_rest_;  // by face, world
   SmoothSkin middles_;                          // the whole skin's nodes in the middle of faces
@@ -132,14 +137,16 @@ class CoarserOrgans {
   // How often a camera's picture can do with halved maps: their texels are still no larger than its
   // pixels where the organ is nearest. What is finer no pixel shows.
   int halvings(const std::vector<Eigen::Vector3d>& proxy, const PosedCamera& camera) const;
-  // halvings ≥ 1; whole, samples: as for CoarserOrgan.
-  std::shared_ptr<CoarserOrgan> of(int halvings, const std::function<Bundle()>& whole,
+  // halvings ≥ 1; whole, samples, over: as for CoarserOrgan.
+  std::shared_ptr<CoarserOrgan> of(int halvings, CoarseFaces over,
+                                   const std::function<Bundle()>& whole,
                                    const std::shared_ptr<SampleStore>& samples);
 
  private:
   double texel_mm_ = 0;  // where the organ is nearest to its cameras, their mean
   std::mutex making_;
-  std::array<std::shared_ptr<CoarserOrgan>, kHalvings> made_;
+  // By what they lie over.
+  std::array<std::array<std::shared_ptr<CoarserOrgan>, kHalvings>, 2> made_;
 };
 
 // Throws BadDataError unless cameras, viewing manifold, base layer and proxy go together; the maps
