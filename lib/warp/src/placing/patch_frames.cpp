@@ -218,8 +218,6 @@ ChunkFrame frame_at(const Batch& b, int i, const FaceFrame& face) {
 void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_mm, bool continued) {
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
-  Eigen::Matrix3d projection;
-  projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   frames_.resize(shell.matrices().size());
   continued_ = continued;
   const float near_mm = static_cast<float>(k.fx) * texel_mm / kNearTexel_px;
@@ -232,7 +230,9 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, float texel_m
     frames_[f].two_sided = shell.two_sided(f);
     ShellMatrix metric = pose.rotation * shell.matrices()[f];
     metric.col(0) += pose.translation;
-    const ShellMatrix pixel = projection * metric;
+    ShellMatrix pixel = metric;
+    pixel.row(0) = k.fx * metric.row(0) + k.cx * metric.row(2);
+    pixel.row(1) = k.fy * metric.row(1) + k.cy * metric.row(2);
     frames_[f].metric = columns_of(metric);
     frames_[f].near = nearest_corner_mm(frames_[f].metric) <= near_mm;
     frames_[f].pixel = columns_of(pixel);
