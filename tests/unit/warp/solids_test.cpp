@@ -228,6 +228,31 @@ TEST(Wounds, ChangeColoursAlone) {
   EXPECT_EQ(frame.color.pixels, dry.color.pixels);
 }
 
+// From beyond one border to beyond the next, it is drawn as in a picture that holds all of it.
+TEST(Wounds, BloodLeadsOutOfThePicture) {
+  const Frame dry = wall_of_skin();
+  const View view = straight();
+  KeptPixels kept;
+  const double aside_mm = kSkin_mm * kShadowedSide_px / 250;  // twice as far as the border
+  const auto drawn = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    Frame frame = dry;
+    const Eigen::Vector3d down = Eigen::Vector3d::UnitZ().cross(to - from).normalized();
+    draw_blood({{from, to, -Eigen::Vector3d::UnitZ(), down, 2, 2}}, view, std::nullopt, frame,
+               kept);
+    return frame.color.pixels;
+  };
+  const Eigen::Vector3d middle(0, 0, kSkin_mm);
+  for (const Eigen::Vector3d& way : {Eigen::Vector3d(aside_mm, 0, 0), {aside_mm, aside_mm, 0}}) {
+    std::vector<std::uint8_t> halves = drawn(middle - way, middle);
+    const std::vector<std::uint8_t> other = drawn(middle, middle + way),
+                                    whole = drawn(middle - way, middle + way);
+    EXPECT_NE(whole, dry.color.pixels);
+    std::ranges::transform(halves, other, halves.begin(),
+                           [](auto a, auto b) { return std::min(a, b); });
+    EXPECT_EQ(whole, halves);
+  }
+}
+
 TEST(ToolShadows, FadeAsTheToolLeavesTheSkin) {
   int last = 0;
   for (const double gap_mm : {0.2, 1.5, 4.0, 7.0}) {

@@ -205,7 +205,10 @@ class Outline {
 // lies deeper.
 void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deeper_mm = 0);
 
-// The pixels that a ball in the camera's frame may touch, by the box round it.
+// The pixels that a ball in the camera's frame may touch, by the box round it: of the picture's
+// plane, or of the picture alone. What lies between two balls may touch what lies between boxes of
+// the plane; a box clipped first is empty where its ball is out of sight.
+PixelBox plane_box_round(const Eigen::Vector3d& middle, double radius, const View& view);
 PixelBox box_round(const Eigen::Vector3d& middle, double radius, const View& view);
 // A block of the picture's pixels, of eight by eight at most, and the numbers of what may be seen
 // in it.

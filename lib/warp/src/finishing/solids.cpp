@@ -256,21 +256,27 @@ void draw_pixels(const Rays& rays, int x, int y, int count, Frame& frame) {
 
 }  // namespace
 
-PixelBox box_round(const Vector3d& middle, double radius, const View& view) {
+PixelBox plane_box_round(const Vector3d& middle, double radius, const View& view) {
+  constexpr double kFarthest_px = 1 << 24;  // boxes' sizes stay within an int's range
   const Intrinsics& k = view.camera.intrinsics;
   const double z0 = std::max(middle.z() - radius, view.near_mm), z1 = middle.z() + radius;
   if (z1 < view.near_mm) return {};
-  const auto along = [&](int axis, double focal, double center, int size) {
+  const auto along = [&](int axis, double focal, double center) {
     const double low = middle[axis] - radius, high = middle[axis] + radius;
     const auto pixel = [&](double at) {
-      return static_cast<int>(std::clamp(at, 0.0, double(size)));
+      return static_cast<int>(std::clamp(std::floor(at), -kFarthest_px, kFarthest_px));
     };
     return std::array{pixel(center + focal * low / (low < 0 ? z0 : z1)),
                       pixel(center + focal * high / (high > 0 ? z0 : z1) + 1)};
   };
-  const auto [x0, x1] = along(0, k.fx, k.cx, k.width);
-  const auto [y0, y1] = along(1, k.fy, k.cy, k.height);
+  const auto [x0, x1] = along(0, k.fx, k.cx);
+  const auto [y0, y1] = along(1, k.fy, k.cy);
   return {x0, y0, x1, y1};
+}
+
+PixelBox box_round(const Vector3d& middle, double radius, const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  return intersected(plane_box_round(middle, radius, view), {0, 0, k.width, k.height});
 }
 
 std::vector<PictureBlock> blocks_of(const std::vector<NumberedBox>& boxes, const View& view) {

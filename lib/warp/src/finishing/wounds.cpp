@@ -95,13 +95,14 @@ PixelBox box_round(const BloodLine& line, const View& view) {
   const auto add = [&](const Vector3d& place_mm, double reach) {
     Vector3d middle = view.camera.camera_from_world * place_mm;
     middle.z() = std::max(middle.z(), view.near_mm);  // a line may end behind the eye
-    box = united(box, box_round(middle, reach, view));
+    box = united(box, plane_box_round(middle, reach, view));
   };
   for (const Vector3d& end : {line.from_mm, line.to_mm}) {
     add(end - radius / kBloodAbove * line.down_wall, radius);
     add(end + (deep - widest) * line.down_wall, widest);
   }
-  return box;
+  const Intrinsics& k = view.camera.intrinsics;
+  return intersected(box, {0, 0, k.width, k.height});
 }
 
 PixelBox box_round(const SmokePuff& puff, const View& view) {
