@@ -322,18 +322,21 @@ TEST(WetFilm, NormalsEndAtTheirFacesEdge) {
     std::array<float, kSpan> white;
     std::fill_n(depth[0], kSpan, 60.f), white.fill(1);
     for (auto& channel : light[0].of) std::fill_n(channel, kSpan, 1.f);
-    const SparseShading span(depth, 1, kSpan, 1);
+    SparseShading span(depth, 1, kSpan, 1);
     const auto skin = [&](int count) {
       SkinPixels pixels;
       for (int i = 0; i < count; ++i)
         pixels.add(i, static_cast<std::uint32_t>(i) % bundle.base.face_count, b1, b2);
+      pixels.fill_up();
       return pixels;
     };
     const auto colors = [&](int i) {
       return std::array{SpanColors{0, 0, kSpan, light[i].planes(), white.data(), depth[0]}};
     };
     std::array<std::int32_t, kMostSkin> film_at;
-    relit.light(skin(span.knot_count()), span, colors(0), film_at.data());
+    while (relit.light(skin(span.knot_count()), span, colors(0), film_at.data()) ==
+           RelitSkin::kAskAnew) {
+    }
     relit.add_film(skin(kSpan), colors(1));
     return light;
   };

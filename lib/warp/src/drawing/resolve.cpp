@@ -248,13 +248,17 @@ void relight(const TileLayers& tile, Span& span) {
     }
     skin.add(pixel, set.face(slot), bound[0], bound[1]);
   };
-  const SparseShading lit(depth, span.rows, span.count, tile.frame.texel_mm);
+  SparseShading lit(depth, span.rows, span.count, tile.frame.texel_mm);
   SkinPixels skin;
-  for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
-  skin.fill_up();
   std::array<std::int32_t, kMostSkin> film_at;
   const auto of_rows = std::span(colors).first(span.rows);
-  const int with_film = tile.frame.relit->light(skin, lit, of_rows, film_at.data());
+  int with_film = RelitSkin::kAskAnew;
+  while (with_film == RelitSkin::kAskAnew) {
+    skin.count = 0;
+    for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
+    skin.fill_up();
+    with_film = tile.frame.relit->light(skin, lit, of_rows, film_at.data());
+  }
   if (with_film == 0) return;
   skin.count = 0;
   for (int k = 0; k < with_film; ++k) add_skin(film_at[k], skin);

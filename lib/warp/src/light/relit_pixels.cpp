@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -35,52 +34,6 @@ void each_row(int g, std::span<const SpanColors> rows, const Visit& visit) {
     for (int c = 0; c < 3; ++c)
       visit(rows[r].planes[c] + g * kGroup, rows[r].white + g * kGroup, c,
             static_cast<int>(r) * kGroup);
-}
-
-constexpr std::array kKnots = {0, 5, 10, kGroup - 1};  // of a row of a group that runs on
-
-// Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
-// seen at a grazing angle. Rows are mixed over three of them, so that less may lie between two; and
-// a row's end that bends away by more is not its skin's.
-constexpr float kSmoothTexels = 4, kSmoothDownTexels = 2, kBendTexels = 1;
-
-// How far each pixel of a group lies from knot k to the next.
-constexpr std::array<float, kGroup> way_on(std::size_t k) {
-  std::array<float, kGroup> ways{};
-  for (int i = 0; i < kGroup; ++i)
-    ways[i] = std::clamp(float(i - kKnots[k]) / float(kKnots[k + 1] - kKnots[k]), 0.0f, 1.0f);
-  return ways;
-}
-
-// A row of a group from its knots, linear between them.
-inline void mix_row(const float* at, float* __restrict row) {
-  static constexpr std::array kWays = {way_on(0), way_on(1), way_on(2)};
-  const float first = at[0], second = at[1] - first, third = at[2] - at[1], last = at[3] - at[2];
-  // Unrolled before it becomes a vector, its weights would be worked with one by one.
-#pragma GCC unroll 1
-  for (int i = 0; i < kGroup; ++i)
-    row[i] = first + kWays[0][i] * second + kWays[1][i] * third + kWays[2][i] * last;
-}
-
-// A row of a group that lies so far of the way from the first to the last.
-inline void mix_between(const float* __restrict first, const float* __restrict last, float way,
-                        float* __restrict row) {
-#pragma GCC unroll 1
-  for (int i = 0; i < kGroup; ++i) row[i] = first[i] + way * (last[i] - first[i]);
-}
-
-// Whether all pixels of a group run on to the next, the last wherever it goes.
-inline bool all_run_on(const std::uint8_t* runs_on) {
-  constexpr std::uint8_t kAll[] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-  static_assert(sizeof kAll == kGroup - 1);
-  return std::memcmp(runs_on, kAll, sizeof kAll) == 0;
-}
-
-// Whether the knots at a row's ends lie on its skin. Beside an outline the last pixel alone may
-// fall away: five would take its light, and step to their own when the outline moves on.
-inline bool ends_run_on(const float* row_mm, float most_mm) {
-  const auto bends = [&](int i) { return std::abs(row_mm[i - 1] - 2 * row_mm[i] + row_mm[i + 1]); };
-  return bends(1) <= most_mm && bends(kGroup - 2) <= most_mm;
 }
 
 // Less of a lamp of 1 is not seen: half a level where a picture is darkest.
@@ -121,75 +74,6 @@ ORGANBAKE_MULTIVERSION void find_triangles(const SkinPixels& skin, const BaseLay
 }
 
 }  // namespace
-
-SparseShading::SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm)
-    : rows_(rows), count_(count) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const float smooth_mm = kSmoothTexels * texel_mm, down_mm = kSmoothDownTexels * texel_mm;
-  // To the next pixel, and the next row's; not where either is +inf.
-  alignas(64) std::array<std::array<std::uint8_t, kSpan>, kSpanRows> along;
-  alignas(64) std::array<std::uint8_t, kSpan> down;
-  down.fill(rows == kSpanRows);
-  for (int r = 0; r < rows; ++r) {
-    const auto& own = depth_mm[r];
-    for (int i = 0; i + 1 < count; ++i) along[r][i] = std::abs(own[i + 1] - own[i]) <= smooth_mm;
-    if (r == 0) continue;
-    for (int i = 0; i < count; ++i) down[i] &= std::abs(own[i] - depth_mm[r - 1][i]) <= down_mm;
-  }
-  int knots = 0;
-  for (int g = 0; g < groups(); ++g) {
-    const int first = g * kGroup;
-    const bool whole = first + kGroup <= count;
-    bool block = whole && all_run_on(&down[first]) && down[first + kGroup - 1];
-    kinds_[g].fill(Kind::by_pixel);
-    for (int r = 0; whole && r < rows; ++r) {
-      const bool row =
-          all_run_on(&along[r][first]) && ends_run_on(&depth_mm[r][first], kBendTexels * texel_mm);
-      if (row) kinds_[g][r] = Kind::row;
-      block = block && row;
-    }
-    if (block) kinds_[g].fill(Kind::block);
-    for (int r = 0; r < rows; ++r) {
-      first_knot_[g][r] = knots;
-      if (block && r > 0 && r + 1 < rows) continue;
-      if (kinds_[g][r] != Kind::by_pixel) {
-        for (const int at : kKnots) knots_[knots++] = r * kSpan + first + at;
-        continue;
-      }
-      for (int i = first; i < std::min(first + kGroup, count); ++i) {
-        knots_[knots] = r * kSpan + i;
-        knots += depth_mm[r][i] < kInfinity;
-      }
-    }
-    std::fill(first_knot_[g].begin() + rows, first_knot_[g].end(), knots);
-  }
-  first_knot_[groups()].fill(knots);
-}
-
-void SparseShading::mix(int g, const float* of_knots, float* __restrict group) const {
-  const auto& first = first_knot_[g];
-  if (kinds_[g][0] == Kind::block) {
-    constexpr int kLast = kPixels - kGroup;
-    mix_row(of_knots + first[0], group);
-    mix_row(of_knots + first[kSpanRows - 1], group + kLast);
-    for (int r = 1; r + 1 < kSpanRows; ++r) {
-      const float way = static_cast<float>(r) * (1.0f / (kSpanRows - 1));
-      mix_between(group, group + kLast, way, group + r * kGroup);
-    }
-    return;
-  }
-  for (int r = 0; r < kSpanRows; ++r) {
-    float* const row = group + r * kGroup;
-    if (kinds_[g][r] == Kind::row) {
-      mix_row(of_knots + first[r], row);
-      continue;
-    }
-    std::fill_n(row, kGroup, 0.f);
-    const int last = r + 1 < kSpanRows ? first[r + 1] : first_knot_[g + 1][0];
-    for (int k = first[r]; k < last; ++k)
-      row[static_cast<unsigned>(knots_[k]) % kGroup] = of_knots[k];
-  }
-}
 
 Gloss::Gloss(const Lighting& lighting) {
   double least = 1;
@@ -280,8 +164,8 @@ void RelitSkin::mix(const LatticeTriangles& t, int count,
   }
 }
 
-int RelitSkin::light(const SkinPixels& knots, const SparseShading& span,
-                     std::span<const SpanColors> rows, std::int32_t* film_at) const {
+int RelitSkin::light(const SkinPixels& knots, SparseShading& span, std::span<const SpanColors> rows,
+                     std::int32_t* film_at) const {
   if (std::all_of(knots.face, knots.face + knots.count, [&](auto f) { return unchanged(f); }))
     return 0;
   LatticeTriangles triangles;
@@ -331,7 +215,7 @@ void RelitSkin::take_light(const ScopeSkin& knots, const ScopeLit& lit, const Sp
 }
 
 int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
-                           const SparseShading& span, std::span<const SpanColors> rows,
+                           SparseShading& span, std::span<const SpanColors> rows,
                            std::int32_t* film_at) const {
   ScopeSkin skin;
   skin.count = knots.count;
@@ -340,6 +224,7 @@ int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& tria
   mix<&Node::gain, &Node::normal, &Node::rest_normal, &Node::rest_mm>(
       triangles, knots.count, {&lit.times, &skin.normals, &skin.rest_normals, &skin.rest_mm});
   shine_.light(skin, lit);
+  if (span.refine(lit.times.of[1])) return kAskAnew;
   take_light(skin, lit, span, rows);
   return find_film(skin, lit, span, rows, film_at);
 }

@@ -178,8 +178,10 @@ class RelitSkin {
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
   // Lights a span's rows by their knots' skin, from the scope without the film: that add_film()
-  // adds, of skin of the very pixels whose numbers are put into film_at. Returns how many they are.
-  int light(const SkinPixels& knots, const SparseShading& span, std::span<const SpanColors> rows,
+  // adds, of skin of the very pixels whose numbers are put into film_at. Returns how many they are;
+  // or lights nothing, where the span has other knots now (SparseShading::refine).
+  static constexpr int kAskAnew = -1;
+  int light(const SkinPixels& knots, SparseShading& span, std::span<const SpanColors> rows,
             std::int32_t* film_at) const;
   void add_film(const SkinPixels& skin, std::span<const SpanColors> rows) const;
 
@@ -202,9 +204,8 @@ class RelitSkin {
   void add_gloss(int g, const SkinPlanes& normals, std::span<const SpanColors> rows) const;
   void take_light(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
                   std::span<const SpanColors> rows) const;
-  int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
-                  const SparseShading& span, std::span<const SpanColors> rows,
-                  std::int32_t* film_at) const;
+  int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles, SparseShading& span,
+                  std::span<const SpanColors> rows, std::int32_t* film_at) const;
   int find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
                 std::span<const SpanColors> rows, std::int32_t* film_at) const;
   void place_rest_nodes();

@@ -144,7 +144,8 @@ struct ScopeRay {
 
 // What light depends on changes slowly over skin that runs on: of four rows of sixteen pixels it is
 // worked out for eight, four of the first and four of the last, and mixed between them; for four of
-// a row that runs on alone; for every pixel where the skin breaks off or falls away steeply. Groups
+// a row that runs on alone; for every pixel where the skin breaks off or falls away steeply, and
+// where light turns out to bend between knots. Groups
 // lie at multiples of sixteen of the picture's columns, and of four of its rows, so that a pixel's
 // light does not depend on which part of the picture is drawn.
 class SparseShading {
@@ -155,6 +156,10 @@ class SparseShading {
   // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
   // of kGroup, its first row one of kSpanRows. texel_mm: of the cameras, on the surface.
   SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm);
+
+  // By the light of the knots, asks for every pixel of the rows over which it bends. Whether there
+  // are any: then the knots are others, whose rows bend no more.
+  bool refine(const float* light);
 
   // The pixels that are asked for, by group.
   int knot_count() const { return first_knot_[groups()][0]; }
@@ -174,7 +179,9 @@ class SparseShading {
 
  private:
   enum class Kind : std::uint8_t { by_pixel, row, block };
+  void place_knots();
 
+  const Rows& depth_mm_;
   int rows_, count_;
   std::array<std::array<Kind, kSpanRows>, kSpan / kGroup> kinds_;
   std::array<std::int32_t, kMostSkin> knots_;
