@@ -61,7 +61,7 @@ inline bool ends_run_on(const float* row_mm, float most_mm) {
 
 // Whether the light of a row's knots turns so much at one of them that what lies between may be
 // another: across a crease, or a highlight's edge, which would step along with the knots.
-inline bool bends(const float* at) {
+inline bool light_bends(const float* at) {
   constexpr float kMostBend = 0.25f;  // of full exposure, on what is white
   return std::max(std::abs(at[0] - 2 * at[1] + at[2]), std::abs(at[1] - 2 * at[2] + at[3])) >
          kMostBend;
@@ -125,7 +125,7 @@ bool SparseShading::refine(const float* light) {
   for (int g = 0; g < groups(); ++g) {
     const bool block = kinds_[g][0] == Kind::block;
     for (int r = 0; r < rows_; r += block ? kSpanRows - 1 : 1) {
-      if (kinds_[g][r] == Kind::by_pixel || !bends(light + first_knot_[g][r])) continue;
+      if (kinds_[g][r] == Kind::by_pixel || !light_bends(light + first_knot_[g][r])) continue;
       std::fill_n(kinds_[g].begin() + (block ? 0 : r), block ? rows_ : 1, Kind::by_pixel);
       any = true;
     }
