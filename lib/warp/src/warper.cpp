@@ -66,7 +66,7 @@ struct Warper::Impl {
   CameraSet cameras;
   std::shared_ptr<CoarserOrgans> coarser;
   std::array<std::array<std::unique_ptr<Impl>, CoarserOrgans::kHalvings>, 2> coarse;
-  const CoarserOrgan* drawn_for = nullptr;  // of whom this is one
+  const CoarserOrgan* drawn_for = nullptr;  // whose faces are others than the organ's
   const Impl* last_drawn = nullptr;         // of them, where the last picture was of one
 
   // whole: of the organ before blades cut it into `parts`, where they have.
@@ -112,7 +112,9 @@ Warper::Impl& Warper::Impl::for_view(const std::vector<Eigen::Vector3d>& positio
   over_proxy.shell.pose(positions, folds);
   if (over_proxy.drawn_for->follows(positions, over_proxy.shell.matrices(), view.camera))
     return over_proxy;
-  return coarse_one(halvings, CoarseFaces::of_skin);
+  Impl& over_skin = coarse_one(halvings, CoarseFaces::of_skin);
+  over_skin.shell.pose(positions, folds);
+  return over_skin;
 }
 
 Warper::Impl& Warper::Impl::coarse_one(int halvings, CoarseFaces over) {
@@ -121,7 +123,7 @@ Warper::Impl& Warper::Impl::coarse_one(int halvings, CoarseFaces over) {
     const auto of = coarser->of(
         halvings, over, [this] { return without_maps(); }, store);
     one = std::make_unique<Impl>(of->bundle(), std::shared_ptr<SampleStore>(of, &of->samples()));
-    one->drawn_for = of.get();
+    if (over == CoarseFaces::of_proxy) one->drawn_for = of.get();
   }
   return *one;
 }

@@ -315,20 +315,20 @@ TEST(CoarserOrgan, FollowsTheSkinWhereItBendsByLessThanHalfAPixel) {
   whole.skin->weight[whole.skin->first[middle] + 1] -= kShare;
   for (std::size_t n = middle + 1; n < whole.skin->first.size(); ++n) ++whole.skin->first[n];
   const CoarserOrgan coarser(whole, nullptr, 4, CoarseFaces::of_proxy);
-  const auto follows = [&](const std::vector<Eigen::Vector3d>& proxy, int side_px,
-                           const CoarserOrgan& organ) {
-    return organ.follows(proxy, shell_matrices(organ.bundle().shell().posed(proxy)),
-                         view_from(organ_to_play(), {0.4, -1, 0.3}, side_px).camera);
+  const auto follows = [&](const std::vector<Eigen::Vector3d>& proxy, int side_px) {
+    return coarser.follows(proxy, shell_matrices(coarser.bundle().shell().posed(proxy)),
+                           view_from(organ_to_play(), {0.4, -1, 0.3}, side_px).camera);
   };
   std::vector<Eigen::Vector3d> proxy = whole.proxy.vertices;
   constexpr int kMany_px = 2000, kFew_px = 20;
-  EXPECT_TRUE(follows(proxy, kMany_px, coarser));
+  EXPECT_TRUE(follows(proxy, kMany_px));
   for (Eigen::Vector3d& vertex : proxy) vertex += Eigen::Vector3d(3, 2, 1);
-  EXPECT_TRUE(follows(proxy, kMany_px, coarser));
+  EXPECT_TRUE(follows(proxy, kMany_px));
   proxy[far].z() += kMoved_mm;
-  EXPECT_FALSE(follows(proxy, kMany_px, coarser));
-  EXPECT_TRUE(follows(proxy, kFew_px, coarser));
-  EXPECT_TRUE(follows(proxy, kMany_px, {whole, nullptr, 4, CoarseFaces::of_skin}));
+  EXPECT_FALSE(follows(proxy, kMany_px));
+  EXPECT_TRUE(follows(proxy, kFew_px));
+  const CoarserOrgan over_skin(whole, nullptr, 4, CoarseFaces::of_skin);
+  EXPECT_EQ(over_skin.bundle().shell().posed(proxy).vertices, whole.shell().posed(proxy).vertices);
 }
 
 // Every `side`² pixels as one: their mean in linear light, or the middle one of them.

@@ -252,13 +252,13 @@ void relight(const TileLayers& tile, Span& span) {
   SkinPixels skin;
   std::array<std::int32_t, kMostSkin> film_at;
   const auto of_rows = std::span(colors).first(span.rows);
-  int with_film = RelitSkin::kAskAnew;
-  while (with_film == RelitSkin::kAskAnew) {
+  int with_film;
+  do {  // twice at most
     skin.count = 0;
     for (int k = 0; k < lit.knot_count(); ++k) add_skin(lit.knot(k), skin);
     skin.fill_up();
     with_film = tile.frame.relit->light(skin, lit, of_rows, film_at.data());
-  }
+  } while (with_film == RelitSkin::kAskAnew);
   if (with_film == 0) return;
   skin.count = 0;
   for (int k = 0; k < with_film; ++k) add_skin(film_at[k], skin);

@@ -91,18 +91,20 @@ struct Film {
 PixelBox box_round(const BloodLine& line, const View& view) {
   const double radius = std::max(line.from_radius_mm, line.to_radius_mm);
   const double deep = radius / kBloodBelow, widest = 0.3 * deep;  // where cos⁸ is
+  const Intrinsics& k = view.camera.intrinsics;
+  const PixelBox picture = {0, 0, k.width, k.height};
   PixelBox box;
+  bool ends_behind = false;  // the eye: it leaves the picture anywhere
   const auto add = [&](const Vector3d& place_mm, double reach) {
-    Vector3d middle = view.camera.camera_from_world * place_mm;
-    middle.z() = std::max(middle.z(), view.near_mm);  // a line may end behind the eye
+    const Vector3d middle = view.camera.camera_from_world * place_mm;
+    ends_behind |= middle.z() - reach < view.near_mm;
     box = united(box, plane_box_round(middle, reach, view));
   };
   for (const Vector3d& end : {line.from_mm, line.to_mm}) {
     add(end - radius / kBloodAbove * line.down_wall, radius);
     add(end + (deep - widest) * line.down_wall, widest);
   }
-  const Intrinsics& k = view.camera.intrinsics;
-  return intersected(box, {0, 0, k.width, k.height});
+  return ends_behind && !box.empty() ? picture : intersected(box, picture);
 }
 
 PixelBox box_round(const SmokePuff& puff, const View& view) {

@@ -179,7 +179,7 @@ class RelitSkin {
 
   // Lights a span's rows by their knots' skin, from the scope without the film: that add_film()
   // adds, of skin of the very pixels whose numbers are put into film_at. Returns how many they are;
-  // or lights nothing, where the span has other knots now (SparseShading::refine).
+  // or kAskAnew, having lit nothing, where the span has other knots now (SparseShading::refine).
   static constexpr int kAskAnew = -1;
   int light(const SkinPixels& knots, SparseShading& span, std::span<const SpanColors> rows,
             std::int32_t* film_at) const;

@@ -145,16 +145,17 @@ struct ScopeRay {
 // What light depends on changes slowly over skin that runs on: of four rows of sixteen pixels it is
 // worked out for eight, four of the first and four of the last, and mixed between them; for four of
 // a row that runs on alone; for every pixel where the skin breaks off or falls away steeply, and
-// where light turns out to bend between knots. Groups lie at multiples of sixteen of the picture's
-// columns, and of four of its rows, so that a pixel's light does not depend on which part of the
-// picture is drawn.
+// where light of the scope turns out to bend between knots. Groups lie at multiples of sixteen of
+// the picture's columns, and of four of its rows, so that a pixel's light does not depend on which
+// part of the picture is drawn.
 class SparseShading {
  public:
   static constexpr int kGroup = 16, kPixels = kSpanRows * kGroup;
   using Rows = float[kSpanRows][kSpan];
 
   // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
-  // of kGroup, its first row one of kSpanRows. texel_mm: of the cameras, on the surface.
+  // of kGroup, its first row one of kSpanRows; kept by reference. texel_mm: of the cameras, on the
+  // surface.
   SparseShading(const Rows& depth_mm, int rows, int count, float texel_mm);
 
   // By the light of the knots, asks for every pixel of the rows over which it bends. Whether there

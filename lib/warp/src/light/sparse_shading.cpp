@@ -60,7 +60,7 @@ inline bool ends_run_on(const float* row_mm, float most_mm) {
 }
 
 // Whether the light of a row's knots turns so much at one of them that what lies between may be
-// another: across a crease, or a highlight's edge, which would step along with the knots.
+// another: across a crease, which would step along with the knots.
 inline bool light_bends(const float* at) {
   constexpr float kMostBend = 0.25f;  // of full exposure, on what is white
   return std::max(std::abs(at[0] - 2 * at[1] + at[2]), std::abs(at[1] - 2 * at[2] + at[3])) >

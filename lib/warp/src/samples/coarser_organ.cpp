@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // An organ for pictures whose pixels are larger than its texels. In: the organ and its cameras'
-// samples. Out: the same over the proxy's own faces, which are fewer and larger than the skin's,
-// with maps of half, a quarter or an eighth as many texels a side, each of which tells the mean of
-// those it stands for: a pyramid of images (Williams 1983), of posed faces as well as of texels.
+// samples. Out: the same with maps of half, a quarter or an eighth as many texels a side, each of
+// which tells the mean of those it stands for, over the skin's faces or over the proxy's own, which
+// are fewer and larger: a pyramid of images (Williams 1983), of posed faces as well as of texels.
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -177,8 +177,8 @@ CameraMaps shrunk(const CameraMaps& maps, const PosedCamera& small, int shrink, 
   return out;
 }
 
-// The base layer over the proxy's faces, its nodes `shrink` times as far apart. A camera sees one
-// where it sees all about it.
+// The base layer over the faces that are drawn, its nodes `shrink` times as far apart. A camera
+// sees one where it sees all about it.
 BaseLayer shrunk(const BaseLayer& layer, const std::vector<ShellMatrix>& skin_rest,
                  std::uint32_t steps, int shrink, const std::vector<ShellMatrix>& to) {
   if (layer.face_count == 0) return {};

@@ -79,8 +79,8 @@ struct DrawOptions {
   double scope_reference_mm = 0;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
   bool keep_bound = false;  // also fill Frame::bound
-  // To the faces that are drawn (Warper::drawn_skin()), fewer than the organ's own in a picture of
-  // large pixels: enough for who asks for depth alone.
+  // To the faces that are drawn (Warper::drawn_skin()), mostly fewer than the organ's own in a
+  // picture of large pixels: enough for who asks for depth alone.
   bool bind_as_drawn = false;
   bool measure = false;  // fill DrawReport's times
   std::vector<Solid> solids = {};

@@ -22,7 +22,7 @@ struct SampleSet;
 struct ScopeShading;
 
 // The skin that a picture shows: the organ's own, or where pixels are larger than its texels one of
-// fewer faces over it (CoarserOrgan).
+// fewer texels, and mostly fewer faces (CoarserOrgan).
 struct DrawnSkin {
   const BaseLayer& base;
   const std::vector<ShellMatrix>& shell;  // by its faces, world mm
