@@ -5,6 +5,7 @@
 #include "organbake/warp/warper.h"
 
 #include <atomic>
+#include <utility>
 
 #include "drawing/base_drawing.h"
 #include "drawing/splat.h"
@@ -73,7 +74,7 @@ struct Warper::Impl {
   Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole = nullptr,
        const CutOrgan::FaceParts& parts = {});
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
-                  const DrawOptions& options, Frame& frame);
+                  const DrawOptions& options, Frame& frame, bool continued);
   // This, or what draws the organ of fewer texels.
   Impl& for_view(const std::vector<Eigen::Vector3d>& positions, const View& view,
                  const std::vector<SkinFold>& folds);
@@ -140,8 +141,7 @@ Bundle Warper::Impl::without_maps() const {
 
 // The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
 DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
-                              const DrawOptions& options, Frame& frame) {
-  const bool continued = last.continues(view, options, frame);
+                              const DrawOptions& options, Frame& frame, bool continued) {
   const Intrinsics& lens = view.camera.intrinsics;
   frame.resize(lens.width, lens.height, options.needs_depth(), options.keep_bound);
   frame.bound_as_drawn = options.bind_as_drawn;
@@ -259,8 +259,12 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   const bool still = unmoved && &drawn == &before;
   if (still)
     if (const auto report = drawn.last.unchanged(view, options, frame)) return *report;
-  const DrawReport report = drawn.draw(positions, view, options, frame);
-  drawn.last.remember(view, options, report, still, frame);
+  // Forgotten while the next is drawn: what fails may have posed the organ otherwise.
+  LastDrawing last = std::exchange(drawn.last, LastDrawing());
+  const DrawReport report =
+      drawn.draw(positions, view, options, frame, last.continues(view, options, frame));
+  last.remember(view, options, report, still, frame);
+  drawn.last = std::move(last);
   return report;
 }
 

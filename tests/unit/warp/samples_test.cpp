@@ -276,6 +276,16 @@ TEST(LateCameras, ADamagedOneIsSaidByTheViewThatNeedsItAndTriedAgain) {
   EXPECT_THROW(warper.draw(late_organ().proxy.vertices, view, {}, frame), BadDataError);
   source.broken = false;
   EXPECT_GT(warper.draw(late_organ().proxy.vertices, view, {}, frame).sample_pixels, 0u);
+  // What was posed for a picture that failed is drawn where the last one was whole.
+  const auto dent = dented(late_organ().proxy, {0.4, -1, 0.3}, 10);
+  source.broken = true;
+  Frame other, expected;
+  EXPECT_THROW(warper.draw(dent, view_from(late_organ(), {-1, 0.5, 0}, 96), {}, other),
+               BadDataError);
+  source.broken = false;
+  Warper(late_organ()).draw(dent, view, {}, expected);
+  warper.draw(dent, view, {}, frame);
+  EXPECT_EQ(frame.color.pixels, expected.color.pixels);
 }
 
 }  // namespace
