@@ -276,7 +276,15 @@ TEST(LateCameras, ADamagedOneIsSaidByTheViewThatNeedsItAndTriedAgain) {
   EXPECT_THROW(warper.draw(late_organ().proxy.vertices, view, {}, frame), BadDataError);
   source.broken = false;
   EXPECT_GT(warper.draw(late_organ().proxy.vertices, view, {}, frame).sample_pixels, 0u);
-  // What was posed for a picture that failed is drawn where the last one was whole.
+}
+
+// What was posed for a picture that failed is drawn anew where the last one was whole.
+TEST(LateCameras, APictureAfterOneThatFailedIsOfTheOrganAsItLies) {
+  Source source;
+  Warper warper(without_maps(), source.reader());
+  const View view = view_from(late_organ(), {0.4, -1, 0.3}, 96);
+  Frame frame;
+  warper.draw(late_organ().proxy.vertices, view, {}, frame);
   const auto dent = dented(late_organ().proxy, {0.4, -1, 0.3}, 10);
   source.broken = true;
   Frame other, expected;
