@@ -13,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <queue>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -163,33 +164,56 @@ using Eigen::Vector3d;
 // Widths of a cut from its lips within which the skin gives way: it is compressed to three quarters
 // of what it was.
 constexpr double kReach = 2;
+constexpr double kLeastLeft = 0.25;  // of a piece of border's length
 
 using Vertices = std::vector<CutSkin::Vertex>;
 
-// By half a cut's width, square to its border along the skin; where its lips hang together, not.
+// By half a cut's width, along the skin and square to the sheet: pieces of border may be too short
+// to tell. Where its lips hang together, not.
 void draw_lips_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertices) {
   struct Pull {
-    Vector3d back = Vector3d::Zero();
+    Vector3d back = Vector3d::Zero(), normal = Vector3d::Zero();
     double half_mm = 0;
   };
   std::map<std::uint32_t, Pull> pulls;  // by vertex
   for (const SkinBorder& border : skin.borders()) {
     const double half = 0.5 * sheet.width_mm(vertices[border.left[0]].place.stroke);
     const Vector3d along = vertices[border.left[1]].at_mm - vertices[border.left[0]].at_mm;
-    const Vector3d to_left = skin.normal_beside(border).cross(along).stableNormalized();
+    const Vector3d normal = skin.normal_beside(border), to_left = normal.cross(along);
     for (int end = 0; half > 0 && end < 2; ++end) {
       if (border.left[end] == border.right[end]) continue;
       for (const auto& [lip, side] :
            {std::pair(border.left[end], 1.0), std::pair(border.right[end], -1.0)}) {
         Pull& pull = pulls[lip];
-        pull.back += side * to_left;
+        pull.back += side * to_left, pull.normal += normal;
         pull.half_mm = std::max(pull.half_mm, half);
       }
     }
   }
-  // Two pieces of border meet at a lip, and say much the same.
-  for (const auto& [lip, pull] : pulls)
-    vertices[lip].drawn_back_mm = pull.half_mm * pull.back.stableNormalized();
+  for (const auto& [lip, pull] : pulls) {
+    const Vector3d across = sheet.across(vertices[lip].place);
+    const Vector3d normal = pull.normal.stableNormalized();
+    Vector3d back = across - normal * normal.dot(across);
+    if (back.isZero(0)) back = pull.back;  // of a blade that stands still
+    const double far_mm = back.dot(pull.back) < 0 ? -pull.half_mm : pull.half_mm;
+    vertices[lip].drawn_back_mm = far_mm * back.stableNormalized();
+  }
+}
+
+// On the inner side of a corner lips would be drawn past each other, and the walls below them would
+// lie in folds: there they are drawn back less.
+void keep_lips_in_order(const CutSkin& skin, Vertices& vertices) {
+  std::set<std::uint32_t> tight;
+  do {
+    tight.clear();
+    for (const SkinBorder& border : skin.borders())
+      for (const auto& [a, b] : {border.left, border.right}) {
+        const Vector3d along = vertices[b].at_mm - vertices[a].at_mm;
+        const Vector3d drawn = vertices[b].drawn_back_mm - vertices[a].drawn_back_mm;
+        if (along.dot(along + drawn) < kLeastLeft * along.squaredNorm()) tight.insert({a, b});
+      }
+    for (const std::uint32_t lip : tight) vertices[lip].drawn_back_mm *= 0.5;
+  } while (!tight.empty());
 }
 
 // Skin beside a lip goes with it the less the farther off it is, along its edges: what lies across
@@ -212,6 +236,7 @@ void draw_beside_back(const std::vector<SkinPart>& parts, Vertices& vertices) {
 
 void draw_skin_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertices) {
   draw_lips_back(skin, sheet, vertices);
+  keep_lips_in_order(skin, vertices);
   if (std::all_of(vertices.begin(), vertices.end(),
                   [](const CutSkin::Vertex& v) { return v.drawn_back_mm.isZero(0); }))
     return;
