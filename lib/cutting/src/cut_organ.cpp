@@ -283,6 +283,27 @@ Eigen::Vector3f CutOrgan::inner_albedo_of(const CutWalls& walls, std::size_t fac
   return float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_, alive());
 }
 
+std::vector<Eigen::Vector3d> CutOrgan::wall_normals(const TriangleMesh& cut,
+                                                    std::uint32_t first_wall, std::uint32_t steps) {
+  // By area, which slivers have little of, however they are twisted.
+  std::vector<Eigen::Vector3d> of_vertices(cut.vertices.size(), Eigen::Vector3d::Zero()), normals;
+  const std::span walls = std::span(cut.faces).subspan(first_wall);
+  for (const auto& [a, b, c] : walls) {
+    const Eigen::Vector3d& from = cut.vertices[a];
+    const Eigen::Vector3d normal = (cut.vertices[b] - from).cross(cut.vertices[c] - from);
+    for (const std::uint32_t v : {a, b, c}) of_vertices[v] += normal;
+  }
+  for (Eigen::Vector3d& normal : of_vertices) normal.stableNormalize();
+  for (const Face& face : walls)
+    each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      const double u = double(i) / steps, v = double(j) / steps;
+      normals.push_back(
+          ((1 - u - v) * of_vertices[face[0]] + u * of_vertices[face[1]] + v * of_vertices[face[2]])
+              .stableNormalized());
+    });
+  return normals;
+}
+
 void CutOrgan::remake_base(const CutWalls& walls) {
   if (base_.face_count == 0) return;
   BaseLayer& base = now_.base;
@@ -308,15 +329,15 @@ void CutOrgan::remake_base(const CutWalls& walls) {
       });
     }
   }
-  const std::size_t first_wall = base.face_count - walls.faces.size();
+  const auto first_wall = base.face_count - static_cast<std::uint32_t>(walls.faces.size());
+  const std::vector<Eigen::Vector3d> normals = wall_normals(now_.proxy, first_wall, n);
   parallel_for(std::size_t{0}, walls.faces.size(), [&](std::size_t w) {
-    Eigen::Vector3f light = Eigen::Vector3f::Ones();
-    if (lighting_)
-      light =
-          lighting_->diffuse(face_normal(now_.proxy, first_wall + w)).cwiseMax(0.05).cast<float>();
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      base.color[(first_wall + w) * nodes + node] =
-          inner_albedo_of(walls, w, double(i) / n, double(j) / n).cwiseProduct(light);
+      Eigen::Vector3f& color = base.color[(first_wall + w) * nodes + node];
+      color = inner_albedo_of(walls, w, double(i) / n, double(j) / n);
+      if (lighting_)
+        color.array() *=
+            lighting_->diffuse(normals[w * nodes + node]).cwiseMax(0.05).cast<float>().array();
     });
   });
 }

@@ -117,6 +117,8 @@ constexpr double kBelowSkin_mm = 1.5;
 constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's edge and the skin
 constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
 constexpr double kDimHole = 0.5;       // of a hole's rim
+constexpr double kCorner = 0.5;        // cosine of the angle from which walls turn a corner
+constexpr double kShort_mm = 0.2;
 constexpr double kFlat = 2;  // times as much a blade moved into the skin as it stood in it
 
 // How walls run down a stroke: along the blade's edge to its tip; or, of a blade that came down
@@ -146,16 +148,16 @@ class WallMaker {
     for (const SkinBorder& border : skin_.borders()) {
       if (!(entry(border) > kAlongEdge)) continue;
       const Vector3d outward = outward_from_left(border);
-      const Column *const from = &column(border.left[0], outward), *const to = &column(
-                                                                       border.left[1], outward);
-      const Column *const back_from = &column(border.right[1], -outward), *const back_to = &column(
-                                                                              border.right[0],
-                                                                              -outward);
-      add_wall(*from, *to);
-      add_wall(*back_from, *back_to);
-      add_floor(border, {*from, *to}, {*back_to, *back_from});
-      if (border.left[0] == border.right[0]) add_end(border, 0, outward, *from, *back_to);
-      if (border.left[1] == border.right[1]) add_end(border, 1, outward, *to, *back_from);
+      const Vector3d facing = facing_of(border, outward);
+      const Column from = column(border.left[0], outward, facing),
+                   to = column(border.left[1], outward, facing),
+                   back_from = column(border.right[1], -outward, -facing),
+                   back_to = column(border.right[0], -outward, -facing);
+      add_wall(from, to);
+      add_wall(back_from, back_to);
+      add_floor(border, {from, to}, {back_to, back_from});
+      if (border.left[0] == border.right[0]) add_end(border, 0, outward, from, back_to);
+      if (border.left[1] == border.right[1]) add_end(border, 1, outward, to, back_from);
     }
     return std::move(walls_);
   }
@@ -202,6 +204,19 @@ class WallMaker {
     return to_left.dot(across) < 0 ? across : Vector3d(-across);
   }
 
+  // Which way the wall below a border faces, `outward` of it: square to the border itself, unless
+  // that is too short to tell.
+  Vector3d facing_of(const SkinBorder& border, const Vector3d& outward) const {
+    const CutSkin::Vertex &from = vertex(border.left[0]), &to = vertex(border.left[1]);
+    const Vector3d along = to.on_cut_mm() - from.on_cut_mm();
+    return along.norm() < kShort_mm ? outward : along.cross(upward(from.place)).normalized();
+  }
+
+  std::uint32_t add_vertex(const CutWalls::Vertex& vertex) {
+    walls_.vertices.push_back(vertex);
+    return static_cast<std::uint32_t>(walls_.vertices.size() - 1);
+  }
+
   // Little light falls into a hole as long as it is wide, which nothing pulls open as a cut.
   float light_in_hole(std::uint32_t stroke, double depth_mm) const {
     if (!sheet_.is_hole(stroke)) return 1;
@@ -227,16 +242,23 @@ class WallMaker {
     return std::min(lowest, way.height(place));
   }
 
-  const Column& column(std::uint32_t lip, const Vector3d& outward) {
-    const auto [at, made] = columns_.try_emplace(lip);
-    if (!made) return at->second;
+  // A lip has one for each way that its walls face: where they turn a corner each keeps its own
+  // normals. The tissue that carries them is the same, so that nothing opens between them; but not
+  // where a cut ends, whose two sides hang on that lip.
+  Column column(std::uint32_t lip, const Vector3d& outward, const Vector3d& facing) {
+    std::vector<Side>& sides = columns_[lip];
+    for (const Side& side : sides)
+      if (side.facing.dot(facing) > kCorner) return side.column;
+    const bool corner = !sides.empty() && sides.front().outward.dot(outward) > -kCorner;
+    const Vector3d away = corner ? sides.front().outward : outward;
+    Column& column = sides.emplace_back(Side{outward, facing, {}}).column;
     const SheetPlace& place = vertex(lip).place;
     const WayDown& way = ways_[place.stroke];
     const double top = way.height(place), fall = bottom(place) - top;
     for (int k = 0; k <= kDown; ++k) {
       // Where cuts cross, the lip tells better than the wall where its tissue lies.
       const Vector3d of_lip = vertex(lip).side_mm - vertex(lip).at_mm;
-      const Vector3d aside = k == 0 || of_lip.norm() > kFarAside_mm ? of_lip : -kAside_mm * outward;
+      const Vector3d aside = k == 0 || of_lip.norm() > kFarAside_mm ? of_lip : -kAside_mm * away;
       SheetPlace here = place;
       way.set_height(top + fall * k / kDown, here);
       CutWalls::Vertex made_here;
@@ -245,10 +267,9 @@ class WallMaker {
       made_here.side_mm = made_here.at_mm + aside;
       made_here.depth_mm = (made_here.at_mm - vertex(lip).at_mm).norm();
       made_here.light = light_in_hole(place.stroke, made_here.depth_mm);
-      at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
-      walls_.vertices.push_back(made_here);
+      column[k] = add_vertex(made_here);
     }
-    return at->second;
+    return column;
   }
 
   // Between two columns, below a border that runs with its tissue to the left.
@@ -268,8 +289,13 @@ class WallMaker {
       const SheetPlace& place = vertex(lip).place;
       if (place.stroke != stroke || bottom(place) > ways_[stroke].lowest) return;
     }
-    const std::uint32_t a = left[0][kDown], b = left[1][kDown];
-    const std::uint32_t c = right[0][kDown], d = right[1][kDown];
+    const auto below = [&](const Column& column) {
+      const auto [at, made] = floor_.try_emplace(column[kDown]);
+      if (made) at->second = add_vertex(CutWalls::Vertex(walls_.vertices[column[kDown]]));
+      return at->second;
+    };
+    const std::uint32_t a = below(left[0]), b = below(left[1]);
+    const std::uint32_t c = below(right[0]), d = below(right[1]);
     walls_.faces.push_back({a, d, b});
     walls_.faces.push_back({a, c, d});
   }
@@ -299,11 +325,10 @@ class WallMaker {
       for (int k = 0; k <= kDown; ++k) {
         SheetPlace at = beyond;
         way.set_height(top + fall * k / kDown, at);
-        ends[side][k] = static_cast<std::uint32_t>(walls_.vertices.size());
         const Vector3d point = sheet_.at(at);
-        walls_.vertices.push_back({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward,
-                                   side == 0 ? border.left[end] : border.right[end],
-                                   kBelowSkin_mm + (point - sheet_.at(beyond)).norm()});
+        ends[side][k] = add_vertex({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward,
+                                    side == 0 ? border.left[end] : border.right[end],
+                                    kBelowSkin_mm + (point - sheet_.at(beyond)).norm()});
       }
     }
     if (end == 1) {
@@ -317,7 +342,12 @@ class WallMaker {
   const CutSheet& sheet_;
   std::vector<WayDown> ways_;                       // by stroke
   std::vector<std::array<SheetPlace, 2>> leaving_;  // borders along which blades left the tissue
-  std::map<std::uint32_t, Column> columns_;
+  struct Side {
+    Vector3d outward, facing;  // of the border that asked first
+    Column column;
+  };
+  std::map<std::uint32_t, std::vector<Side>> columns_;  // by lip
+  std::map<std::uint32_t, std::uint32_t> floor_;        // its vertices, by those above
   CutWalls walls_;
 };
 

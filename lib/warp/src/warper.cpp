@@ -98,10 +98,10 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       post_process(bundle.lighting.value_or(Lighting())),
       cameras(bundle.cameras) {
   if (bundle.lighting && bundle.base.face_count > 0) {
-    const std::uint32_t first = whole ? first_wall(whole->rest->size(), parts) : 0;
-    std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest(), first);
-    if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
-    relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
+    relit.emplace(
+        bundle.base, shell.shell(), *bundle.lighting,
+        whole ? cut_normals(whole->relit->rest_normals(), parts, shell.at_rest(), bundle.base.steps)
+              : lattice_normals(bundle.base, shell.at_rest()));
   }
 }
 

@@ -138,6 +138,47 @@ TEST_F(CutOrganTest, AWideCutHasAFloor) {
     for (const double x : {2.6, 3.35, 4.0}) EXPECT_EQ(floors({x, y, 0}), 1) << x << " " << y;
 }
 
+// Walls turn corners without folds, each side towards the way of the hook, and light falls on it as
+// it lies: round a bend whose inner lips would be drawn past each other, where the hook trembles,
+// and at the ends, where one side meets the other.
+TEST_F(CutOrganTest, WallsTurnCornersInOrder) {
+  constexpr double kWidth_mm = 1.5, kBend_mm = 0.4, kStep_mm = 0.2;
+  std::vector<Vector3d> way;
+  for (double y = -12.1; y < 4; y += kStep_mm) way.emplace_back(3.3, y, 8);
+  for (int i = 0; i < 12; ++i) way.emplace_back(3.3 + (i % 2 ? 0.03 : -0.03), 4 + 0.01 * i, 8);
+  for (double angle = 0; angle < 1.6; angle += 0.2)
+    way.emplace_back(3.3 - kBend_mm * (1 - std::cos(angle)), 4.1 + kBend_mm * std::sin(angle), 8);
+  for (double x = 2.9; x > -12; x -= kStep_mm) way.emplace_back(x, 4.1 + kBend_mm, 8);
+  for (const Vector3d& tip : way) advance({0, {tip, tip + Vector3d(0, 0, 30)}, kWidth_mm});
+  sweeps_.advance({}, organ_, {});
+  const TriangleMesh& cut = organ_.now().proxy;
+  auto first_wall = static_cast<std::uint32_t>(organ_.uncut_skin().faces.size());
+  for (const auto& [face, parts] : organ_.face_parts())
+    for (const CutOrgan::FacePart& part : parts) first_wall = std::max(first_wall, part.face + 1);
+  constexpr std::uint32_t kSteps = 2, kNodes = 6;
+  const std::vector<Vector3d> normals = CutOrgan::wall_normals(cut, first_wall, kSteps);
+  ASSERT_EQ(normals.size(), (cut.faces.size() - first_wall) * kNodes);
+  constexpr double kSliver_mm2 = 0.05, kRounding_mm = 1e-6;
+  double area = 0;
+  for (std::uint32_t f = first_wall; f < cut.faces.size(); ++f) {
+    area += face_area(cut, f);
+    if (face_area(cut, f) < kSliver_mm2) continue;
+    const Vector3d facing = face_normal(cut, f);
+    for (std::uint32_t node = 0; node < kNodes; ++node)
+      EXPECT_GT(normals[(f - first_wall) * kNodes + node].dot(facing), 0);
+    if (facing.z() > 0.5) continue;  // the floor
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t v : cut.faces[f]) middle += cut.vertices[v] / 3;
+    middle.z() = 8;
+    const auto nearer = [&](const Vector3d& p, const Vector3d& q) {
+      return (p - middle).norm() < (q - middle).norm();
+    };
+    EXPECT_GT(facing.dot(*std::min_element(way.begin(), way.end(), nearer) - middle), -kRounding_mm)
+        << middle.transpose();
+  }
+  EXPECT_GT(area, 500);
+}
+
 // A blade that comes down flat on the skin: its walls are as deep as it went, below all of it.
 TEST_F(CutOrganTest, ABladePressedInFlatMakesWalls) {
   for (int i = 0; i <= 40; ++i) {

@@ -312,7 +312,7 @@ TEST(WetFilm, NormalsEndAtTheirFacesEdge) {
   const Bundle& bundle = wet_organ();
   const ShellSurface shell = bundle.shell();
   RelitSkin relit(bundle.base, shell, *bundle.lighting,
-                  lattice_normals(bundle.base, shell.at_rest(), 0));
+                  lattice_normals(bundle.base, shell.at_rest()));
   relit.light_faces(View{bundle.cameras.cameras[0], 1}, DrawnLight::scope, 60, PosedShell(shell),
                     std::vector<std::uint8_t>(bundle.base.face_count, 1));
   // What the light leaves of white, and what the film adds to black.

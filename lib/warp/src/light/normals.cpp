@@ -112,61 +112,57 @@ class MeetingFaces {
 
 }  // namespace
 
-std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& whole,
-                                      std::uint32_t first_face) {
+std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy) {
   const std::size_t per_face = layer.nodes_per_face();
-  TriangleMesh proxy;
-  proxy.vertices = whole.vertices;
-  proxy.faces.assign(whole.faces.begin() + first_face, whole.faces.end());
-  const auto count = static_cast<std::uint32_t>(proxy.faces.size());
   const std::vector<ShellMatrix> shells = shell_matrices(proxy);
   const Lattice lattice(proxy, layer.steps);
   std::vector<Vector3d> joined(lattice.node_count(), Vector3d::Zero());
-  for (std::uint32_t f = 0; f < count; ++f) {
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
     std::vector<Vector3d> own(per_face, Vector3d::Zero());
-    add_face(layer, shells[f], &layer.height_mm[(first_face + f) * per_face], own.data());
+    add_face(layer, shells[f], &layer.height_mm[f * per_face], own.data());
     each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       joined[lattice.node(f, i, j)] += own[node];
     });
   }
   for (Vector3d& normal : joined) normal.stableNormalize();
-  std::vector<Vector3d> normals(first_face * per_face, Vector3d::Zero());
+  std::vector<Vector3d> normals;
   normals.reserve(layer.face_count * per_face);
-  for (std::uint32_t f = 0; f < count; ++f) {
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
     each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
       normals.push_back(joined[lattice.node(f, i, j)]);
     });
   }
   const double narrow_mm =
       kNarrow *
-      std::sqrt(2 * surface_area(whole) / double(std::max<std::size_t>(1, whole.faces.size())));
-  for (std::uint32_t f = first_face; f < layer.face_count; ++f)
-    if (altitude(whole, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
+      std::sqrt(2 * surface_area(proxy) / double(std::max<std::size_t>(1, proxy.faces.size())));
+  for (std::uint32_t f = 0; f < layer.face_count; ++f)
+    if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
   return normals;
 }
 
-std::uint32_t first_wall(std::size_t uncut_faces, const CutOrgan::FaceParts& parts) {
-  auto first = static_cast<std::uint32_t>(uncut_faces);
+std::vector<Vector3d> cut_normals(const std::vector<Eigen::Vector3f>& uncut,
+                                  const CutOrgan::FaceParts& parts, const TriangleMesh& cut,
+                                  std::uint32_t steps) {
+  const std::size_t per_face = base_node_index(steps, steps, 0) + 1;
+  auto first_wall = static_cast<std::uint32_t>(uncut.size() / per_face);
   for (const auto& [face, pieces] : parts)
-    for (const CutOrgan::FacePart& part : pieces) first = std::max(first, part.face + 1);
-  return first;
-}
-
-void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
-                        const BaseLayer& layer, std::vector<Vector3d>& normals) {
-  const std::size_t per_face = layer.nodes_per_face();
-  for (std::size_t node = 0; node < uncut.size(); ++node)
-    normals[node] = uncut[node].cast<double>();
+    for (const CutOrgan::FacePart& part : pieces) first_wall = std::max(first_wall, part.face + 1);
+  std::vector<Vector3d> normals;
+  for (const Eigen::Vector3f& normal : uncut) normals.push_back(normal.cast<double>());
+  normals.resize(first_wall * per_face);
   for (const auto& [face, pieces] : parts) {
     const Eigen::Vector3f* whole = &uncut[face * per_face];
     for (const CutOrgan::FacePart& part : pieces) {
-      CutOrgan::each_mixed_node(layer.steps, part, [&](auto node, const LatticeMix& mix, auto&) {
+      CutOrgan::each_mixed_node(steps, part, [&](auto node, const LatticeMix& mix, auto&) {
         Eigen::Vector3f normal = Eigen::Vector3f::Zero();
         for (int k = 0; k < 3; ++k) normal += mix.weights[k] * whole[mix.nodes[k]];
         normals[part.face * per_face + node] = normal.cast<double>().stableNormalized();
       });
     }
   }
+  const std::vector<Vector3d> walls = CutOrgan::wall_normals(cut, first_wall, steps);
+  normals.insert(normals.end(), walls.begin(), walls.end());
+  return normals;
 }
 
 NormalTransport::NormalTransport(const ShellSurface& shell)

@@ -74,6 +74,11 @@ class CutOrgan {
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }
 
+  // Smooth unit normals of walls, which are the faces of a cut proxy from first_wall on and share
+  // no vertex with those before, by the nodes of a lattice on each: what their colours are lit by.
+  static std::vector<Eigen::Vector3d> wall_normals(const TriangleMesh& cut,
+                                                   std::uint32_t first_wall, std::uint32_t steps);
+
   // Of now()'s proxy, when it is drawn.
   const LipGape& gape() const { return gape_; }
   const Bleeding& bleeding() const { return bleeding_; }
