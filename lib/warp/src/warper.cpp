@@ -53,6 +53,8 @@ struct Warper::Impl {
   std::optional<RelitSkin> relit;  // when the bundle knows its light
   std::optional<Lighting> lighting;
   const bool cut;  // by blades: tissue beside cuts opens gaps between samples anywhere
+  // The proxy before that, by which light is metered: walls of a closed cut would count, too.
+  const TriangleMesh metered;
   LastDrawing last;
   // What the passes of a frame make; the next frame goes on with it, or takes its memory.
   ActiveCameras active;
@@ -94,6 +96,7 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       store(std::move(samples)),
       lighting(bundle.lighting),
       cut(whole != nullptr),
+      metered(whole ? whole->metered : bundle.proxy),
       base(bundle.base, *rest),
       post_process(bundle.lighting.value_or(Lighting())),
       cameras(bundle.cameras) {
@@ -158,7 +161,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   VisibilitySummary visibility = active.place(faces, view, grid, dirty_cells, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  const std::array proxies = {&shell.shell().proxy()};
+  const std::array proxies = {&metered};
   const ScopeLight scope = lighting && lighting->scope ? *lighting->scope : ScopeLight();
   parallel_both([&] { base.place(faces, cut, view, grid, dirty_cells, visibility, report); },
                 [&] { reference_mm = metered_mm(scope, proxies, view, options); });

@@ -228,10 +228,17 @@ TEST(PlayerCuts, HeldSkinStaysWhereItIsWhenACutBegins) {
 
 // A cut that nothing pulls on is a thin wet line: elsewhere the picture is that of the whole organ.
 TEST(PlayerCuts, ACutAtRestChangesNoMoreThanItsLine) {
-  Player player(organ_to_cut(), with_fem());
+  Bundle lit = organ_to_cut();
+  lit.lighting.emplace();
+  lit.lighting->ambient_above.setConstant(0.6), lit.lighting->ambient_below.setConstant(0.6);
+  Player player(std::move(lit), with_fem());
   const View view = orbit_view(organ_to_cut().cameras, {0.1, 0.1, 1}, 320, 240);
-  Frame whole, cut;
+  DrawOptions at_scope;
+  at_scope.light = DrawnLight::scope;
+  Frame whole, cut, whole_at_scope, cut_at_scope;
   player.draw(view, {}, whole);
+  const View near = orbit_view(organ_to_cut().cameras, {0.1, 0.1, 0.4}, 320, 240);
+  player.draw(near, at_scope, whole_at_scope);
   for (int i = 0; i <= 40; ++i) {
     Instrument tip = blade_at(0.5);
     tip.position_mm = bounds(organ_to_cut().proxy).center() + Vector3d(-20 + i, 0, 0);
@@ -241,10 +248,15 @@ TEST(PlayerCuts, ACutAtRestChangesNoMoreThanItsLine) {
   let_part(player);
   ASSERT_TRUE(player.is_cut());
   player.draw(view, {}, cut);
+  player.draw(near, at_scope, cut_at_scope);
   std::size_t differ = 0;
-  for (std::size_t i = 0; i < whole.color.pixels.size(); ++i)
+  std::size_t same = 0;  // by the light at the scope: its exposure is the whole organ's
+  for (std::size_t i = 0; i < whole.color.pixels.size(); ++i) {
     differ += std::abs(int(whole.color.pixels[i]) - int(cut.color.pixels[i])) > 40;
+    same += std::abs(int(cut_at_scope.color.pixels[i]) - int(whole_at_scope.color.pixels[i])) <= 1;
+  }
   EXPECT_LT(double(differ), 0.006 * double(whole.color.pixels.size()));
+  EXPECT_GT(double(same), 0.6 * double(whole.color.pixels.size()));
 }
 
 TEST(PlayerCuts, TheProxyOfACutOrganIsTold) {
