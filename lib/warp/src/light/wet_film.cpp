@@ -27,7 +27,7 @@ struct StrewnCell {
 // visit(StrewnCell) for the points of the eight cubes about a place, x, y, z in cubes. Points keep
 // from their cubes' walls: of the others none is nearer than kStrewnReach. Hashes of whole numbers,
 // the same everywhere; written out so that loops over pixels vectorise.
-inline constexpr float kJitter = 0.6f, kStrewnReach = 1 - 0.5f * kJitter;
+constexpr float kJitter = WetFilm::kJitter, kStrewnReach = 1 - 0.5f * kJitter;
 
 template <class Visit>
 inline __attribute__((always_inline)) void visit_cells(float x, float y, float z,
@@ -337,13 +337,10 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
 
 // A place's own numbers may differ from the skin's by as much as knots may be off, and a drop's by
 // as much as half-way turns over its farthest end.
-ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
+ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView view, const ScopeSkin& skin,
                                            const WetFilm::Drops& drops, const Wave* hills,
-                                           const FilmReach& of_reach,
-                                           std::int32_t* __restrict lit) {
+                                           const FilmReach reach, std::int32_t* __restrict lit) {
   constexpr float kOff = 0.02f, kEnd_rooms = 0.6f;
-  const ScopeView view = of_view;
-  const FilmReach reach = of_reach;
   const float farthest = drops.farthest + kOff, end_mm = kEnd_rooms / drops.per_mm;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
@@ -356,14 +353,10 @@ ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const Scope
 }
 
 // The share of full exposure that skin mirrors, of drops with that of the pixel that they cover.
-ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView& of_view, const ScopeSkin& skin,
-                                        const WetFilm::Drops& of_drops, const Wave* hills,
-                                        const ShineLobe& of_film, const FilmReach& of_reach,
+ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView view, const ScopeSkin& skin,
+                                        const WetFilm::Drops drops, const Wave* hills,
+                                        const ShineLobe film, const FilmReach reach,
                                         float* __restrict mirrored) {
-  const ScopeView view = of_view;
-  const FilmReach reach = of_reach;
-  const WetFilm::Drops drops = of_drops;
-  const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
     ORGANBAKE_INDEPENDENT
     for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
@@ -404,25 +397,6 @@ void WetFilm::add(const ScopeView& view, const ScopeSkin& skin, const std::int32
     for (float* const plane : row.planes)
       plane[i] += mirrored[k] * positive(row.white[i] - covers * plane[i]);
   }
-}
-
-void WetFilm::describe(ScopeShading& shading) const {
-  for (std::size_t k = 0; k < hills_.size(); ++k) {
-    const Wave& hill = hills_[k];
-    shading.hill_phase.emplace_back(hill.x, hill.y, hill.z, hill.phase);
-    shading.hill_slope.emplace_back(hill.slope_x, hill.slope_y, hill.slope_z, hill.length_mm);
-    shading.hill_variance[Eigen::Index(k)] = hill.variance;
-  }
-  shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
-  shading.film = {lobe_.strength, lobe_.alpha2, reach_.least_cosine, reach_.inverse_fade};
-}
-
-std::vector<ShaderConstant> WetFilm::constants() {
-  return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
-          {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
-          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kRun", kRun},
-          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
-          {"kBlown", kBlown},           {"kJitter", kJitter}};
 }
 
 }  // namespace organbake
