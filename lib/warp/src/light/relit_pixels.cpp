@@ -284,12 +284,13 @@ void RelitSkin::add_film(const SkinPixels& pixels, std::span<const SpanColors> r
 // By the pixel: a highlight may be narrower than the distance of knots.
 void RelitSkin::add_gloss(int g, const SkinPlanes& normals,
                           std::span<const SpanColors> rows) const {
+  const ScopeView& view = shine_.view();
   SkinPlanes toward_eye, gloss;
   for (int k = 0; k < SparseShading::kPixels; ++k) {
     const float column = static_cast<float>(rows[0].x0 + g * kGroup + k % kGroup) + 0.5f;
     const float row = static_cast<float>(rows[0].y + k / kGroup) + 0.5f;
     for (int c = 0; c < 3; ++c)
-      toward_eye.of[c][k] = -(ray_origin_[c] + row * ray_down_[c] + column * ray_right_[c]);
+      toward_eye.of[c][k] = -(view.origin[c] + row * view.down[c] + column * view.right[c]);
   }
   gloss_.shine(normals, toward_eye, SparseShading::kPixels, gloss);
   each_row(g, rows, [&](float* plane, const float* white, int c, int first) {

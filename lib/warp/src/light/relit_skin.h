@@ -223,8 +223,6 @@ class RelitSkin {
   std::vector<Node> nodes_;
   std::vector<std::uint8_t> turned_, shines_;      // by face: gain or gloss in this view
   std::vector<std::uint8_t> to_place_, to_light_;  // by face, when it is next seen
-  // From the view's pixels to directions of the world: origin + x · right + y · down.
-  Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
 };
 
 }  // namespace organbake
