@@ -146,12 +146,12 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
   }
 }
 
-// Where the skin lies that a pixel's own centre looks at, beside its sample.
-inline std::array<float, 3> looked_at(const SampleSet& set, std::uint32_t slot,
-                                      const LayerSpan& row, int i) {
+// Where skin lies so many texels beside a sample.
+[[gnu::always_inline]] inline std::array<float, 3> looked_at(const SampleSet& set,
+                                                             std::uint32_t slot, float u, float v) {
   const Patch& patch = set.chunks[slot / kChunk].patch;
   std::array<float, 3> at = set.bound(slot);
-  for (int k = 0; k < 3; ++k) at[k] += row.u[i] * patch.along_u[k] + row.v[i] * patch.along_v[k];
+  for (int k = 0; k < 3; ++k) at[k] += u * patch.along_u[k] + v * patch.along_v[k];
   return at;
 }
 
@@ -167,7 +167,7 @@ void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, 
         rows[layer].depth[i] < sum.nearest[i] + 2 * tile.frame.same_surface_mm()) {
       const SampleSet& set = *tile.layers[layer].set;
       const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-      const std::array<float, 3> at = looked_at(set, slot, rows[layer], i);
+      const std::array<float, 3> at = looked_at(set, slot, rows[layer].u[i], rows[layer].v[i]);
       bound[i] = {set.face(slot), at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
     } else if (tile.base) {
       const std::size_t at = tile.base->at(x0 + i, y);
@@ -200,10 +200,12 @@ void relight(const TileLayers& tile, Span& span) {
     colors[r] = {span.x0,  span.y0 + r, span.count, {sum.red, sum.green, sum.blue},
                  white[r], depth[r]};
   }
+  // The relief at the scope is finer than a texel: by what the pixel's own centre looks at.
+  const float aside = tile.frame.relit->from_scope() ? 1 : 0;
   const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
     const auto number = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
     const int r = static_cast<int>(number / kSpan), i = static_cast<int>(number % kSpan);
-    if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
+    if (tile.base && span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
       const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
       const BaseTile::BoundPoint& bound = tile.base->bound[at];
       return skin.add(pixel, bound.face, bound.b1, bound.b2);
@@ -212,10 +214,8 @@ void relight(const TileLayers& tile, Span& span) {
     const LayerSpan& row = span.layers[r][layer];
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(row.slot[i]);
-    // The relief at the scope is finer than a texel.
-    const std::array<float, 3> bound =
-        tile.frame.relit->from_scope() ? looked_at(set, slot, row, i) : set.bound(slot);
-    skin.add(pixel, set.face(slot), bound[0], bound[1]);
+    const auto at = looked_at(set, slot, aside * row.u[i], aside * row.v[i]);
+    skin.add(pixel, set.face(slot), at[0], at[1]);
   };
   SparseShading lit(depth, span.rows, span.count, tile.frame.texel_mm);
   SkinPixels skin;

@@ -154,7 +154,7 @@ void RelitSkin::light_face(std::uint32_t face) {
     Vector3f normal = rest_normals_[at];
     float more_bent = 0;
     if (!at_rest) {
-      const NormalTransport::FloatTurn turn =
+      const NormalTransport::Turn turn =
           turns_.at(turns, step * static_cast<float>(i), step * static_cast<float>(j));
       normal = unit_vector((turn * normal).eval().head<3>());
       if (!breaks) more_bent = positive(turn(3, 0));  // drops lie as at rest

@@ -21,12 +21,12 @@ struct GrainPlaces {
   alignas(64) float value[SkinGrain::kOctaves][kPixels];
 };
 
-ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int octave, float per_mm,
-                                       std::int32_t* __restrict at) {
+ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int first, int octave,
+                                       float per_mm, std::int32_t* __restrict at) {
   const auto whole = [](float v) {
     return static_cast<std::int32_t>(std::floor(v)) & (kGrainSide - 1);
   };
-  const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3]; };
+  const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3] + first; };
   const float *const of_x = axis(0), *const of_y = axis(1), *const of_z = axis(2);
   for (int i = 0; i < kPixels; ++i) {
     const float x = per_mm * of_x[i], y = per_mm * of_y[i], z = per_mm * of_z[i];
@@ -64,8 +64,8 @@ bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
   return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
-void SkinGrain::multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
-                         float inverse_pixel, SkinPlanes& colors) const {
+void SkinGrain::multiply(const ScopeSkin& skin, int first, float nearest_mm, float inverse_pixel,
+                         SkinPlanes& colors) const {
   const std::int8_t* const table = grain_noise().data();
   GrainPlaces grain;
   float per_mm = kPerGrain / grain_mm_;
@@ -77,10 +77,10 @@ void SkinGrain::multiply(const SkinPlanes& rest_mm, const float* depth_mm, float
       std::fill_n(grain.value[k], kPixels, 0.f);
       continue;
     }
-    find_grain(rest_mm, k, per_mm, grain.at[k]);
+    find_grain(skin.rest_mm, first, k, per_mm, grain.at[k]);
     for (int i = 0; i < kPixels; ++i) grain.value[k][i] = table[grain.at[k][i]];
   }
-  multiply_by_grain(grain, depth_mm, grain_px, shares_, colors);
+  multiply_by_grain(grain, skin.depth_mm + first, grain_px, shares_, colors);
 }
 
 namespace {

@@ -26,10 +26,10 @@ class SkinGrain {
   // Whether any shows on skin at that depth, however little: a pixel must not depend on those that
   // are lit with it. inverse_pixel: pixels to a mm at depth 1 mm.
   bool shows(float depth_mm, float inverse_pixel) const;
-  // Multiplies a group's colours by it, where its skin lies at rest_mm; of it nothing is nearer
+  // Multiplies a group's colours by it, whose skin is that from `first` on; of it nothing is nearer
   // than nearest_mm.
-  void multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
-                float inverse_pixel, SkinPlanes& colors) const;
+  void multiply(const ScopeSkin& skin, int first, float nearest_mm, float inverse_pixel,
+                SkinPlanes& colors) const;
 
   static constexpr int kOctaves = 3, kGrains = 10;  // in the noise's length
   static constexpr float kOctaveStep = 0.47f;
