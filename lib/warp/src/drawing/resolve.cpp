@@ -27,8 +27,8 @@ using LayerSpans = std::array<LayerSpan, 3>;
 // The layer whose sample speaks for a pixel: of the camera with the largest share of those that see
 // the nearest skin, or nearly. The nearest sample itself may be of a camera that hardly counts
 // there.
-int leading_layer(const TileLayers& tile, const LayerSpans& rows, const SumSpan& sum, int i) {
-  const float near_mm = sum.nearest[i] + tile.frame.same_surface_mm();
+int leading_layer(const TileLayers& tile, const LayerSpans& rows, float nearest_mm, int i) {
+  const float near_mm = nearest_mm + tile.frame.same_surface_mm();
   int leading = 0, nearest = 0;
   float share = 0;
   for (int l = 0; l < tile.count; ++l) {
@@ -160,7 +160,7 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
 void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
                  const SumSpan& sum, BoundPixel* bound) {
   for (int i = 0; i < count; ++i) {
-    const int layer = leading_layer(tile, rows, sum, i);
+    const int layer = leading_layer(tile, rows, sum.nearest[i], i);
     bound[i] = {};
     if (!(sum.nearest[i] < kInfinity)) continue;
     if (tile.count > 0 &&
@@ -183,7 +183,7 @@ struct Span {
   int x0, y0, count, rows;
   std::array<LayerSpans, kSpanRows> layers;
   std::array<SumSpan, kSpanRows> sums;
-  SparseShading::Rows of_samples;  // their part of the sums' weights
+  SparseShading::Rows by_base;  // above 0 where the base layer weighs more than all samples
 };
 
 // Lights what a span summed to, once: by each pixel's leading sample, or by the base layer where
@@ -205,13 +205,14 @@ void relight(const TileLayers& tile, Span& span) {
   const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
     const auto number = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
     const int r = static_cast<int>(number / kSpan), i = static_cast<int>(number % kSpan);
-    if (tile.base && span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
+    if (tile.base && (&span.by_base[0][0])[number] > 0) {
       const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
       const BaseTile::BoundPoint& bound = tile.base->bound[at];
       return skin.add(pixel, bound.face, bound.b1, bound.b2);
     }
-    const int layer = leading_layer(tile, span.layers[r], span.sums[r], i);
-    const LayerSpan& row = span.layers[r][layer];
+    const LayerSpans& rows = span.layers[r];
+    const int layer = leading_layer(tile, rows, (&depth[0][0])[number], i);
+    const LayerSpan& row = rows[layer];
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(row.slot[i]);
     const auto at = looked_at(set, slot, aside * row.u[i], aside * row.v[i]);
@@ -299,8 +300,11 @@ void sum_row(const TileLayers& tile, int r, Span& span) {
     fetch(rows[l], layer.set->colors.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
-  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, span.of_samples[r]);
-  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  if (!tile.base) return;
+  float* const by_base = span.by_base[r];
+  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, by_base);
+  add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  for (int i = 0; tile.frame.relit && i < kSpan; ++i) by_base[i] = sum.weight[i] - 2 * by_base[i];
 }
 
 }  // namespace

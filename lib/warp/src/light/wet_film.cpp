@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 #include "light/scope_shine.h"
 
@@ -146,10 +145,9 @@ struct Hills {
 
 // Written out wave by wave, the longest first: a loop in the loop over pixels would keep that from
 // being vectorised. The shortest is too steep for patches: they would end within a drop.
-template <std::size_t... k>
+static_assert(WetFilm::kHills == 4);
 inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const float* p,
-                                                     float pixels_per_mm,
-                                                     std::index_sequence<k...>) {
+                                                     float pixels_per_mm) {
   Hills sum = {};
   const auto add = [&](const Wave& w, bool of_patches) {
     const float turns = w.x * p[0] + w.y * p[1] + w.z * p[2] + w.phase;
@@ -165,7 +163,7 @@ inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const fl
     sum.slopes.z += height * w.slope_z;
     sum.lost += (1 - share * share) * w.variance;
   };
-  (add(hills[sizeof...(k) - 1 - k], k + 1 < sizeof...(k)), ...);
+  add(hills[3], true), add(hills[2], true), add(hills[1], true), add(hills[0], false);
   return sum;
 }
 
@@ -309,8 +307,7 @@ struct FilmPoint {
   at.shows = at_most_1(positive((near - reach.least_cosine) * reach.inverse_fade)) *
              at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
   at.pixels_per_mm = view.inverse_pixel / depth;
-  at.hill =
-      hills_at(hills, at.place, at.pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
+  at.hill = hills_at(hills, at.place, at.pixels_per_mm);
   at.lacks = lacking_at(normal, at.rest, ray.half_way, at.hill.slopes);
   return at;
 }
