@@ -158,7 +158,7 @@ Rgb8Image smoothed(Rgb8Image on_black) {
     if (shows_any(on_black, i)) frame.cover[i] = Cover::samples;
   }
   frame.color = std::move(on_black);
-  smooth_outline(frame);
+  smooth_outlines(frame);
   return std::move(frame.color);
 }
 

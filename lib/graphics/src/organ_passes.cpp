@@ -254,7 +254,7 @@ void OrganPasses::resolve_layers(const PlacedOrgan& organ, const View& view, dou
     first_patch[l] = layer.samples->first_patch, first_color[l] = layer.samples->first_color;
     shares[l] = layer.share;
   }
-  // Of equal shares the first layer comes last, and stands: DominantSamples.
+  // Of equal shares the first layer comes last, and stands: leading_layer().
   std::sort(by_share.data(), by_share.data() + organ.layers.size(),
             [&](int a, int b) { return shares[a] != shares[b] ? shares[a] < shares[b] : a > b; });
   resolve.set_texture("noise", GL_TEXTURE_3D, noise_.name());

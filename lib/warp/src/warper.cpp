@@ -330,8 +330,6 @@ void Warper::bind_all() { impl_->store->require_all(); }
 void Warper::bind_ahead() { impl_->store->make_ahead(); }
 bool Warper::bind_next() { return impl_->store->make_next(); }
 
-static_assert(kGrainSide == GrainTable::kSide);
-
 // Shaders take every number from the code that the processor runs.
 std::vector<ShaderConstant> shader_constants() {
 #define NAMED(constant) {#constant, constant}
@@ -358,10 +356,6 @@ std::vector<ShaderConstant> shader_constants() {
   const std::vector<ShaderConstant> shine = ScopeShine::constants();
   all.insert(all.end(), shine.begin(), shine.end());
   return all;
-}
-
-std::span<const std::int8_t> grain_noise() {
-  return {GrainTable::shared().data(), std::size_t(kGrainSide) * kGrainSide * kGrainSide};
 }
 
 }  // namespace organbake

@@ -24,49 +24,20 @@ struct LayerSpan {
 };
 using LayerSpans = std::array<LayerSpan, 3>;
 
-ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerSpan& __restrict row, int count,
-                                        float* __restrict nearest_mm,
-                                        std::int32_t* __restrict layer) {
-  ORGANBAKE_LANES(4)
-  for (unsigned i = 0; i < whole_vectors(count); ++i) {
-    layer[i] = row.depth[i] < nearest_mm[i] ? l : layer[i];
-    nearest_mm[i] = row.depth[i] < nearest_mm[i] ? row.depth[i] : nearest_mm[i];
+// The layer whose sample speaks for a pixel: of the camera with the largest share of those that see
+// the nearest skin, or nearly. The nearest sample itself may be of a camera that hardly counts
+// there.
+int leading_layer(const TileLayers& tile, const LayerSpans& rows, float nearest_mm, int i) {
+  const float near_mm = nearest_mm + tile.frame.same_surface_mm();
+  int leading = 0, nearest = 0;
+  float share = 0;
+  for (int l = 0; l < tile.count; ++l) {
+    const float depth_mm = rows[l].depth[i], weight = tile.layers[l].weight;
+    if (depth_mm < rows[nearest].depth[i]) nearest = l;
+    if (depth_mm <= near_mm && weight > share) leading = l, share = weight;
   }
+  return share > 0 ? leading : nearest;
 }
-
-ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerSpan& __restrict row,
-                                   const SumSpan& __restrict sum, float tolerance_mm, int count,
-                                   std::int32_t* __restrict layer) {
-  ORGANBAKE_LANES(4)
-  for (unsigned i = 0; i < whole_vectors(count); ++i)
-    layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : layer[i];
-}
-
-// The sample that speaks for each pixel: of the camera with the largest share of those that see the
-// nearest skin, or nearly. The nearest sample itself may be of a camera that hardly counts there.
-struct DominantSamples {
-  alignas(64) std::int32_t layer[kSpan];
-
-  void find(const TileLayers& tile, const LayerSpans& rows, const SumSpan& sum, int count) {
-    alignas(64) float nearest_mm[kSpan];
-    std::fill_n(layer, whole_vectors(count), 0);
-    std::fill_n(nearest_mm, whole_vectors(count), kInfinity);
-    for (int l = 0; l < tile.count; ++l) take_nearer(l, rows[l], count, nearest_mm, layer);
-    std::array<int, 3> by_share = {0, 1, 2};
-    const auto used = by_share.begin() + tile.count;
-    // Of equal shares the first layer comes last, and stands.
-    const auto earlier = [&](int a, int b) {
-      const float of_a = tile.layers[a].weight, of_b = tile.layers[b].weight;
-      return of_a != of_b ? of_a < of_b : a > b;
-    };
-    // At most three: in std::sort g++ 12 sees, on some processors, an index that is never formed.
-    for (auto first = by_share.begin(); first != used; ++first)
-      std::iter_swap(first, std::min_element(first, used, earlier));
-    std::for_each(by_share.begin(), used, [&](int l) {
-      prefer(l, rows[l], sum, tile.frame.same_surface_mm(), count, layer);
-    });
-  }
-};
 
 // Whole vectors of a span.
 struct Part {
@@ -175,25 +146,29 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
   }
 }
 
+// Where skin lies so many texels beside a sample.
+[[gnu::always_inline]] inline std::array<float, 3> looked_at(const SampleSet& set,
+                                                             std::uint32_t slot, float u, float v) {
+  const Patch& patch = set.chunks[slot / kChunk].patch;
+  std::array<float, 3> at = set.bound(slot);
+  for (int k = 0; k < 3; ++k) at[k] += u * patch.along_u[k] + v * patch.along_v[k];
+  return at;
+}
+
 // Where the skin of a span's pixels is bound: by their leading samples, and by the base layer
 // where it hides them or there are none.
 void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
                  const SumSpan& sum, BoundPixel* bound) {
-  DominantSamples leading;
-  leading.find(tile, rows, sum, count);
   for (int i = 0; i < count; ++i) {
-    const int layer = leading.layer[i];
+    const int layer = leading_layer(tile, rows, sum.nearest[i], i);
     bound[i] = {};
     if (!(sum.nearest[i] < kInfinity)) continue;
     if (tile.count > 0 &&
         rows[layer].depth[i] < sum.nearest[i] + 2 * tile.frame.same_surface_mm()) {
       const SampleSet& set = *tile.layers[layer].set;
       const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
-      const Patch& patch = set.chunks[slot / kChunk].patch;
-      std::array<float, 3> at = set.bound(slot);
-      const float u = rows[layer].u[i], v = rows[layer].v[i];
-      for (int k = 0; k < 3; ++k) at[k] += u * patch.along_u[k] + v * patch.along_v[k];
-      bound[i] = {patch.face, at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
+      const std::array<float, 3> at = looked_at(set, slot, rows[layer].u[i], rows[layer].v[i]);
+      bound[i] = {set.face(slot), at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
     } else if (tile.base) {
       const std::size_t at = tile.base->at(x0 + i, y);
       const BaseTile::BoundPoint& base = tile.base->bound[at];
@@ -208,14 +183,13 @@ struct Span {
   int x0, y0, count, rows;
   std::array<LayerSpans, kSpanRows> layers;
   std::array<SumSpan, kSpanRows> sums;
-  SparseShading::Rows of_samples;  // their part of the sums' weights
+  SparseShading::Rows by_base;  // above 0 where the base layer weighs more than all samples
 };
 
 // Lights what a span summed to, once: by each pixel's leading sample, or by the base layer where
 // that weighs more than all samples. Whatever else counts lies on the same skin.
 void relight(const TileLayers& tile, Span& span) {
   alignas(64) SparseShading::Rows depth, white;
-  std::array<DominantSamples, kSpanRows> leading;
   std::array<SpanColors, kSpanRows> colors;
   for (int r = 0; r < span.rows; ++r) {
     SumSpan& sum = span.sums[r];
@@ -223,30 +197,26 @@ void relight(const TileLayers& tile, Span& span) {
       depth[r][i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
       white[r][i] = sum.weight[i] * kFullScale;
     }
-    leading[r].find(tile, span.layers[r], sum, span.count);
     colors[r] = {span.x0,  span.y0 + r, span.count, {sum.red, sum.green, sum.blue},
                  white[r], depth[r]};
   }
+  // The relief at the scope is finer than a texel: by what the pixel's own centre looks at.
+  const float aside = tile.frame.relit->from_scope() ? 1 : 0;
   const auto add_skin = [&](std::int32_t pixel, SkinPixels& skin) {
     const auto number = static_cast<unsigned>(pixel);  // which a shift and a mask take apart
     const int r = static_cast<int>(number / kSpan), i = static_cast<int>(number % kSpan);
-    if (span.sums[r].weight[i] > 2 * span.of_samples[r][i]) {
+    if (tile.base && (&span.by_base[0][0])[number] > 0) {
       const std::size_t at = tile.base->at(span.x0 + i, span.y0 + r);
       const BaseTile::BoundPoint& bound = tile.base->bound[at];
       return skin.add(pixel, bound.face, bound.b1, bound.b2);
     }
-    const int layer = leading[r].layer[i];
-    const LayerSpan& row = span.layers[r][layer];
+    const LayerSpans& rows = span.layers[r];
+    const int layer = leading_layer(tile, rows, (&depth[0][0])[number], i);
+    const LayerSpan& row = rows[layer];
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(row.slot[i]);
-    std::array<float, 3> bound = set.bound(slot);
-    if (tile.frame.relit->from_scope()) {
-      // The relief is finer than a texel: by what the pixel's own centre looks at.
-      const Patch& patch = set.chunks[slot / kChunk].patch;
-      for (int k = 0; k < 2; ++k)
-        bound[k] += row.u[i] * patch.along_u[k] + row.v[i] * patch.along_v[k];
-    }
-    skin.add(pixel, set.face(slot), bound[0], bound[1]);
+    const auto at = looked_at(set, slot, aside * row.u[i], aside * row.v[i]);
+    skin.add(pixel, set.face(slot), at[0], at[1]);
   };
   SparseShading lit(depth, span.rows, span.count, tile.frame.texel_mm);
   SkinPixels skin;
@@ -308,10 +278,9 @@ void sum_row(const TileLayers& tile, int r, Span& span) {
   std::array<Part, 3> parts;  // each layer's own
   for (int l = 0; l < tile.count; ++l) {
     const TileKeys& keys = *tile.layers[l].keys;
-    const RowSpans& spans = *tile.layers[l].spans;
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
-    parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
-                             std::min(count, spans.last(row) - offset));
+    parts[l] = Part::holding(std::max(0, keys.spans.first(row) - offset),
+                             std::min(count, keys.spans.last(row) - offset));
     if (tile.frame.relit || tile.frame.keep_bound) fill(rows[l].depth, kInfinity);
     decode(keys.row(y) + offset, parts[l], tile.frame.tie_mm(), rows[l]);
     send_for(keys.row(y + 1) + offset, parts[l], tile.layers[l].set->colors.data());
@@ -331,8 +300,11 @@ void sum_row(const TileLayers& tile, int r, Span& span) {
     fetch(rows[l], layer.set->colors.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
-  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, span.of_samples[r]);
-  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  if (!tile.base) return;
+  float* const by_base = span.by_base[r];
+  if (tile.frame.relit) std::copy_n(sum.weight, kSpan, by_base);
+  add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  for (int i = 0; tile.frame.relit && i < kSpan; ++i) by_base[i] = sum.weight[i] - 2 * by_base[i];
 }
 
 }  // namespace

@@ -60,11 +60,13 @@ struct TileKeys {
   int origin_x = 0, origin_y = 0;
   int stride = 0;
   std::vector<std::uint64_t> keys;
+  RowSpans spans;  // where samples may have placed
 
   void clear(const PixelBox& tile, const PixelBox& part) {
     box = part;
     origin_x = tile.x0, origin_y = tile.y0;
     stride = part.width() + 2 * kGuard;
+    spans.clear(part);
     keys.assign(std::size_t(stride) * (part.height() + 2 * kGuard), kEmptyKey);
   }
   const std::uint64_t* row(int y) const {  // y of the picture
@@ -226,24 +228,14 @@ class Compaction {
   template <class Number>
   void operator()(const Number* from, Number* to) const {
     static_assert(sizeof(Number) == 4);
-    each([&](unsigned place, unsigned lane) { to[place] = from[lane]; });
+    for (unsigned lane = 0; lane < 8; to += mask_ >> lane++ & 1) *to = from[lane];
   }
   void operator()(const std::uint32_t* low, const std::uint32_t* high, std::uint64_t* to) const {
-    each([&](unsigned place, unsigned lane) {
-      to[place] = std::uint64_t{high[lane]} << 32 | low[lane];
-    });
+    for (unsigned lane = 0; lane < 8; to += mask_ >> lane++ & 1)
+      *to = std::uint64_t{high[lane]} << 32 | low[lane];
   }
 
  private:
-  template <class Move>
-  void each(const Move& move) const {
-    unsigned place = 0;
-    for (unsigned lane = 0; lane < 8; ++lane) {
-      move(place, lane);
-      place += mask_ >> lane & 1;
-    }
-  }
-
   unsigned mask_;
 };
 

@@ -85,8 +85,7 @@ void split(const TilePart& whole, int pieces, std::vector<TilePart>& parts) {
 
 // A camera's chunks into one part of a tile.
 void splat(const PlacedFrame& placed, const ActiveCamera& camera,
-           std::span<const std::uint32_t> chunks, const PixelBox& part, TileKeys& keys,
-           RowSpans& spans) {
+           std::span<const std::uint32_t> chunks, const PixelBox& part, TileKeys& keys) {
   constexpr std::size_t kAhead = 2, kFarAhead = 8;  // chunks that are sent for
   for (std::size_t i = 0; i < chunks.size(); ++i) {
     if (i + kFarAhead < chunks.size()) {
@@ -104,7 +103,7 @@ void splat(const PlacedFrame& placed, const ActiveCamera& camera,
     if (placed.relit) placed.relit->prefetch(face);
     // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
     if (!placed.base.empty() && std::max(chunk.columns, chunk.rows) >= kMostSplat) continue;
-    spans.add(chunk.box);
+    keys.spans.add(chunk.box);
     splat_chunk(*camera.set, c, chunk, placed.faces[face], static_cast<float>(placed.view.near_mm),
                 placed.tie_mm(), keys);
   }
@@ -160,13 +159,11 @@ void TileDrawing::draw_part(const PlacedFrame& placed, const TilePart& part, Ski
     const auto chunks = camera.tiles[part.tile];
     if (chunks.empty()) continue;
     TileKeys& keys = own.keys[layers.count];
-    RowSpans& spans = own.layer_spans[layers.count];
     keys.clear(part.tile_box, box);
-    spans.clear(box);
-    splat(placed, camera, chunks, box, keys, spans);
+    splat(placed, camera, chunks, box, keys);
     drawn[layers.count] = &keys;
-    own.spans.add(spans);
-    layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
+    own.spans.add(keys.spans);
+    layers.layers[layers.count++] = {camera.set, &keys, camera.weight};
   }
   clock.lap(times.splat);
   if (const auto blocks = placed.base.blocks_of(part.tile); !blocks.empty()) {

@@ -49,8 +49,7 @@ struct TileLayers {
   struct Layer {
     const SampleSet* set = nullptr;
     const TileKeys* keys = nullptr;
-    const RowSpans* spans = nullptr;  // where its samples may have placed
-    float weight = 0;                 // the camera's share in the view
+    float weight = 0;  // the camera's share in the view
   };
   const PlacedFrame& frame;
   std::array<Layer, 3> layers = {};
@@ -95,7 +94,6 @@ class TileDrawing {
   // Kept between frames for its memory.
   struct Scratch {
     std::array<TileKeys, 3> keys;
-    std::array<RowSpans, 3> layer_spans;
     RowSpans spans;  // of all layers
     DrawnSamples samples;
     BaseTile base;

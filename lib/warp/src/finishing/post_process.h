@@ -201,10 +201,6 @@ class Outline {
   std::vector<std::int8_t> change_;  // by pixel, in 1 / 254 of its share; 0 between calls
 };
 
-// All outlines of a picture: against the background and, where depths are known, against skin that
-// lies deeper.
-void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deeper_mm = 0);
-
 // The pixels that a ball in the camera's frame may touch, by the box round it: of the picture's
 // plane, or of the picture alone. What lies between two balls may touch what lies between boxes of
 // the plane; a box clipped first is empty where its ball is out of sight.

@@ -50,7 +50,7 @@ double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 double ramp(const std::array<int, 3>& corner, const std::array<double, 3>& way) {
   std::uint32_t h = 40;
   for (const int at : corner)
-    h = (h ^ static_cast<std::uint32_t>(at % GrainTable::kGrains)) * 0x85ebca6bu + 0x9e3779b9u;
+    h = (h ^ static_cast<std::uint32_t>(at % SkinGrain::kGrains)) * 0x85ebca6bu + 0x9e3779b9u;
   h = (h ^ (h >> 13)) * 0xc2b2ae35u;
   h ^= h >> 16;
   double sum = 0;
@@ -103,21 +103,21 @@ double metered_mm(const ScopeLight& scope, std::span<const TriangleMesh* const> 
   return sum.light > 0 ? std::sqrt(kMeanLight * sum.weight / sum.light) : kUnlit_mm;
 }
 
-GrainTable::GrainTable() {
-  constexpr double kNoiseDeviation = 0.19;
-  values_.reserve(std::size_t(kSide) * kSide * kSide);
-  const auto at = [](int k) { return (k + 0.5) / kPerGrain; };
-  for (int x = 0; x < kSide; ++x)
-    for (int y = 0; y < kSide; ++y)
-      for (int z = 0; z < kSide; ++z) {
-        const double value = kDeviation / kNoiseDeviation * noise_at({at(x), at(y), at(z)});
-        values_.push_back(static_cast<std::int8_t>(std::lround(std::clamp(value, -127.0, 127.0))));
-      }
-}
-
-const GrainTable& GrainTable::shared() {
-  static const GrainTable table;
-  return table;
+const std::vector<std::int8_t>& grain_noise() {
+  static const std::vector<std::int8_t> noise = [] {
+    constexpr double kNoiseDeviation = 0.19;
+    std::vector<std::int8_t> values;
+    const auto at = [](int k) { return (k + 0.5) / SkinGrain::kPerGrain; };
+    for (int x = 0; x < kGrainSide; ++x)
+      for (int y = 0; y < kGrainSide; ++y)
+        for (int z = 0; z < kGrainSide; ++z) {
+          const double value =
+              SkinGrain::kDeviation / kNoiseDeviation * noise_at({at(x), at(y), at(z)});
+          values.push_back(static_cast<std::int8_t>(std::lround(std::clamp(value, -127.0, 127.0))));
+        }
+    return values;
+  }();
+  return noise;
 }
 
 }  // namespace organbake

@@ -255,7 +255,7 @@ NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
   // To the bit, so that skin which stays keeps its light.
   const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
   if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
-  Turn mean = Turn::Zero();
+  Eigen::Matrix<double, 4, 3> mean = Eigen::Matrix<double, 4, 3>::Zero();
   MeetingFaces faces;
   for (const Share& s : knot.shares) {
     const Matrix3d now = cofactor(tangents(deformed[s.face], s.place));
@@ -263,7 +263,7 @@ NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
     faces.add(now.col(2));
   }
   mean(3, 0) = std::max(0.0, faces.bend() - knot.bend_at_rest);
-  return mean;
+  return mean.cast<float>();
 }
 
 bool NormalTransport::at_rest(std::uint32_t face) const {
@@ -272,23 +272,23 @@ bool NormalTransport::at_rest(std::uint32_t face) const {
                      [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
 
-std::vector<NormalTransport::FloatTurn> NormalTransport::turns() const {
-  std::vector<FloatTurn> all;
-  for (const Knot& knot : knots_) all.push_back(knot.turn.cast<float>());
+std::vector<NormalTransport::Turn> NormalTransport::turns() const {
+  std::vector<Turn> all;
+  for (const Knot& knot : knots_) all.push_back(knot.turn);
   return all;
 }
 
 NormalTransport::OnFace NormalTransport::on(std::uint32_t face) const {
   OnFace on;
   for (int place = 0; place < places_; ++place)
-    on[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
+    on[place] = knots_[knots_of_face_[face][place]].turn;
   return on;
 }
 
-NormalTransport::FloatTurn NormalTransport::at(const OnFace& on, float b1, float b2) const {
+NormalTransport::Turn NormalTransport::at(const OnFace& on, float b1, float b2) const {
   const std::array<float, kCorners> b = {1 - b1 - b2, b1, b2};
   if (places_ == kCorners) return b[0] * on[0] + b[1] * on[1] + b[2] * on[2];
-  FloatTurn sum = FloatTurn::Zero();
+  Turn sum = Turn::Zero();
   for (int k = 0; k < kCorners; ++k) {
     sum += b[k] * (2 * b[k] - 1) * on[k];
     sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * on[kCorners + k];

@@ -189,66 +189,49 @@ int RelitSkin::light(const SkinPixels& knots, SparseShading& span, std::span<con
   return 0;
 }
 
-// Groups' colours by their light, which is mixed from that of the knots.
-void RelitSkin::take_light(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                           std::span<const SpanColors> rows) const {
+// Groups' colours by their light, which is mixed from that of the knots; and of the groups with a
+// knot that a film may show near, the pixels where it may be lit.
+int RelitSkin::light_scope(const SkinPixels& pixels, const LatticeTriangles& triangles,
+                           SparseShading& span, std::span<const SpanColors> rows,
+                           std::int32_t* film_at) const {
+  ScopeSkin knots, skin;
+  knots.count = pixels.count;
+  for (unsigned k = 0; k < whole_vectors(pixels.count); ++k) knots.place(k, pixels.at[k], rows);
+  ScopeLit lit;
+  mix<&Node::gain, &Node::normal, &Node::rest_normal, &Node::rest_mm>(
+      triangles, pixels.count, {&lit.times, &knots.normals, &knots.rest_normals, &knots.rest_mm});
+  shine_.light(knots, lit);
+  if (span.refine(lit.times.of[1])) return kAskAnew;
   const float nearest = Eigen::Map<const Eigen::ArrayXf>(knots.depth_mm, knots.count).minCoeff();
   const float inverse_pixel = shine_.view().inverse_pixel;
   const bool grain = shine_.grain().shows(nearest, inverse_pixel);
+  std::array<int, kSpan / kGroup> groups;
   for (int g = 0; g < span.groups(); ++g) {
-    SkinPlanes times, rest_mm;
-    alignas(64) float rim[SparseShading::kPixels], sheen[SparseShading::kPixels],
-        depth_mm[SparseShading::kPixels];
+    const std::int32_t* const near = lit.film_near;
+    const bool film =
+        std::any_of(near + span.first_knot(g), near + span.first_knot(g + 1), std::identity());
+    SkinPlanes times;
+    alignas(64) float rim[SparseShading::kPixels], sheen[SparseShading::kPixels];
     span.mix(g, lit.times, times);
     span.mix(g, lit.rim, rim), span.mix(g, lit.sheen, sheen);
-    if (grain) {
-      span.mix(g, knots.rest_mm, rest_mm), span.mix(g, knots.depth_mm, depth_mm);
-      shine_.grain().multiply(rest_mm, depth_mm, nearest, inverse_pixel, times);
+    if (grain || film) {
+      span.mix(g, knots.rest_mm, skin.rest_mm, skin.count);
+      span.mix(g, knots.depth_mm, skin.depth_mm + skin.count);
     }
+    if (grain) shine_.grain().multiply(skin, skin.count, nearest, inverse_pixel, times);
     each_row(g, rows, [&](float* plane, const float* white, int c, int first) {
 #pragma GCC unroll 1
       for (int i = 0; i < kGroup; ++i)
         plane[i] = plane[i] * times.of[c][first + i] +
                    white[i] * (rim[first + i] + ScopeShine::kSheen[c] * sheen[first + i]);
     });
-  }
-}
-
-int RelitSkin::light_scope(const SkinPixels& knots, const LatticeTriangles& triangles,
-                           SparseShading& span, std::span<const SpanColors> rows,
-                           std::int32_t* film_at) const {
-  ScopeSkin skin;
-  skin.count = knots.count;
-  for (unsigned k = 0; k < whole_vectors(knots.count); ++k) skin.place(k, knots.at[k], rows);
-  ScopeLit lit;
-  mix<&Node::gain, &Node::normal, &Node::rest_normal, &Node::rest_mm>(
-      triangles, knots.count, {&lit.times, &skin.normals, &skin.rest_normals, &skin.rest_mm});
-  shine_.light(skin, lit);
-  if (span.refine(lit.times.of[1])) return kAskAnew;
-  take_light(skin, lit, span, rows);
-  return find_film(skin, lit, span, rows, film_at);
-}
-
-// Of the groups with a knot that a film may show near, the pixels where it may be lit.
-int RelitSkin::find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                         std::span<const SpanColors> rows, std::int32_t* film_at) const {
-  ScopeSkin skin;
-  std::array<int, kSpan / kGroup> groups;
-  for (int g = 0; g < span.groups(); ++g) {
-    const std::int32_t* const near = lit.film_near;
-    if (std::none_of(near + span.first_knot(g), near + span.first_knot(g + 1), std::identity()))
-      continue;
+    if (!film) continue;
     groups[skin.count / SparseShading::kPixels] = g;
-    const auto mix = [&](const float* of_knots, float* plane) {
-      span.mix(g, of_knots, plane + skin.count);
-    };
-    mix(knots.column, skin.column), mix(knots.row, skin.row);
-    mix(knots.depth_mm, skin.depth_mm), mix(knots.rest_normals.of[3], skin.rest_normals.of[3]);
-    for (int c = 0; c < 3; ++c) {
-      mix(knots.normals.of[c], skin.normals.of[c]);
-      mix(knots.rest_normals.of[c], skin.rest_normals.of[c]);
-      mix(knots.rest_mm.of[c], skin.rest_mm.of[c]);
-    }
+    span.mix(g, knots.column, skin.column + skin.count);
+    span.mix(g, knots.row, skin.row + skin.count);
+    span.mix(g, knots.normals, skin.normals, skin.count);
+    span.mix(g, knots.rest_normals, skin.rest_normals, skin.count);
+    span.mix(g, knots.rest_normals.of[3], skin.rest_normals.of[3] + skin.count);
     skin.count += SparseShading::kPixels;
   }
   if (skin.count == 0) return 0;
@@ -284,12 +267,13 @@ void RelitSkin::add_film(const SkinPixels& pixels, std::span<const SpanColors> r
 // By the pixel: a highlight may be narrower than the distance of knots.
 void RelitSkin::add_gloss(int g, const SkinPlanes& normals,
                           std::span<const SpanColors> rows) const {
+  const ScopeView& view = shine_.view();
   SkinPlanes toward_eye, gloss;
   for (int k = 0; k < SparseShading::kPixels; ++k) {
     const float column = static_cast<float>(rows[0].x0 + g * kGroup + k % kGroup) + 0.5f;
     const float row = static_cast<float>(rows[0].y + k / kGroup) + 0.5f;
     for (int c = 0; c < 3; ++c)
-      toward_eye.of[c][k] = -(ray_origin_[c] + row * ray_down_[c] + column * ray_right_[c]);
+      toward_eye.of[c][k] = -(view.origin[c] + row * view.down[c] + column * view.right[c]);
   }
   gloss_.shine(normals, toward_eye, SparseShading::kPixels, gloss);
   each_row(g, rows, [&](float* plane, const float* white, int c, int first) {

@@ -120,13 +120,7 @@ void RelitSkin::light_faces(const View& view, DrawnLight light, double reference
     std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
     if (scope) place_rest_nodes();
   }
-  if (scope) shine_.look(view, reference_mm);
-  const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
-  const Intrinsics& k = view.camera.intrinsics;
-  ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
-  ray_down_ = (world_from_view.col(1) / k.fy).cast<float>();
-  ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
-                static_cast<float>(k.cy) * ray_down_;
+  shine_.look(view, reference_mm);
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
   parallel_each(0u, lattice_.face_count, kFaceGrain, [&](std::uint32_t f) {
     if (!shown[f]) return;
@@ -160,7 +154,7 @@ void RelitSkin::light_face(std::uint32_t face) {
     Vector3f normal = rest_normals_[at];
     float more_bent = 0;
     if (!at_rest) {
-      const NormalTransport::FloatTurn turn =
+      const NormalTransport::Turn turn =
           turns_.at(turns, step * static_cast<float>(i), step * static_cast<float>(j));
       normal = unit_vector((turn * normal).eval().head<3>());
       if (!breaks) more_bent = positive(turn(3, 0));  // drops lie as at rest

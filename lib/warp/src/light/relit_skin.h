@@ -58,8 +58,7 @@ class NormalTransport {
  public:
   // Each column in a register of its own. The fourth row begins with how much more sharply the skin
   // bends there than at rest, rad a mm; the rest of it is zero.
-  using Turn = Eigen::Matrix<double, 4, 3>;
-  using FloatTurn = Eigen::Matrix<float, 4, 3>;
+  using Turn = Eigen::Matrix<float, 4, 3>;
 
   explicit NormalTransport(const ShellSurface& shell);
 
@@ -76,12 +75,12 @@ class NormalTransport {
   // A face's knots in use, the knots of all faces, and C at the knots.
   int knots_in_use() const { return places_; }
   const std::vector<std::array<std::uint32_t, 6>>& knots_of_faces() const { return knots_of_face_; }
-  std::vector<FloatTurn> turns() const;
+  std::vector<Turn> turns() const;
   // C at a face's knots, gathered once for all of its nodes, and where it has the barycentric
   // coordinates b1, b2.
-  using OnFace = std::array<FloatTurn, 6>;
+  using OnFace = std::array<Turn, 6>;
   OnFace on(std::uint32_t face) const;
-  FloatTurn at(const OnFace& on, float b1, float b2) const;
+  Turn at(const OnFace& on, float b1, float b2) const;
 
  private:
   // A face's view of a knot: 0…2 are its corners, 3…5 the middles of the edges opposite to them.
@@ -199,12 +198,8 @@ class RelitSkin {
   void mix(const LatticeTriangles& triangles, int count,
            const std::array<SkinPlanes*, sizeof...(numbers)>& planes) const;
   void add_gloss(int g, const SkinPlanes& normals, std::span<const SpanColors> rows) const;
-  void take_light(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                  std::span<const SpanColors> rows) const;
-  int light_scope(const SkinPixels& knots, const LatticeTriangles& triangles, SparseShading& span,
+  int light_scope(const SkinPixels& pixels, const LatticeTriangles& triangles, SparseShading& span,
                   std::span<const SpanColors> rows, std::int32_t* film_at) const;
-  int find_film(const ScopeSkin& knots, const ScopeLit& lit, const SparseShading& span,
-                std::span<const SpanColors> rows, std::int32_t* film_at) const;
   void place_rest_nodes();
 
   BaseLayer lattice_;  // heights alone
@@ -220,8 +215,6 @@ class RelitSkin {
   std::vector<Node> nodes_;
   std::vector<std::uint8_t> turned_, shines_;      // by face: gain or gloss in this view
   std::vector<std::uint8_t> to_place_, to_light_;  // by face, when it is next seen
-  // From the view's pixels to directions of the world: origin + x · right + y · down.
-  Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
 };
 
 }  // namespace organbake

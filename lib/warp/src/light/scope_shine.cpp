@@ -21,24 +21,24 @@ struct GrainPlaces {
   alignas(64) float value[SkinGrain::kOctaves][kPixels];
 };
 
-ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int octave, float per_mm,
-                                       std::int32_t* __restrict at) {
-  constexpr std::int32_t kMask = GrainTable::kSide - 1;
-  constexpr int kBits = GrainTable::kBits;
-  const auto whole = [](float v) { return static_cast<std::int32_t>(std::floor(v)) & kMask; };
-  const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3]; };
+ORGANBAKE_MULTIVERSION void find_grain(const SkinPlanes& places_mm, int first, int octave,
+                                       float per_mm, std::int32_t* __restrict at) {
+  const auto whole = [](float v) {
+    return static_cast<std::int32_t>(std::floor(v)) & (kGrainSide - 1);
+  };
+  const auto axis = [&](int k) { return places_mm.of[(octave + k) % 3] + first; };
   const float *const of_x = axis(0), *const of_y = axis(1), *const of_z = axis(2);
   for (int i = 0; i < kPixels; ++i) {
     const float x = per_mm * of_x[i], y = per_mm * of_y[i], z = per_mm * of_z[i];
-    at[i] =
-        whole(x + 0.31f * y) << (2 * kBits) | whole(y + 0.27f * z) << kBits | whole(z - 0.29f * x);
+    at[i] = (whole(x + 0.31f * y) * kGrainSide + whole(y + 0.27f * z)) * kGrainSide +
+            whole(z - 0.29f * x);
   }
 }
 
 ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const float* depths,
                                               float grain_px, const std::array<float, 3>& shares,
                                               SkinPlanes& __restrict colors) {
-  constexpr float kPart = kTone / GrainTable::kDeviation, kLeast = 0.15f;
+  constexpr float kPart = kTone / SkinGrain::kDeviation, kLeast = 0.15f;
   const float share_r = shares[0], share_g = shares[1], share_b = shares[2];
   ORGANBAKE_INDEPENDENT
   for (int i = 0; i < kPixels; ++i) {
@@ -64,11 +64,11 @@ bool SkinGrain::shows(float depth_mm, float inverse_pixel) const {
   return grain_mm_ > 0 && resolved(grain_mm_ * inverse_pixel / depth_mm) > 0;
 }
 
-void SkinGrain::multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
-                         float inverse_pixel, SkinPlanes& colors) const {
-  const std::int8_t* const table = GrainTable::shared().data();
+void SkinGrain::multiply(const ScopeSkin& skin, int first, float nearest_mm, float inverse_pixel,
+                         SkinPlanes& colors) const {
+  const std::int8_t* const table = grain_noise().data();
   GrainPlaces grain;
-  float per_mm = GrainTable::kPerGrain / grain_mm_;
+  float per_mm = kPerGrain / grain_mm_;
   const float grain_px = inverse_pixel * grain_mm_;
   float most_px = grain_px / nearest_mm;
   for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep, most_px *= kOctaveStep) {
@@ -77,10 +77,10 @@ void SkinGrain::multiply(const SkinPlanes& rest_mm, const float* depth_mm, float
       std::fill_n(grain.value[k], kPixels, 0.f);
       continue;
     }
-    find_grain(rest_mm, k, per_mm, grain.at[k]);
+    find_grain(skin.rest_mm, first, k, per_mm, grain.at[k]);
     for (int i = 0; i < kPixels; ++i) grain.value[k][i] = table[grain.at[k][i]];
   }
-  multiply_by_grain(grain, depth_mm, grain_px, shares_, colors);
+  multiply_by_grain(grain, skin.depth_mm + first, grain_px, shares_, colors);
 }
 
 namespace {
@@ -125,10 +125,9 @@ void ScopeShine::look(const View& view, double reference_mm) {
 namespace {
 
 // Diffuse light, the sheen and the rim.
-ORGANBAKE_MULTIVERSION void light_skin(const ScopeSkin& __restrict skin, const ScopeView& of_view,
+ORGANBAKE_MULTIVERSION void light_skin(const ScopeSkin& __restrict skin, const ScopeView view,
                                        const SkinFinish& finish, const ShineLobe* sheen,
                                        float least_near_cosine, ScopeLit& __restrict lit) {
-  const ScopeView view = of_view;
   const float soft_r = static_cast<float>(finish.softness[0]);
   const float soft_g = static_cast<float>(finish.softness[1]);
   const float soft_b = static_cast<float>(finish.softness[2]);
@@ -170,6 +169,17 @@ void ScopeShine::light(const ScopeSkin& skin, ScopeLit& lit) const {
   light_skin(skin, view_, finish_, sheen_.data(), film_.reach().least_near_cosine, lit);
 }
 
+void WetFilm::describe(ScopeShading& shading) const {
+  for (std::size_t k = 0; k < hills_.size(); ++k) {
+    const Wave& hill = hills_[k];
+    shading.hill_phase.emplace_back(hill.x, hill.y, hill.z, hill.phase);
+    shading.hill_slope.emplace_back(hill.slope_x, hill.slope_y, hill.slope_z, hill.length_mm);
+    shading.hill_variance[Eigen::Index(k)] = hill.variance;
+  }
+  shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
+  shading.film = {lobe_.strength, lobe_.alpha2, reach_.least_cosine, reach_.inverse_fade};
+}
+
 ScopeShading ScopeShine::shading() const {
   ScopeShading out;
   film_.describe(out);
@@ -180,15 +190,22 @@ ScopeShading ScopeShine::shading() const {
   return out;
 }
 
+std::vector<ShaderConstant> WetFilm::constants() {
+  return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
+          {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
+          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kRun", kRun},
+          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
+          {"kBlown", kBlown},           {"kJitter", kJitter}};
+}
+
 std::vector<ShaderConstant> ScopeShine::constants() {
-  std::vector<ShaderConstant> all = {{"kSheen", kSheen},
-                                     {"kSurroundings", kSurroundings},
-                                     {"kNearest_mm2", ScopeRay::kNearest_mm2},
-                                     {"kOctaveStep", SkinGrain::kOctaveStep},
-                                     {"kPerGrain", GrainTable::kPerGrain},
-                                     {"kGrainDeviation", GrainTable::kDeviation}};
-  const std::vector<ShaderConstant> film = WetFilm::constants();
-  all.insert(all.end(), film.begin(), film.end());
+  std::vector<ShaderConstant> all = WetFilm::constants();
+  all.insert(all.end(), {{"kSheen", kSheen},
+                         {"kSurroundings", kSurroundings},
+                         {"kNearest_mm2", ScopeRay::kNearest_mm2},
+                         {"kOctaveStep", SkinGrain::kOctaveStep},
+                         {"kPerGrain", SkinGrain::kPerGrain},
+                         {"kGrainDeviation", SkinGrain::kDeviation}});
   return all;
 }
 

@@ -14,23 +14,6 @@
 
 namespace organbake {
 
-// Solid gradient noise (Perlin 2002) that repeats in all three directions, as a table to look up:
-// next to no energy at lengths below a grain, kPerGrain entries long. Entries are in 1 / kDeviation
-// of the noise's deviation. Made once, the same numbers everywhere.
-class GrainTable {
- public:
-  static constexpr int kBits = 6, kSide = 1 << kBits, kGrains = 10;
-  static constexpr float kPerGrain = float(kSide) / kGrains, kDeviation = 40;
-
-  static const GrainTable& shared();
-  const std::int8_t* data() const { return values_.data(); }
-
- private:
-  GrainTable();
-
-  std::vector<std::int8_t> values_;  // x slowest, z fastest
-};
-
 // Colour finer than the maps, SkinFinish::grain: three octaves of solid noise, bound to the skin at
 // rest, each as far as a pixel can show it.
 class SkinGrain {
@@ -43,13 +26,15 @@ class SkinGrain {
   // Whether any shows on skin at that depth, however little: a pixel must not depend on those that
   // are lit with it. inverse_pixel: pixels to a mm at depth 1 mm.
   bool shows(float depth_mm, float inverse_pixel) const;
-  // Multiplies a group's colours by it, where its skin lies at rest_mm; of it nothing is nearer
+  // Multiplies a group's colours by it, whose skin is that from `first` on; of it nothing is nearer
   // than nearest_mm.
-  void multiply(const SkinPlanes& rest_mm, const float* depth_mm, float nearest_mm,
-                float inverse_pixel, SkinPlanes& colors) const;
+  void multiply(const ScopeSkin& skin, int first, float nearest_mm, float inverse_pixel,
+                SkinPlanes& colors) const;
 
-  static constexpr int kOctaves = 3;
+  static constexpr int kOctaves = 3, kGrains = 10;  // in the noise's length
   static constexpr float kOctaveStep = 0.47f;
+  static constexpr float kPerGrain = float(kGrainSide) / kGrains,
+                         kDeviation = 40;  // of its numbers
 
  private:
   std::array<float, 3> shares_;  // deviation by channel
@@ -113,6 +98,7 @@ class WetFilm {
   // to kEnd no drop is lit; toward the mirror direction it grows to its own size, kGrows before
   // that is reached.
   static constexpr float kDrop = 0.16f, kRun = 0.5f, kEnd = 0.001f, kGrows = 1.5f;
+  static constexpr float kJitter = 0.6f;    // of a room's side, how far the points are strewn
   static constexpr float kEdge = 0.06f;     // within this it ends,
   static constexpr float kSoftEnds = 1.5f;  // and within so many pixels at least
   static constexpr float kBlown = 0.97f;    // of full exposure: no mirrored light is brighter

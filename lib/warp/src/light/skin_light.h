@@ -173,9 +173,9 @@ class SparseShading {
   // The numbers of group g, kSpanRows rows of kGroup, from those of the span's knots: as they are,
   // linear between them, 0 where nothing is to be lit. Equal numbers stay what they are.
   void mix(int g, const float* of_knots, float* __restrict group) const;
-  // Three of each pixel.
-  void mix(int g, const SkinPlanes& of_knots, SkinPlanes& group) const {
-    for (int c = 0; c < 3; ++c) mix(g, of_knots.of[c], group.of[c]);
+  // Three of each pixel, from a place on.
+  void mix(int g, const SkinPlanes& of_knots, SkinPlanes& group, int first = 0) const {
+    for (int c = 0; c < 3; ++c) mix(g, of_knots.of[c], group.of[c] + first);
   }
 
  private:

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 #include "light/scope_shine.h"
 
@@ -27,7 +26,7 @@ struct StrewnCell {
 // visit(StrewnCell) for the points of the eight cubes about a place, x, y, z in cubes. Points keep
 // from their cubes' walls: of the others none is nearer than kStrewnReach. Hashes of whole numbers,
 // the same everywhere; written out so that loops over pixels vectorise.
-inline constexpr float kJitter = 0.6f, kStrewnReach = 1 - 0.5f * kJitter;
+constexpr float kJitter = WetFilm::kJitter, kStrewnReach = 1 - 0.5f * kJitter;
 
 template <class Visit>
 inline __attribute__((always_inline)) void visit_cells(float x, float y, float z,
@@ -146,10 +145,9 @@ struct Hills {
 
 // Written out wave by wave, the longest first: a loop in the loop over pixels would keep that from
 // being vectorised. The shortest is too steep for patches: they would end within a drop.
-template <std::size_t... k>
+static_assert(WetFilm::kHills == 4);
 inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const float* p,
-                                                     float pixels_per_mm,
-                                                     std::index_sequence<k...>) {
+                                                     float pixels_per_mm) {
   Hills sum = {};
   const auto add = [&](const Wave& w, bool of_patches) {
     const float turns = w.x * p[0] + w.y * p[1] + w.z * p[2] + w.phase;
@@ -165,7 +163,7 @@ inline __attribute__((always_inline)) Hills hills_at(const Wave* hills, const fl
     sum.slopes.z += height * w.slope_z;
     sum.lost += (1 - share * share) * w.variance;
   };
-  (add(hills[sizeof...(k) - 1 - k], k + 1 < sizeof...(k)), ...);
+  add(hills[3], true), add(hills[2], true), add(hills[1], true), add(hills[0], false);
   return sum;
 }
 
@@ -309,8 +307,7 @@ struct FilmPoint {
   at.shows = at_most_1(positive((near - reach.least_cosine) * reach.inverse_fade)) *
              at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
   at.pixels_per_mm = view.inverse_pixel / depth;
-  at.hill =
-      hills_at(hills, at.place, at.pixels_per_mm, std::make_index_sequence<WetFilm::kHills>());
+  at.hill = hills_at(hills, at.place, at.pixels_per_mm);
   at.lacks = lacking_at(normal, at.rest, ray.half_way, at.hill.slopes);
   return at;
 }
@@ -337,13 +334,10 @@ inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drop
 
 // A place's own numbers may differ from the skin's by as much as knots may be off, and a drop's by
 // as much as half-way turns over its farthest end.
-ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const ScopeSkin& skin,
+ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView view, const ScopeSkin& skin,
                                            const WetFilm::Drops& drops, const Wave* hills,
-                                           const FilmReach& of_reach,
-                                           std::int32_t* __restrict lit) {
+                                           const FilmReach reach, std::int32_t* __restrict lit) {
   constexpr float kOff = 0.02f, kEnd_rooms = 0.6f;
-  const ScopeView view = of_view;
-  const FilmReach reach = of_reach;
   const float farthest = drops.farthest + kOff, end_mm = kEnd_rooms / drops.per_mm;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
@@ -356,14 +350,10 @@ ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView& of_view, const Scope
 }
 
 // The share of full exposure that skin mirrors, of drops with that of the pixel that they cover.
-ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView& of_view, const ScopeSkin& skin,
-                                        const WetFilm::Drops& of_drops, const Wave* hills,
-                                        const ShineLobe& of_film, const FilmReach& of_reach,
+ORGANBAKE_MULTIVERSION void film_pixels(const ScopeView view, const ScopeSkin& skin,
+                                        const WetFilm::Drops drops, const Wave* hills,
+                                        const ShineLobe film, const FilmReach reach,
                                         float* __restrict mirrored) {
-  const ScopeView view = of_view;
-  const FilmReach reach = of_reach;
-  const WetFilm::Drops drops = of_drops;
-  const ShineLobe film = of_film;
   if (drops.inverse_lit2 > 0) {
     ORGANBAKE_INDEPENDENT
     for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
@@ -404,25 +394,6 @@ void WetFilm::add(const ScopeView& view, const ScopeSkin& skin, const std::int32
     for (float* const plane : row.planes)
       plane[i] += mirrored[k] * positive(row.white[i] - covers * plane[i]);
   }
-}
-
-void WetFilm::describe(ScopeShading& shading) const {
-  for (std::size_t k = 0; k < hills_.size(); ++k) {
-    const Wave& hill = hills_[k];
-    shading.hill_phase.emplace_back(hill.x, hill.y, hill.z, hill.phase);
-    shading.hill_slope.emplace_back(hill.slope_x, hill.slope_y, hill.slope_z, hill.length_mm);
-    shading.hill_variance[Eigen::Index(k)] = hill.variance;
-  }
-  shading.drops = {drops_.per_mm, drops_.lean, drops_.inverse_lit2, drops_.lean2};
-  shading.film = {lobe_.strength, lobe_.alpha2, reach_.least_cosine, reach_.inverse_fade};
-}
-
-std::vector<ShaderConstant> WetFilm::constants() {
-  return {{"kUpperHills", kUpperHills}, {"kPatches", kPatches}, {"kDriest", kDriest},
-          {"kWetBumps", kWetBumps},     {"kAskew", kAskew},     {"kBridges_mm", kBridges_mm},
-          {"kCrease", kCrease},         {"kDrop", kDrop},       {"kRun", kRun},
-          {"kGrows", kGrows},           {"kEdge", kEdge},       {"kSoftEnds", kSoftEnds},
-          {"kBlown", kBlown},           {"kJitter", kJitter}};
 }
 
 }  // namespace organbake

@@ -236,6 +236,4 @@ DrawReport PaperWarp::draw(const std::vector<JointDrawing::Organ>& organs, const
   return draw(positions, view, options, frame);
 }
 
-void smooth_outline(Frame& frame) { smooth_outlines(frame); }
-
 }  // namespace organbake

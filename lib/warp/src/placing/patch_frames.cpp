@@ -45,11 +45,7 @@ struct Triple {
   Triple absolute() const { return {std::abs(x), std::abs(y), std::abs(z)}; }
 };
 
-// One patch's numbers, and the view's.
-struct PatchAt {
-  Triple center, extent, along_u, along_v;  // of b1, b2, h
-  float sine, cosine;
-};
+// The view's numbers.
 struct Placing {
   float fx, fy, cx, cy, near;
   int width, height;
@@ -63,14 +59,15 @@ struct PlacedPatch {
   Triple center, by_b1, by_b2, by_h, half;
   float bend;  // sine of the angle by which normals turn within it, at most
 
-  // m: the columns of its face's shell matrix.
-  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const std::array<Triple, 9>& m) {
-    const float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
+  // Of a patch's middle and extent (b1, b2, h); m: the columns of its face's shell matrix.
+  [[gnu::always_inline]] PlacedPatch(const Triple& at, const Triple& extent,
+                                     const std::array<Triple, 9>& m) {
+    const float b1 = at.x, b2 = at.y, h = at.z;
     by_b1 = m[1] + m[4] * h;
     by_b2 = m[2] + m[5] * h;
     by_h = m[3] + m[4] * b1 + m[5] * b2;
     center = m[0] + m[1] * b1 + m[2] * b2 + by_h * h;
-    const float e1 = p.extent.x, e2 = p.extent.y, eh = p.extent.z;
+    const float e1 = extent.x, e2 = extent.y, eh = extent.z;
     // Exact for a flat face's shell map, which is linear but for the products h·b.
     half = by_b1.absolute() * e1 + by_b2.absolute() * e2 + by_h.absolute() * eh +
            (m[4].absolute() * e1 + m[5].absolute() * e2) * eh;
@@ -185,15 +182,15 @@ using Columns = std::array<std::array<float, kPatchBatch>, 27>;
     const auto column = [&](int k) {
       return Triple{f[3 * k][i], f[3 * k + 1][i], f[3 * k + 2][i]};
     };
-    const PatchAt patch{number(0), number(3), number(6), number(9), n[12][i], n[13][i]};
-    const PlacedPatch p(patch, {column(0), column(1), column(2), column(3), column(4), column(5),
-                                column(6), column(7), column(8)});
-    const Triple s_u = p.along(patch.along_u), s_v = p.along(patch.along_v);
+    const PlacedPatch p(number(0), number(3),
+                        {column(0), column(1), column(2), column(3), column(4), column(5),
+                         column(6), column(7), column(8)});
+    const Triple s_u = p.along(number(6)), s_v = p.along(number(9));
     put_footprint(p, s_u, s_v, to, i, out);
     put_bounds(p, to, i, out);
     // Columns run right, rows down, so v × u points out of the surface.
     const Triple normal = s_v.cross(s_u);
-    out.away[i] = faces_away(p, normal, patch.sine, patch.cosine);
+    out.away[i] = faces_away(p, normal, n[12][i], n[13][i]);
     out.turned[i] = normal.dot(p.center) > 0;
   }
 }

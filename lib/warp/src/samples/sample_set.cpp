@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "organbake/core/error.h"
 #include "picture/spans.h"
@@ -215,22 +214,12 @@ double bind_run(const MapBinder& map, std::size_t number, SampleSet& set) {
 
 }  // namespace
 
-void SampleSet::put(Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch) {
-  using Lanes [[gnu::vector_size(32)]] = float;
-  constexpr std::uint32_t kAtOnce = sizeof(Lanes) / sizeof(float);
+void SampleSet::put(const Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch) {
   const std::array kept = {&b1, &b2, &h};
   for (int k = 0; k < 3; ++k) {
-    float* const at = bound[k].data();
-    std::fill(at + count, at + (count + kAtOnce - 1) / kAtOnce * kAtOnce, at[0]);
-    Lanes lows = Lanes{} + at[0], highs = lows;
-    for (std::uint32_t i = 0; i < count; i += kAtOnce) {
-      Lanes some;
-      std::memcpy(&some, at + i, sizeof some);
-      lows = some < lows ? some : lows, highs = some > highs ? some : highs;
-    }
-    float low = at[0], high = low;
-    for (std::uint32_t i = 0; i < kAtOnce; ++i)
-      low = std::min(low, lows[i]), high = std::max(high, highs[i]);
+    const float* const at = bound[k].data();
+    const Eigen::Map<const Eigen::ArrayXf> all(at, count);
+    const float low = all.minCoeff(), high = all.maxCoeff();
     const float center = 0.5f * (low + high), extent = 0.5f * (high - low);
     const float scale = extent > 0 ? kFullCoordinate / extent : 0;
     PatchCoordinate* const out = kept[k]->data() + first_slot;

@@ -141,27 +141,27 @@ SampleStore::SampleStore(std::size_t cameras, Make make)
     : count_(cameras), slots_(std::make_unique<Slot[]>(cameras)), make_(std::move(make)) {}
 SampleStore::~SampleStore() = default;
 
-void SampleStore::require_one(std::size_t camera) {
+const SampleSet& SampleStore::made(std::size_t camera) {
   Slot& slot = slots_[camera];
   const std::lock_guard lock(slot.making);
-  if (slot.made) return;
   // A thread that waits inside must not pick up another camera, which could wait for this one.
-  isolated([&] { slot.set = make_(camera); });
+  if (!slot.made) isolated([&] { slot.set = make_(camera); });
   slot.made = true;
+  return slot.set;
 }
 
 void SampleStore::require(std::span<const std::size_t> cameras) {
-  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t i) { require_one(cameras[i]); });
+  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t i) { made(cameras[i]); });
 }
 
 void SampleStore::require_all() {
-  parallel_for(std::size_t{0}, count_, [&](std::size_t camera) { require_one(camera); });
+  parallel_for(std::size_t{0}, count_, [&](std::size_t camera) { made(camera); });
 }
 
 void SampleStore::make_ahead() {
   ahead_.start([this](const std::atomic<bool>& stop) {
     try {
-      for (std::size_t c = 0; c < count_ && !stop; ++c) require_one(c);
+      for (std::size_t c = 0; c < count_ && !stop; ++c) made(c);
     } catch (const std::exception&) {
       // The view that needs this camera says so.
     }
@@ -170,13 +170,8 @@ void SampleStore::make_ahead() {
 
 bool SampleStore::make_next() {
   if (next_ == count_) return false;
-  require_one(next_);
+  made(next_);
   return ++next_ < count_;
-}
-
-const SampleSet& SampleStore::made(std::size_t camera) {
-  require_one(camera);
-  return slots_[camera].set;
 }
 
 void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k,

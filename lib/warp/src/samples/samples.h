@@ -81,7 +81,6 @@ class SampleStore {
 
  private:
   struct Slot;
-  void require_one(std::size_t camera);
 
   std::size_t count_;
   std::unique_ptr<Slot[]> slots_;

@@ -114,8 +114,7 @@ struct SampleSet {
   // b1, b2, h of up to a chunk's samples, axis by axis.
   using Bound = std::array<std::array<float, kChunk>, 3>;
   // Bounds `count` samples, ≥ 1, by a patch, and keeps where they lie within it, from a slot on.
-  // Beyond them it uses up what is bound.
-  void put(Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch);
+  void put(const Bound& bound, std::uint32_t count, std::size_t first_slot, Patch& patch);
   // Makes `patches` those of the chunks.
   void copy_patches();
 
@@ -177,9 +176,10 @@ PixelBox box_round(const std::vector<Solid>& solids, const View& view);
 // the dents that they press.
 std::vector<Solid> with_shadows(std::vector<Solid> solids);
 
-// The grain's noise: kGrainSide³ numbers, x slowest, z fastest.
+// The grain's: solid gradient noise (Perlin 2002) that repeats in all three directions, with next
+// to no energy at lengths below a grain. kGrainSide³ numbers, x slowest, z fastest; made once.
 inline constexpr int kGrainSide = 64;
-std::span<const std::int8_t> grain_noise();
+const std::vector<std::int8_t>& grain_noise();
 
 // The range of full exposure (mm) of the one light at the scope that falls on all of the organs;
 // options.scope_reference_mm where that is set, and where the light is another.

@@ -39,9 +39,4 @@ class PaperWarp : public OrganDrawing {
   std::vector<std::vector<float>> micro_depth_;
 };
 
-// Blends covered pixels with the background as Warper's frames have it
-// (DrawOptions::smooth_outline), so that what is compared of a paper's frame, or another picture,
-// is what lies inside. Needs colour and covers.
-void smooth_outline(Frame& frame);
-
 }  // namespace organbake
