@@ -88,7 +88,13 @@ float light_of_film(float share, float lost, float lacks2) {
   return at_most_1(over_blown * squared * squared);
 }
 
-float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, vec3 rises, float turns, float pixel) {
+float wetter_by(float height) {
+  float t = clamp(height, 0.0, 1.0);
+  return kWetBumps * t * t * (3.0 - 2.0 * t);
+}
+
+float light_of_drops(vec3 m, vec3 p, vec3 lacks, float height, vec3 rises, float dry, float turns,
+                     float pixel) {
   const uvec3 kAxes = uvec3(0x8da6b343u, 0xd8163841u, 0xcb1ab31fu);
   float soft = max(kSoftEnds * pixel, kEdge), reach = 1.0 - 0.5 * kJitter, sum = 0.0;
   vec3 low = floor(p - 0.5), within = p - low - (0.5 - 0.5 * kJitter);
@@ -100,7 +106,7 @@ float light_of_drops(vec3 m, vec3 p, vec3 lacks, float wet, vec3 rises, float tu
     h ^= h >> 13;
     vec3 d = within - vec3(step3) -
              kJitter / 1023.0 * vec3(float(h & 1023u), float(h >> 10 & 1023u), float(h >> 20 & 1023u));
-    float own = at_most_1(positive(wet + chance(h, 3) - dot(rises, d)));
+    float own = clamp(wetter_by(height - dot(rises, d)) + dry + chance(h, 3), 0.0, 1.0);
     vec3 leaning = drops.y * vec3(chance(h, 0), chance(h, 1), chance(h, 2));
     vec3 e = lacks + leaning + turns * d;
     float on_m = dot(leaning, m), outward = dot(d, m), out2 = outward * outward;
@@ -149,13 +155,12 @@ float gloss_by_film(vec3 n, vec3 half_way, SkinAt skin, float depth, float share
   }
   float pixel = drops.x / pixels_per_mm;
   float seen = at_most_1(positive(2.0 - pixel / (1.0 - 0.5 * kJitter)));
-  float t = at_most_1(positive(0.5 + kPatches * (hill - kUpperHills)));
-  float wet = kDriest + kWetBumps * t * t * (3.0 - 2.0 * t) - kCrease * skin.bend;
-  rises *= at_most_1(2.0 * positive(wet + 1.0)) * kWetBumps * kPatches * 6.0 * t * (1.0 - t) / drops.x;
+  float height = 0.5 + kPatches * (hill - kUpperHills), dry = kDriest - kCrease * skin.bend;
+  rises *= kPatches / drops.x;
   float turns = (1.0 / depth + skin.bend) / drops.x;
-  float mean = mean_of_drops(dot(lacks, lacks) + 2.0 * lost, wet);
-  float each = light_of_drops(m, drops.x * skin.rest_mm, lacks, wet, rises - dot(rises, m) * m, turns,
-                              pixel);
+  float mean = mean_of_drops(dot(lacks, lacks) + 2.0 * lost, dry + wetter_by(height));
+  float each = light_of_drops(m, drops.x * skin.rest_mm, lacks, height, rises - dot(rises, m) * m, dry,
+                              turns, pixel);
   return kBlown * at_most_1(share * film.x) * (mean + seen * (each - mean));
 }
 

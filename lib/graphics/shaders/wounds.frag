@@ -16,9 +16,8 @@ vec3 through_smoke(vec3 sight, float depth_mm, vec3 behind) {
 }
 
 vec3 under_blood(vec3 place, vec3 skin) {
-  float height = 0.0;
-  bool deep = false;
-  vec3 normal = vec3(0.0);
+  float height = 0.0, shine = 0.0, weight = 0.0;
+  vec3 half_way = normalize(normalize(light_mm - place) - normalize(place));
   for (int k = 0; k < tool_count; ++k) {
     vec4 from = tool(k, 0), to = tool(k, 1);
     vec3 axis = to.xyz - from.xyz, way = place - from.xyz;
@@ -32,16 +31,16 @@ vec3 under_blood(vec3 place, vec3 skin) {
       aside -= (1.0 - kBloodAbove) * down * down_wall;
     }
     float own = radius * (1.0 - dot(aside, aside) / (farthest * farthest));
-    if (!(own > height)) continue;
-    height = own;
-    deep = down > kBloodPool_mm;
-    normal = normalize(tool(k, 2).xyz + kBloodBulge * aside / farthest - (to.w - from.w) / square * axis);
+    if (!(own > 0.0)) continue;
+    height = max(height, own);
+    vec3 normal = tool(k, 2).xyz + kBloodBulge * aside / farthest - (to.w - from.w) / square * axis;
+    float by_4 = own * own * own * own;
+    weight += by_4 * by_4;
+    shine += by_4 * by_4 * (1.0 - rising(0.0, kBloodPool_mm, down)) *
+             rising(kBloodDull, kBloodShiny, dot(half_way, normalize(normal)));
   }
-  float covers = 1.0 - exp(-height / kBloodClear_mm), shine = 0.0;
-  if (at_scope && !deep && height > 0.0) {
-    vec3 half_way = normalize(normalize(light_mm - place) - normalize(place));
-    shine = rising(kBloodDull, kBloodShiny, dot(half_way, normal)) * rising(1.0, 4.0, height * lens.x / place.z);
-  }
+  float covers = 1.0 - exp(-height / kBloodClear_mm);
+  shine *= at_scope && weight > 0.0 ? rising(1.0, 4.0, height * lens.x / place.z) / weight : 0.0;
   return mix(skin, kBlood * skin.r + kBloodShine * shine, covers);
 }
 

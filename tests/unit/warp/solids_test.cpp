@@ -228,6 +228,28 @@ TEST(Wounds, ChangeColoursAlone) {
   EXPECT_EQ(frame.color.pixels, dry.color.pixels);
 }
 
+// On the skin, not on the wall below it, whose own way it does not know; and not broken off where
+// the next bead leans away.
+TEST(Wounds, TheLampShowsInBloodSoftly) {
+  Frame frame = wall_of_skin();
+  KeptPixels kept;
+  const Eigen::Vector3d joint(0, 0, kSkin_mm), way(12, 0, 0);
+  const Eigen::Vector3d away = Eigen::Vector3d(1, 0, -1).normalized();
+  draw_blood({{joint - way, joint, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY(), 6, 6},
+              {joint, joint + way, away, Eigen::Vector3d::UnitY(), 6, 6}},
+             straight(), Eigen::Vector3d::Zero(), frame, kept);
+  const int middle = kShadowedSide_px / 2, wall = middle + 1;  // half a millimetre down
+  int steepest = 0;
+  for (int x = middle - 20; x < middle + 20; ++x)
+    steepest = std::max(steepest, std::abs(frame.color.at(x + 1, middle - 1)[1] -
+                                           frame.color.at(x, middle - 1)[1]));
+  const int bright = frame.color.at(middle - 20, middle - 1)[1];
+  EXPECT_GT(bright, 150);
+  EXPECT_LT(frame.color.at(middle + 20, middle - 1)[1], 60);
+  EXPECT_LT(steepest, bright / 2);
+  EXPECT_LT(frame.color.at(middle - 20, wall)[1], 60);
+}
+
 // From beyond one border to beyond the next, it is drawn as in a picture that holds all of it.
 TEST(Wounds, BloodLeadsOutOfThePicture) {
   const Frame dry = wall_of_skin();

@@ -259,8 +259,8 @@ void shade_skin_by_solids(const std::vector<Solid>& solids, const View& view,
 
 // A bead of blood reaches so much farther down a wall, and up, as its radius is divided by these,
 // and its middle bulges by a slope; so thick it hides all but 1/e of what lies below, and sends
-// back a share of that's red. The lamp does not show in it deeper on a wall.
-inline constexpr double kBloodBelow = 0.06, kBloodAbove = 0.3, kBloodPool_mm = 0.8;
+// back a share of that's red. Down a wall the lamp fades out in it so deep.
+inline constexpr double kBloodBelow = 0.06, kBloodAbove = 0.3, kBloodPool_mm = 0.4;
 inline constexpr double kBloodBulge = 0.5, kBloodClear_mm = 0.07;
 inline constexpr std::array<float, 3> kBlood = {0.42f, 0.018f, 0.014f};
 // The lamp in it: cosines from its mirror direction, and its light.

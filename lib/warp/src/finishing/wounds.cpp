@@ -52,12 +52,11 @@ struct Bead {
         farthest2(std::pow(std::max(line.from_radius_mm, line.to_radius_mm) / kBloodBelow, 2)) {}
 };
 
-// How high blood stands over a place, and how it leans from the skin's outward there.
+// How high blood stands over a place, and how much of the lamp shows there, by beads that stand
+// about as high: a highlight does not break off where the next bead begins.
 struct Film {
-  double height_mm = 0;
-  bool deep = false;
-  const Bead* of = nullptr;
-  Vector3d bulge = Vector3d::Zero();
+  Vector3d half_way;  // between lamp and eye; zero without a lamp
+  double height_mm = 0, shine = 0, weight = 0;
 
   // The pool has the shape of cos⁸ of the angle from down the wall: pools of beads whose ways down
   // part leave no teeth between them.
@@ -77,12 +76,14 @@ struct Film {
       aside -= (1 - kBloodAbove) * down * bead.down_wall;
     }
     const double height = radius * (1 - away2 / (reach * reach));
-    if (!(height > height_mm)) return;
-    height_mm = height, deep = down > kBloodPool_mm;
-    of = &bead, bulge = kBloodBulge / reach * aside;
-  }
-  Vector3d normal() const {
-    return (of->outward + bulge - of->widens * of->per_squared_length * of->axis).normalized();
+    if (!(height > 0)) return;
+    height_mm = std::max(height_mm, height);
+    const Vector3d normal = bead.outward + kBloodBulge / reach * aside -
+                            bead.widens * bead.per_squared_length * bead.axis;
+    const double squared = height * height, by_4 = squared * squared, by_8 = by_4 * by_4;
+    weight += by_8;
+    shine += by_8 * (1 - smooth_step(0, kBloodPool_mm, down)) *
+             smooth_step(kBloodDull, kBloodShiny, half_way.dot(normal.normalized()));
   }
 };
 
@@ -121,16 +122,14 @@ void draw_blood(const std::vector<BloodLine>& blood, const View& view,
       [&](int x, int y, std::uint8_t* rgb, float depth, const auto& numbers) {
         if (!std::isfinite(depth)) return;
         const Vector3d place = depth * unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
-        Film film;
+        Film film{Vector3d::Zero()};
+        if (light_mm)
+          film.half_way = ((*light_mm - place).normalized() - place.normalized()).normalized();
         for (const std::uint32_t n : numbers) film.add(beads[n], place);
         if (film.height_mm == 0) return;
         const double covers = 1 - std::exp(-film.height_mm / kBloodClear_mm);
-        double shine = 0;
-        if (light_mm && !film.deep) {
-          const Vector3d half = (*light_mm - place).normalized() - place.normalized();
-          shine = smooth_step(kBloodDull, kBloodShiny, half.normalized().dot(film.normal())) *
-                  smooth_step(1, 4, film.height_mm * view.camera.intrinsics.fx / depth);
-        }
+        const double shine = film.shine / std::max(film.weight, 1e-300) *
+                             smooth_step(1, 4, film.height_mm * view.camera.intrinsics.fx / depth);
         const float lit = linear[rgb[0]];  // red comes back from all tissue
         for (int c = 0; c < 3; ++c)
           rgb[c] = srgb8_from_linear(static_cast<float>(

@@ -117,7 +117,7 @@ class WetFilm {
     float per_mm = 1, lean = 0;
     float inverse_lit2 = 0;  // of the squared slope that lacks where none is lit; 0: a whole film
     float lean2 = 0;         // squared lean, in those
-    float farthest = 0;      // slope that lacks from which on no drop leans enough
+    float none = 0, whole = 1;  // shares, for most_of() and least_of()
   };
 
  private:

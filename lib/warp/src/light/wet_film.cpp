@@ -16,10 +16,10 @@ struct StrewnCell {
   std::uint32_t hash;
 
   float distance2() const { return x * x + y * y + z * z; }
-  // One of four numbers of −1…1 that belong to the point.
-  float chance(int which) const {
+  // One of four numbers of −most…most about a middle that belong to the point.
+  float chance(int which, float most, float middle = 0) const {
     const std::uint32_t bits = (hash * 0x9e3779b1u) >> (8 * which) & 255u;
-    return static_cast<float>(static_cast<std::int32_t>(bits)) * (1 / 127.5f) - 1;
+    return static_cast<float>(static_cast<std::int32_t>(bits)) * (most / 127.5f) + (middle - most);
   }
 };
 
@@ -124,7 +124,6 @@ void WetFilm::take_lobes(const std::vector<Lighting::Lobe>& gloss, double relief
   if (breaks) drops_.inverse_lit2 = static_cast<float>(1 / lit2);
   drops_.lean2 = drops_.lean * drops_.lean * drops_.inverse_lit2;
   const double farthest = std::sqrt(lit2) + std::sqrt(3) * drops_.lean;
-  drops_.farthest = static_cast<float>(farthest);
   const double reach = std::min(1.4, breaks ? std::atan(farthest + steepest_hills) : whole);
   reach_.least_cosine = static_cast<float>(std::cos(reach));
   reach_.least_near_cosine = static_cast<float>(std::cos(reach + kBesideKnots));
@@ -208,6 +207,22 @@ inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe,
   return at_most_1(over_blown * squared * squared);
 }
 
+// Of two variables: of the one with a constant gcc makes two instructions.
+inline float least_of(float a, float b) { return a < b ? a : b; }
+inline float most_of(float a, float b) { return a > b ? a : b; }
+
+// How far up the hills a place lies: none is wet at 0 and below, all at 1. A bump there is wet by
+// as much as it rises from the driest and its own chance of −1…1 are more than nothing, wholly from
+// 1 on.
+inline float height_on_hills(float hills) {
+  return 0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills);
+}
+inline float driest(float bend) { return WetFilm::kDriest - WetFilm::kCrease * bend; }
+inline float wetter_by(const WetFilm::Drops& drops, float height) {
+  const float t = least_of(most_of(height, drops.none), drops.whole);
+  return WetFilm::kWetBumps * (t * t * (3 - 2 * t));
+}
+
 // Of the drops about a place: what they mirror, each by the share of the pixel that it covers. One
 // that is smaller than a pixel is drawn as large as that, and fainter by as much. Each runs out to
 // both sides along its lean, so that many melt into one. It shrinks slowly with its point's height:
@@ -217,9 +232,11 @@ inline __attribute__((always_inline)) float light_of_film(const ShineLobe& lobe,
 // them.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
-                                                           const Lacking& lacks, float wet,
-                                                           const Slopes& rises, float turns,
-                                                           float pixel) {
+                                                           const Lacking& lacks, float height,
+                                                           const Slopes& rises, float dry,
+                                                           float turns, float pixel) {
+  const float none = drops.none, whole = drops.whole;
+  const auto within = [&](float v) { return least_of(most_of(v, none), whole); };
   constexpr float kInverseReach2 = 1 / (kStrewnReach * kStrewnReach);
   const float by_pixel = WetFilm::kSoftEnds * pixel;
   const float soft = by_pixel > WetFilm::kEdge ? by_pixel : WetFilm::kEdge;
@@ -229,26 +246,25 @@ inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops&
       drops.per_mm * p[0], drops.per_mm * p[1],
       drops.per_mm * p[2], [&](const StrewnCell& cell) __attribute__((always_inline)) {
         const float above = rises.x * cell.x + rises.y * cell.y + rises.z * cell.z;
-        const float own = at_most_1(positive(wet + cell.chance(3) - above));
+        const float own = within(wetter_by(drops, height - above) + cell.chance(3, 1, dry));
         const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2], out2 = out * out;
-        const float cx = drops.lean * cell.chance(0), cy = drops.lean * cell.chance(1),
-                    cz = drops.lean * cell.chance(2);
+        const float cx = cell.chance(0, drops.lean), cy = cell.chance(1, drops.lean),
+                    cz = cell.chance(2, drops.lean);
         const float on_m = cx * m[0] + cy * m[1] + cz * m[2];
         const float ex = lacks.x + cx + turns * cell.x, ey = lacks.y + cy + turns * cell.y,
                     ez = lacks.z + cz + turns * cell.z, e_on_m = on_m + turns * out;
-        const float lit =
-            positive(1 - drops.inverse_lit2 * (ex * ex + ey * ey + ez * ez - e_on_m * e_on_m));
-        const float size2 = WetFilm::kDrop * own * at_most_1(WetFilm::kGrows * lit) *
-                            positive(1 - kInverseReach2 * out2);
+        const float lit = 1 - drops.inverse_lit2 * (ex * ex + ey * ey + ez * ez - e_on_m * e_on_m);
+        const float size2 = WetFilm::kDrop * own * within(WetFilm::kGrows * lit) *
+                            most_of(1 - kInverseReach2 * out2, none);
         const float size = std::sqrt(size2), least = 0.5f * soft;
-        const float drawn = size > least ? size : least, inverse = 1 / (2 * drawn * soft);
+        const float drawn = most_of(size, least), inverse = 1 / (2 * drawn * soft);
         // Of the piece that it runs out along, as far from its middle in units of the lean.
         const float along = cell.x * cx + cell.y * cy + cell.z * cz - on_m * out;
         const float lean2 = cx * cx + cy * cy + cz * cz - on_m * on_m;
         const float farthest = run * drawn, there = along / (lean2 + 1e-9f);
-        const float at = there > farthest ? farthest : there < -farthest ? -farthest : there;
+        const float at = most_of(least_of(there, farthest), -farthest);
         const float away2 = cell.distance2() - out2 + at * (at * lean2 - 2 * along);
-        const float in = at_most_1(positive(0.5f + (drawn * drawn - away2) * inverse));
+        const float in = within(0.5f + (drawn * drawn - away2) * inverse);
         const float kept = size2 / (drawn * drawn);
         // Where soft ends of two meet, one covers of the other what chance would have it.
         light += (1 - light) * kept * in * in * (3 - 2 * in);
@@ -262,17 +278,6 @@ inline float mean_of_drops(const WetFilm::Drops& drops, float lacks2, float wet)
   const float own = t * t - beyond * beyond, wide = 1.05f + 1.8f * drops.lean2;
   const float lit = positive(1 - lacks2 * drops.inverse_lit2 / wide) / wide;
   return own * (0.72f - 0.11f * own) * at_most_1(WetFilm::kGrows * lit);
-}
-
-// A bump is wet by as much as this and its own chance of −1…1 are more than nothing, and wholly
-// from 1 on; and by how much that rises with the hills.
-struct Wetness {
-  float value, rises;
-};
-inline Wetness wetness(float hills) {
-  const float t = at_most_1(positive(0.5f + WetFilm::kPatches * (hills - WetFilm::kUpperHills)));
-  return {WetFilm::kDriest + WetFilm::kWetBumps * (t * t * (3 - 2 * t)),
-          WetFilm::kWetBumps * WetFilm::kPatches * 6 * t * (1 - t)};
 }
 
 // What a pixel's film is asked for by.
@@ -316,36 +321,47 @@ struct FilmPoint {
 inline __attribute__((always_inline)) float covered_by_drops(const WetFilm::Drops& drops,
                                                              const FilmPoint& at, float depth_mm,
                                                              float bend) {
-  const Wetness patch = wetness(at.hill.wet);
-  const float wet = patch.value - WetFilm::kCrease * bend, room_mm = 1 / drops.per_mm;
-  // Along the skin, and by none where nothing is wet.
-  const Slopes& g = at.hill.rises;
+  const float height = height_on_hills(at.hill.wet), room_mm = 1 / drops.per_mm;
+  const Slopes& g = at.hill.rises;  // along the skin
   const float on_m = g.x * at.rest[0] + g.y * at.rest[1] + g.z * at.rest[2];
-  const float rises = at_most_1(2 * positive(wet + 1)) * patch.rises * room_mm;
+  const float rises = WetFilm::kPatches * room_mm;
   const Slopes along = {rises * (g.x - on_m * at.rest[0]), rises * (g.y - on_m * at.rest[1]),
                         rises * (g.z - on_m * at.rest[2])};
   const float turns = (1 / depth_mm + bend) * room_mm, pixel = drops.per_mm / at.pixels_per_mm;
-  const float each = light_of_drops(drops, at.rest, at.place, at.lacks, wet, along, turns, pixel);
+  const float dry = driest(bend), wet = dry + wetter_by(drops, height);
+  const float each =
+      light_of_drops(drops, at.rest, at.place, at.lacks, height, along, dry, turns, pixel);
   // Hills too fine for the pixel lean its drops in both directions. A drop as soft as larger pixels
   // would reach beyond the cubes that are asked.
   const float mean = mean_of_drops(drops, at.lacks.squared + 2 * at.hill.lost, wet);
   return mean + at_most_1(positive(2 - pixel * (1 / kStrewnReach))) * (each - mean);
 }
 
-// A place's own numbers may differ from the skin's by as much as knots may be off, and a drop's by
-// as much as half-way turns over its farthest end.
+// A point some rooms away reaches here if it is wet and lit enough for so large a drop: the
+// largest, run out along a room's diagonal, ends kReaches away, and one that ends beyond kNear is
+// wet by kFarWet. A place's own numbers may differ from the skin's by as much as knots may be off.
 ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView view, const ScopeSkin& skin,
-                                           const WetFilm::Drops& drops, const Wave* hills,
+                                           const WetFilm::Drops drops, const Wave* hills,
                                            const FilmReach reach, std::int32_t* __restrict lit) {
-  constexpr float kOff = 0.02f, kEnd_rooms = 0.6f;
-  const float farthest = drops.farthest + kOff, end_mm = kEnd_rooms / drops.per_mm;
+  constexpr float kOff = 0.02f, kReaches = 0.75f, kNear = 0.45f;
+  constexpr float kFarWet = kNear * kNear / (kReaches * kReaches);
+  const float lit_to = 1 / std::sqrt(drops.inverse_lit2), room_mm = 1 / drops.per_mm;
+  // Half-way turns on the way to it; the less it is lit, the less far it reaches.
+  const float by_turns2 = 0.5f * WetFilm::kGrows * kReaches * kReaches / lit_to;
   ORGANBAKE_INDEPENDENT
   for (unsigned i = 0; i < whole_vectors(skin.count); ++i) {
     const FilmPoint at = film_point(view, skin, hills, reach, i);
     const float bend = skin.rest_normals.of[3][i];
-    const float wet = wetness(at.hill.wet + kOff).value - WetFilm::kCrease * bend;
-    const float lacks = farthest + end_mm * (1 / skin.depth_mm[i] + bend);
-    lit[i] = (at.lacks.squared < lacks * lacks) & (wet > -1 - kOff);
+    const Slopes& g = at.hill.rises;
+    const float rises = WetFilm::kPatches * room_mm * std::sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
+    const float height = height_on_hills(at.hill.wet + kOff);
+    const float wet = most_of(wetter_by(drops, height + kNear * rises),
+                              wetter_by(drops, height + kReaches * rises) - kFarWet);
+    const float turns = (1 / skin.depth_mm[i] + bend) * room_mm;
+    const float leans = std::abs(at.lacks.x) + std::abs(at.lacks.y) + std::abs(at.lacks.z);
+    const float lit_within = lit_to + by_turns2 * turns * turns + kOff;
+    lit[i] = (at.lacks.squared < lit_within * std::sqrt(at.lacks.squared) + drops.lean * leans) &
+             (wet > -1 - kOff - driest(bend));
   }
 }
 
