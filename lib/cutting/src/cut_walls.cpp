@@ -118,7 +118,8 @@ constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's 
 constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
 constexpr double kDimHole = 0.5;       // of a hole's rim
 constexpr double kCorner = 0.5;        // cosine of the angle from which walls turn a corner
-constexpr double kShort_mm = 0.2;
+constexpr double kOpposite = -0.99;    // … from which they are a cut's two sides at its end
+constexpr double kShort_mm = 0.2;      // a piece of border that tells no way
 constexpr double kFlat = 2;  // times as much a blade moved into the skin as it stood in it
 
 // How walls run down a stroke: along the blade's edge to its tip; or, of a blade that came down
@@ -249,8 +250,10 @@ class WallMaker {
     std::vector<Side>& sides = columns_[lip];
     for (const Side& side : sides)
       if (side.facing.dot(facing) > kCorner) return side.column;
-    const bool corner = !sides.empty() && sides.front().outward.dot(outward) > -kCorner;
-    const Vector3d away = corner ? sides.front().outward : outward;
+    const auto own = std::find_if(sides.begin(), sides.end(), [&](const Side& side) {
+      return side.outward.dot(outward) > kOpposite;
+    });
+    const Vector3d away = own != sides.end() ? own->outward : outward;
     Column& column = sides.emplace_back(Side{outward, facing, {}}).column;
     const SheetPlace& place = vertex(lip).place;
     const WayDown& way = ways_[place.stroke];
@@ -283,12 +286,13 @@ class WallMaker {
   // Where the blade took tissue away its walls stand apart, and its tip leaves a floor between.
   void add_floor(const SkinBorder& border, const std::array<Column, 2>& left,
                  const std::array<Column, 2>& right) {
-    const std::uint32_t stroke = vertex(border.left[0]).place.stroke;
-    if (sheet_.width_mm(stroke) == 0) return;
+    double widest_mm = 0;  // where strokes cross, of either
     for (const std::uint32_t lip : border.left) {
       const SheetPlace& place = vertex(lip).place;
-      if (place.stroke != stroke || bottom(place) > ways_[stroke].lowest) return;
+      if (bottom(place) > ways_[place.stroke].lowest) return;
+      widest_mm = std::max(widest_mm, sheet_.width_mm(place.stroke));
     }
+    if (widest_mm == 0) return;
     const auto below = [&](const Column& column) {
       const auto [at, made] = floor_.try_emplace(column[kDown]);
       if (made) at->second = add_vertex(CutWalls::Vertex(walls_.vertices[column[kDown]]));

@@ -165,6 +165,7 @@ using Eigen::Vector3d;
 // of what it was.
 constexpr double kReach = 2;
 constexpr double kLeastLeft = 0.25;  // of a piece of border's length
+constexpr double kLeastAlong = 0.8;  // cosine of a lip's way by its sheet and by its border
 
 using Vertices = std::vector<CutSkin::Vertex>;
 
@@ -194,7 +195,8 @@ void draw_lips_back(const CutSkin& skin, const CutSheet& sheet, Vertices& vertic
     const Vector3d across = sheet.across(vertices[lip].place);
     const Vector3d normal = pull.normal.stableNormalized();
     Vector3d back = across - normal * normal.dot(across);
-    if (back.isZero(0)) back = pull.back;  // of a blade that stands still
+    const double along = back.stableNormalized().dot(pull.back.stableNormalized());
+    if (std::abs(along) < kLeastAlong) back = pull.back;  // where cuts meet, or a blade stood still
     const double far_mm = back.dot(pull.back) < 0 ? -pull.half_mm : pull.half_mm;
     vertices[lip].drawn_back_mm = far_mm * back.stableNormalized();
   }

@@ -149,7 +149,7 @@ std::vector<Vector3d> cut_normals(const std::vector<Eigen::Vector3f>& uncut,
     for (const CutOrgan::FacePart& part : pieces) first_wall = std::max(first_wall, part.face + 1);
   std::vector<Vector3d> normals;
   for (const Eigen::Vector3f& normal : uncut) normals.push_back(normal.cast<double>());
-  normals.resize(first_wall * per_face);
+  normals.resize(first_wall * per_face, Vector3d::Zero());
   for (const auto& [face, pieces] : parts) {
     const Eigen::Vector3f* whole = &uncut[face * per_face];
     for (const CutOrgan::FacePart& part : pieces) {

@@ -227,8 +227,8 @@ inline float wetter_by(const WetFilm::Drops& drops, float height) {
 // that is smaller than a pixel is drawn as large as that, and fainter by as much. Each runs out to
 // both sides along its lean, so that many melt into one. It shrinks slowly with its point's height:
 // cut out of a ball, it would be there or not by a hundredth of a millimetre. How wet and how lit
-// it is its point tells, to first order: wet rises by so much a room, and half-way turns back. By
-// what a pixel beside it has, one too small to be seen would shine in pixels and not in parts of
+// it is its point tells, to first order: the hills rise by so much a room, and half-way turns back.
+// By what a pixel beside it has, one too small to be seen would shine in pixels and not in parts of
 // them.
 inline __attribute__((always_inline)) float light_of_drops(const WetFilm::Drops& drops,
                                                            const float* m, const float* p,
@@ -360,7 +360,7 @@ ORGANBAKE_MULTIVERSION void find_lit_drops(const ScopeView view, const ScopeSkin
     const float turns = (1 / skin.depth_mm[i] + bend) * room_mm;
     const float leans = std::abs(at.lacks.x) + std::abs(at.lacks.y) + std::abs(at.lacks.z);
     const float lit_within = lit_to + by_turns2 * turns * turns + kOff;
-    lit[i] = (at.lacks.squared < lit_within * std::sqrt(at.lacks.squared) + drops.lean * leans) &
+    lit[i] = (at.lacks.squared <= lit_within * std::sqrt(at.lacks.squared) + drops.lean * leans) &
              (wet > -1 - kOff - driest(bend));
   }
 }

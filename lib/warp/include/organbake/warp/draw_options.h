@@ -96,9 +96,9 @@ struct DrawOptions {
   bool operator==(const DrawOptions& other) const = default;
 };
 
+class SkinDepth;
 // Smooths all outlines of a picture, of which colour and covers are asked for: against the
 // background and, where depths are known, against skin that lies deeper.
-class SkinDepth;
 void smooth_outlines(Frame& frame, const SkinDepth* depth = nullptr, float deeper_mm = 0);
 
 // What the ray through a pixel's centre meets first of the solids.
