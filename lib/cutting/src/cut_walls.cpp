@@ -118,7 +118,7 @@ constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's 
 constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
 constexpr double kDimHole = 0.5;       // of a hole's rim
 constexpr double kCorner = 0.5;        // cosine of the angle from which walls turn a corner
-constexpr double kOpposite = -0.99;    // … from which they are a cut's two sides at its end
+constexpr double kOpposite = -0.99;    // cosine below which two are a cut's sides at its end
 constexpr double kShort_mm = 0.2;      // a piece of border that tells no way
 constexpr double kFlat = 2;  // times as much a blade moved into the skin as it stood in it
 
